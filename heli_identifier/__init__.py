@@ -1,0 +1,1 @@
+"""Identification of the bench helicopter from logs, and tracing of what its model lacks."""

@@ -1,0 +1,1 @@
+"""Physics of the bench helicopter: parameters, models, effects, sensors, control law, simulation."""
