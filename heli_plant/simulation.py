@@ -1,0 +1,54 @@
+"""A record simulated off line: :func:`heli_plant.plant.step` looped over held voltages, compiled."""
+
+import numpy as np
+
+from .compiled import compiled, parameter_record
+from .delay import delayed, whole_and_fraction
+from .plant import measured_angles, rigid_start, step
+from .state import PlantState
+
+STATES = len(PlantState._fields)
+
+
+def _loop(voltages, mass_commands, start, h, p, states, angles):
+    """Fill ``states`` (N, 12) and ``angles`` (N, 3); row k is the state at t_k = k h."""
+    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
+    state = start
+    for k in range(len(states)):
+        for i in range(12):
+            states[k, i] = state[i]
+        angles[k, 0], angles[k, 1], angles[k, 2] = measured_angles(state)
+        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
+        v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
+        v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
+        state = step(state, v_front, v_rear, mass_commands[k], k * h, h, p)
+
+
+def simulate(voltages, h, start, parameters, mass_commands=None):
+    """Simulate the plant over a record.
+
+    Parameters
+    ----------
+    voltages : ndarray, shape (N, 2)
+        Front and rear voltage [V], row k held over [t_k, t_k + h).
+    h : float
+        Sampling period and integration step [s].
+    start : PlantState
+        State at t = 0; its elevation is what the encoder reads.
+    parameters : PlantParameters
+    mass_commands : ndarray, shape (N,), optional
+        Commanded position of the ADO's mass [m]; at rest in its middle by default.
+
+    Returns
+    -------
+    states : ndarray, shape (N, 12)
+        Columns are the fields of :class:`heli_plant.state.PlantState`.
+    angles : ndarray, shape (N, 3)
+        Pitch, elevation, travel [rad] as the encoders' shafts turn, without quantisation.
+    """
+    voltages = np.ascontiguousarray(voltages, dtype=float)
+    commands = np.zeros(len(voltages)) if mass_commands is None else np.asarray(mass_commands, dtype=float)
+    states, angles = np.empty((len(voltages), STATES)), np.empty((len(voltages), 3))
+    start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
+    compiled(_loop)(voltages, commands, start, float(h), parameter_record(parameters), states, angles)
+    return states, angles
