@@ -1,0 +1,147 @@
+"""One measured log as a value: uniform time, SI units, the project's signs."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heli_identifier.errors import LogError
+from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS
+
+# A sample may lie this fraction of a step off the uniform grid: far above the rounding of a double (2e-16 of
+# ten hours at 2 kHz is 2e-8 steps) and far below anything an estimator could notice.
+_GRID_TOLERANCE = 1e-4
+
+
+def _frozen(values: ArrayLike) -> NDArray[np.float64]:
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
+@dataclass(frozen=True, eq=False)
+class Log:
+    """One run of one rig, sampled uniformly.
+
+    Attributes
+    ----------
+    name : str
+        Short name for tables and figures, unique within a data set.
+    path : str
+        File that the log came from; empty if it was computed.
+    sha256 : str
+        Hash of that file's bytes; empty if it was computed.
+    rate_hz : float
+        Sampling rate [Hz].
+    time : NDArray, shape (N,)
+        Time since the first sample kept, i/rate_hz [s].
+    voltages : NDArray, shape (N, 2)
+        Front and rear voltage [V], each held from its sample to the next.
+    angles : NDArray, shape (N, 3)
+        Pitch, elevation and travel [rad] at the samples.
+    extra : Mapping[str, NDArray]
+        Further numeric columns, shape (N,) each, under their own header and in their own unit.
+    notes : tuple[str, ...]
+        All that was converted or repaired on reading, one sentence each.
+    start : float
+        What the file calls the instant time = 0 [s].
+
+    Raises
+    ------
+    LogError
+        If shapes disagree, a value is not finite, or time is not i/rate_hz.
+    """
+
+    name: str
+    path: str
+    sha256: str
+    rate_hz: float
+    time: NDArray[np.float64]
+    voltages: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    extra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("time", "voltages", "angles"):
+            object.__setattr__(self, name, _frozen(getattr(self, name)))
+        object.__setattr__(self, "extra", {name: _frozen(values) for name, values in self.extra.items()})
+        object.__setattr__(self, "notes", tuple(self.notes))
+        count = len(self.time)
+        shapes = {"time": (count,), "voltages": (count, 2), "angles": (count, 3)}
+        for name, shape in shapes.items():
+            values = getattr(self, name)
+            if values.shape != shape:
+                raise LogError(f"log {self.name}: {name} has shape {values.shape}, {shape} is needed.")
+            if not np.isfinite(values).all():
+                row = int(np.argwhere(~np.isfinite(values))[0][0])
+                raise LogError(f"log {self.name}: {name} is not finite at sample {row}; leave that out.")
+        for name, values in self.extra.items():
+            if values.shape != (count,):
+                raise LogError(
+                    f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed."
+                )
+        if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
+            raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
+        if count < 2:
+            raise LogError(f"log {self.name}: {count} samples are too few, 2 are needed.")
+        off_grid = np.abs(self.time * self.rate_hz - np.arange(count)).max()
+        if off_grid > _GRID_TOLERANCE:
+            raise LogError(
+                f"log {self.name}: time leaves the grid i/{self.rate_hz:g} Hz by {off_grid:.3g} steps, "
+                f"at most {_GRID_TOLERANCE:g} is allowed; resample it first."
+            )
+
+    @property
+    def step(self) -> float:
+        """Sampling interval [s]."""
+        return 1.0 / self.rate_hz
+
+    @property
+    def samples(self) -> int:
+        """Number of samples N."""
+        return len(self.time)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the end of the last one's hold, N steps [s]."""
+        return self.samples / self.rate_hz
+
+    @property
+    def columns(self) -> dict[str, NDArray[np.float64]]:
+        """The six signals under the contract's headers, each of shape (N,)."""
+        values = (self.time, *self.voltages.T, *self.angles.T)
+        return dict(zip(CONTRACT_HEADERS, values, strict=True))
+
+    def signal(self, name: str) -> NDArray[np.float64]:
+        """Give one signal by its name: time, v_front, v_rear, pitch, elevation or travel.
+
+        Returns
+        -------
+        NDArray, shape (N,)
+            In SI units.
+        """
+        if name not in SIGNALS:
+            raise LogError(f"log {self.name}: {name!r} is no signal, choose one of {', '.join(SIGNALS)}.")
+        return (self.time, *self.voltages.T, *self.angles.T)[SIGNALS.index(name)]
+
+
+def log_from_samples(name: str, rate_hz: float, voltages: ArrayLike, angles: ArrayLike) -> Log:
+    """Make a log of samples that were computed rather than read.
+
+    Parameters
+    ----------
+    name : str
+        Name of the log.
+    rate_hz : float
+        Sampling rate [Hz].
+    voltages : array_like, shape (N, 2)
+        Front and rear voltage [V].
+    angles : array_like, shape (N, 3)
+        Pitch, elevation, travel [rad].
+    """
+    held = np.asarray(voltages, dtype=float)
+    time = np.arange(len(held)) / rate_hz
+    return Log(name, "", "", float(rate_hz), time, held, np.asarray(angles, dtype=float))

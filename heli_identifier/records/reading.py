@@ -1,0 +1,173 @@
+"""From a file to a `Log`: columns found, cut, checked, converted, made uniform, and all of it said."""
+
+import hashlib
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.errors import LogError
+from heli_identifier.records.checks import check_extent, instants, numbers, value_notes
+from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.header import Column, find_columns
+from heli_identifier.records.log import Log
+from heli_identifier.records.table import Table, read_text_table
+from heli_identifier.records.timing import Sampling, check_forward, find_sampling, interpolated, mean_of_held
+from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES
+
+
+def read_log(
+    path: str | PathLike[str],
+    format: LogFormat = CONTRACT,
+    start: float | None = None,
+    end: float | None = None,
+) -> Log:
+    """Read one log.
+
+    Parameters
+    ----------
+    path : str or PathLike
+        CSV file, or MATLAB file if it ends in ``.mat``.
+    format : LogFormat
+        How the rig writes its logs.
+    start, end : float, optional
+        First and last instant kept, in the file's own time [s]; outrank those of `format`.
+
+    Returns
+    -------
+    Log
+        Uniform, in SI units and the project's signs; its notes say what was done to get there.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read or the log cannot serve identification.
+    """
+    file = Path(path)
+    data = _bytes(file)
+    table = _table(data, file, format)
+    columns = find_columns(table.headers, format, table.file)
+    start, end = (format.start if start is None else start), (format.end if end is None else end)
+    kept, cut = _cut(table, columns[0], start, end)
+
+    values = {column.signal: numbers(table, column, kept) for column in columns}
+    time = values.pop("time")
+    first = kept.start
+
+    def place(sample: int) -> str:
+        return table.place(sample + first)
+
+    if len(time) < 2:
+        raise LogError(f"{table.file}: {len(time)} sample is no log; give at least 5 s.")
+    check_forward(time, place)
+    sampling = find_sampling(time, place)
+    check_extent(sampling.rate_hz, sampling.samples, table.file)
+
+    extra, left_out = _extra(table, columns, kept)
+    for signal in values:
+        values[signal] = values[signal] * format.sign(signal)
+    if format.swap_rotors:
+        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
+    voltages = _uniform(time, np.column_stack([values[name] for name in VOLTAGES]), sampling, held=True)
+    angles = _uniform(time, np.column_stack([values[name] for name in ANGLES]), sampling)
+    notes = (
+        *cut,
+        *_conversions(columns, format),
+        *left_out,
+        *([sampling.note] if sampling.note else []),
+        *value_notes(voltages, angles, format.voltage_limit),
+    )
+    return Log(
+        name=file.stem,
+        path=str(path),
+        sha256=hashlib.sha256(data).hexdigest(),
+        rate_hz=sampling.rate_hz,
+        time=np.arange(sampling.samples) / sampling.rate_hz,
+        voltages=voltages,
+        angles=angles,
+        extra={name: _uniform(time, column[:, None], sampling)[:, 0] for name, column in extra.items()},
+        notes=notes,
+        start=float(time[0]),
+    )
+
+
+def _bytes(file: Path) -> bytes:
+    if file.is_dir():
+        raise LogError(f"{file} is a folder; name the log files in it.")
+    try:
+        return file.read_bytes()
+    except FileNotFoundError:
+        raise LogError(f"{file} does not exist; check the path.") from None
+    except OSError as error:
+        raise LogError(f"{file} cannot be read: {error.strerror}.") from error
+
+
+def _table(data: bytes, file: Path, format: LogFormat) -> Table:
+    return read_text_table(data, str(file), format.decimal)
+
+
+def _cut(
+    table: Table, column: Column, start: float | None, end: float | None
+) -> tuple[slice, tuple[str, ...]]:
+    """Find the samples from the first at or after `start` to the last before time passes `end`."""
+    count = len(table.columns[column.index])
+    if start is None and end is None:
+        return slice(0, count), ()
+    if start is not None and end is not None and end <= start:
+        raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
+    time = instants(table, column)
+    # A printed instant may miss the wanted one by the last bit, which must not cost a sample.
+    slack = 1e-9 * max(1.0, abs(start or 0.0), abs(end or 0.0))
+    late_enough = time >= (-np.inf if start is None else start - slack)
+    if not late_enough.any():
+        raise LogError(f"{table.file}: start = {start:g} s lies behind the log's end, {np.nanmax(time):g} s.")
+    first = int(late_enough.argmax())
+    too_late = time[first:] > (np.inf if end is None else end + slack)
+    last = first + int(too_late.argmax()) if too_late.any() else count
+    if last == first:
+        raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
+    stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
+    note = f"kept {stretch} of the file ({last - first} of {count} rows), time now counts from 0"
+    return slice(first, last), (note,)
+
+
+def _conversions(columns: Sequence[Column], format: LogFormat) -> tuple[str, ...]:
+    notes = [
+        f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}"
+        for column in columns
+        if column.unit != SI_UNIT[column.signal]
+    ]
+    flipped = [signal for signal, sign in format.signs.items() if sign < 0]
+    if flipped:
+        notes.append(f"sign of {', '.join(flipped)} flipped")
+    if format.swap_rotors:
+        notes.append("front and rear voltage swapped")
+    return tuple(notes)
+
+
+def _extra(
+    table: Table, columns: Sequence[Column], kept: slice
+) -> tuple[dict[str, NDArray[np.float64]], tuple[str, ...]]:
+    """Keep further numeric columns aside, and say which columns could not be kept."""
+    taken = {column.index for column in columns}
+    others = [
+        (name, values)
+        for index, (name, values) in enumerate(zip(table.headers, table.columns, strict=True))
+        if index not in taken
+    ]
+    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f"}
+    texts = ", ".join(repr(name) for name, values in others if values.dtype.kind != "f")
+    return extra, (f"left out {texts}: not numbers throughout",) if texts else ()
+
+
+def _uniform(
+    time: NDArray[np.float64], values: NDArray[np.float64], sampling: Sampling, held: bool = False
+) -> NDArray[np.float64]:
+    """Bring columns, shape (N, k), to the uniform grid."""
+    if not sampling.resample:
+        return values
+    grid = time[0] + np.arange(sampling.samples) / sampling.rate_hz
+    bring = mean_of_held if held else interpolated
+    return np.column_stack([bring(time, column, grid) for column in values.T])
