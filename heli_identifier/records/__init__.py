@@ -1,16 +1,19 @@
 """Measured logs: reading, checking, conversion, and the configuration of a rig with its own ways."""
 
 from heli_identifier.records.data_set import check_apart, check_excitation, read_data_set, read_logs
+from heli_identifier.records.demo import DEMO_RIGS, demo_logs
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log, log_from_samples
 from heli_identifier.records.reading import read_log
 
 __all__ = [
     "CONTRACT",
+    "DEMO_RIGS",
     "Log",
     "LogFormat",
     "check_apart",
     "check_excitation",
+    "demo_logs",
     "log_from_samples",
     "read_data_set",
     "read_log",
