@@ -1,0 +1,152 @@
+"""The excitation: the paper's signals, multisines, and how they reach the rotors."""
+
+import subprocess
+import sys
+from math import isclose, pi, sqrt
+
+import numpy as np
+import pytest
+import scipy.signal
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.excitation import (
+    Excitation,
+    Multisine,
+    SquareChirp,
+    crest_factor,
+    paper_excitation,
+    paper_signal,
+    voltages,
+)
+
+H = 0.01
+
+
+def sampled(signal, seconds):
+    return np.array([signal.at(k * H) for k in range(round(seconds / H))])
+
+
+def test_the_chirp_is_the_linear_chirp_of_scipy():
+    signal = SquareChirp(low=0.0, high=0.0, chirp_amplitude=0.2)
+    t = np.arange(1000) * H
+    reference = 0.2 * scipy.signal.chirp(t, 2.0, 10.0, 0.5, phi=-90)
+    # Both evaluate one sine of at most 80 rad: rounding only.
+    np.testing.assert_allclose(sampled(signal, 10.0), reference, atol=1e-13)
+
+
+def test_the_chirp_repeats_without_a_jump_because_it_runs_through_whole_half_cycles():
+    for experiment in (1, 2):
+        signal = paper_signal(experiment)
+        # Within 1e-6 s of its end the chirp (0.5 Hz, 0.2 V) is within 0.2 * 2 pi * 0.5 * 1e-6 V of zero.
+        before = signal.at(10.0 * experiment - 1e-6)
+        assert abs(before - round(before * 4) / 4) < 1e-6
+
+
+def test_the_square_is_high_first_and_switches_exactly_on_samples():
+    signal = SquareChirp(chirp_amplitude=0.0)
+    values = sampled(signal, 60.0)
+    expected = np.tile(np.repeat([1.0, 0.25], 1000), 3)
+    np.testing.assert_array_equal(values, expected)
+
+
+def test_experiment_two_has_twice_the_periods_and_elevation_twice_the_volts():
+    one, two, doubled = paper_signal(1), paper_signal(2), paper_signal(1, gain=2.0)
+    assert (two.period, two.chirp_period) == (2 * one.period, 2 * one.chirp_period) == (40.0, 20.0)
+    assert (doubled.low, doubled.high, doubled.chirp_amplitude) == (0.5, 2.0, 0.4)
+
+
+def test_the_difference_drives_pitch_and_the_total_drives_elevation():
+    pitch, elevation = paper_excitation(1, "difference", base=1.5), paper_excitation(1, "total", base=0.5)
+    for t in (0.0, 3.3, 12.7, 25.0):
+        front, rear = voltages(t, pitch)
+        assert isclose(front - rear, paper_signal(1).at(t), abs_tol=1e-15)
+        assert isclose(front + rear, 3.0)
+        front, rear = voltages(t, elevation)
+        assert front == rear
+        assert isclose(front + rear, 1.0 + paper_signal(1, 2.0).at(t))
+
+
+def test_both_channels_together_are_not_the_same_function():
+    both = paper_excitation(1)
+    v = np.array([voltages(k * H, both) for k in range(9000)])
+    correlation = np.corrcoef(v[:, 0] - v[:, 1], v[:, 0] + v[:, 1])[0, 1]
+    # Squares of incommensurate periods: over 90 s (9 half periods) the correlation is of order 1/9.
+    assert abs(correlation) < 0.3
+
+
+def test_a_measured_square_and_chirp_log_is_reproduced():
+    # Samples of a rig's training log, printed to 1e-5 V: its start, an edge of the difference at 11.70 s, and two
+    # late ones, where a wrong period or chirp rate would have run away.
+    rig = Excitation(
+        base=0.5,
+        difference=SquareChirp(-0.5, 0.5, 15.4, 3.7, 0.25, 1.5, 0.3, 13.0),
+        total=SquareChirp(0.5, 2.0, 20.0, 0.0, 0.4, 2.0, 0.5, 10.0),
+    )
+    log = {0: (1.75, 1.25), 1: (1.78682, 1.26330), 2: (1.82311, 1.27629), 3: (1.85839, 1.28870)}
+    log |= {1169: (0.79644, 1.04887), 1170: (1.30687, 0.55847), 4321: (1.59268, 1.08791), 8888: (1.48723, 1.18325)}
+    for k, expected in log.items():
+        assert voltages(k * H, rig) == pytest.approx(expected, abs=1.5e-5)
+
+
+def test_voltages_stop_at_the_amplifier_limit():
+    strong = Excitation(base=4.9, difference=SquareChirp(), total=SquareChirp())
+    assert voltages(0.0, strong) == (5.0, 4.9)
+
+
+def test_a_multisine_has_its_rms_and_only_its_tones():
+    signal = Multisine(rms=0.45, lowest=1 / 30, highest=2.5, tones=12, period=90.0)
+    values = sampled(signal, 90.0)
+    spectrum = 2.0 * np.abs(np.fft.rfft(values)) / len(values)
+    lines = np.flatnonzero(spectrum > 1e-9)
+    # All tones are harmonics of 1/90 Hz, so that a whole period leaks nothing (rounding alone remains).
+    assert len(lines) == 12
+    np.testing.assert_allclose(lines[[0, -1]] / 90.0, [1 / 30, 2.5])
+    np.testing.assert_allclose(spectrum[lines], 0.45 * sqrt(2 / 12), rtol=1e-9)
+    assert isclose(float(np.sqrt(np.mean(values**2))), 0.45, rel_tol=1e-9)
+
+
+def test_the_tones_of_a_measured_multisine_log_are_found_again():
+    # Tones of the sum of voltages in a rig's log, read off its spectrum (period 90 s).
+    measured = [0.044, 0.067, 0.1, 0.144, 0.2, 0.3, 0.444, 0.656, 0.956, 1.4, 2.067]
+    signal = Multisine(lowest=0.0444, highest=2.067, tones=11, period=90.0)
+    ours = [omega / (2 * pi) for omega, _ in signal.components]
+    # The rig rounded its tones in its own way: within one harmonic of 1/90 Hz.
+    np.testing.assert_allclose(ours, measured, atol=1.0 / 90.0)
+
+
+def test_a_seed_fixes_the_multisine_and_another_seed_changes_it():
+    assert Multisine(seed=3).components == Multisine(seed=3).components
+    assert Multisine(seed=3).components != Multisine(seed=4).components
+    # Drawn once from Python's Mersenne twister, whose sequence the language guarantees.
+    assert isclose(Multisine(seed=3, draws=1).components[0][1], 2 * pi * 0.23796462709189137)
+
+
+def test_more_draws_never_raise_the_crest_factor():
+    factors = [crest_factor(Multisine(seed=5, draws=n)) for n in (1, 5, 20)]
+    assert factors[0] >= factors[1] >= factors[2] >= sqrt(2)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: SquareChirp(period=0.0), "square.period = 0.0 s must be positive"),
+        (lambda: SquareChirp(high=float("nan")), "square.high = nan V"),
+        (lambda: Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
+        (lambda: Multisine(lowest=1e-4, highest=2e-4, tones=1), "has no harmonic near 0.0001 Hz"),
+        (lambda: Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
+        (lambda: paper_signal(3), "experiment = 3 must be 1 or 2"),
+        (lambda: paper_excitation(1, "sum"), "channel = 'sum'"),
+    ],
+)
+def test_impossible_settings_are_refused_with_name_value_and_bound(make, message):
+    with pytest.raises(ConfigurationError, match=message.replace("[", r"\[")):
+        make()
+
+
+def test_importing_the_excitation_needs_the_standard_library_only():
+    code = (
+        "import sys, heli_identifier.excitation\n"
+        "print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'numba', 'pandas'}))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert out.stdout.strip() == "[]"
