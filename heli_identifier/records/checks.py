@@ -1,5 +1,6 @@
 """What a log must be before it may be identified from, and what is worth saying though it may pass."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from heli_identifier.records.units import ANGLES, VOLTAGES
 LOWEST_RATE_HZ = 50.0
 HIGHEST_RATE_HZ = 2000.0
 SHORTEST_S = 5.0
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still a 50 Hz logger
 
 
@@ -43,10 +45,10 @@ def numbers(table: Table, column: Column, kept: slice = slice(None)) -> NDArray[
         sample = int(broken.argmax()) + (kept.start or 0)
         text = table.cell(sample, column.index)
         what = f"the cell holds {text!r}, which is no finite number" if text else "the cell is empty"
-        raise LogError(
-            f"{table.place(sample)}, column {table.headers[column.index]!r}: {what}; "
-            "mend the cell or cut the stretch away with --from and --to."
-        )
+        advice = "mend the cell or cut the stretch away with --from and --to"
+        if _DECIMAL_COMMA.fullmatch(text):
+            advice = "set decimal = ',' under [log] in the rig's configuration"
+        raise LogError(f"{table.place(sample)}, column {table.headers[column.index]!r}: {what}; {advice}.")
     return raw * column.factor
 
 

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations, product
 from os import PathLike
 from pathlib import Path
 
@@ -94,21 +95,27 @@ def check_excitation(logs: Sequence[Log]) -> None:
 
 
 def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
-    """Refuse a held-out log that shares samples with a training log: it would judge itself.
+    """Refuse logs that share samples: one fitted twice counts double, one fitted and held out judges itself.
 
     Raises
     ------
     LogError
         If two logs are cut from the same bytes and their stretches overlap.
     """
-    for held in held_out:
-        for seen in training:
-            overlap = seen.start < held.start + held.duration and held.start < seen.start + seen.duration
-            if held.sha256 and held.sha256 == seen.sha256 and overlap:
-                raise LogError(
-                    f"{held.path} is held out for validation but shares samples with training log "
-                    f"{seen.path}; give a log, or a stretch of it, that the fit has not seen."
-                )
+    for seen, again in combinations(training, 2):
+        if _share_samples(seen, again):
+            raise LogError(f"{again.path} holds the same samples as {seen.path}; give each training log once.")
+    for held, seen in product(held_out, training):
+        if _share_samples(held, seen):
+            raise LogError(
+                f"{held.path} is held out for validation but shares samples with training log {seen.path}; "
+                "give a log, or a stretch of it, that the fit has not seen."
+            )
+
+
+def _share_samples(one: Log, other: Log) -> bool:
+    overlap = one.start < other.start + other.duration and other.start < one.start + one.duration
+    return overlap and one.sha256 == other.sha256 != ""
 
 
 def _with_folder(log: Log) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records.units import ANGLES, SI_UNIT, SIGNALS, known_units
@@ -67,6 +68,9 @@ class LogFormat:
                 raise ConfigurationError(
                     f"signs.{signal} = {sign} is refused: a voltage or an angle takes 1 or -1, time takes none."
                 )
+        for name, instant in (("start", self.start), ("end", self.end)):
+            if instant is not None and not isfinite(instant):
+                raise ConfigurationError(f"{name} = {instant} s must be finite.")
         if self.start is not None and self.end is not None and self.end <= self.start:
             raise ConfigurationError(f"end = {self.end:g} s must come after start = {self.start:g} s.")
         if self.decimal not in DECIMAL_MARKS:

@@ -13,9 +13,11 @@ from heli_identifier.records.checks import check_extent, instants, numbers, valu
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.header import Column, find_columns
 from heli_identifier.records.log import Log
+from heli_identifier.records.matlab import read_matlab_table
 from heli_identifier.records.table import Table, read_text_table
 from heli_identifier.records.timing import Sampling, check_forward, find_sampling, interpolated, mean_of_held
 from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES
+from heli_identifier.records.unwrapping import unwrapped
 
 
 def read_log(
@@ -49,6 +51,7 @@ def read_log(
     data = _bytes(file)
     table = _table(data, file, format)
     columns = find_columns(table.headers, format, table.file)
+    _check_lengths(table, columns)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
     kept, cut = _cut(table, columns[0], start, end)
 
@@ -66,6 +69,10 @@ def read_log(
     check_extent(sampling.rate_hz, sampling.samples, table.file)
 
     extra, left_out = _extra(table, columns, kept)
+    turns = []
+    for signal in ANGLES:
+        values[signal], note = unwrapped(values[signal], signal, place)
+        turns += [note] if note else []
     for signal in values:
         values[signal] = values[signal] * format.sign(signal)
     if format.swap_rotors:
@@ -74,8 +81,10 @@ def read_log(
     angles = _uniform(time, np.column_stack([values[name] for name in ANGLES]), sampling)
     notes = (
         *cut,
+        *([f"time counts from 0, which the file calls {time[0]:g} s"] if time[0] != 0.0 else []),
         *_conversions(columns, format),
         *left_out,
+        *turns,
         *([sampling.note] if sampling.note else []),
         *value_notes(voltages, angles, format.voltage_limit),
     )
@@ -105,7 +114,21 @@ def _bytes(file: Path) -> bytes:
 
 
 def _table(data: bytes, file: Path, format: LogFormat) -> Table:
+    if file.suffix.lower() == ".mat":
+        return read_matlab_table(data, str(file))
     return read_text_table(data, str(file), format.decimal)
+
+
+def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
+    """Refuse signals of different length, which only a MATLAB file can hold."""
+    count = len(table.columns[columns[0].index])
+    for column in columns:
+        length = len(table.columns[column.index])
+        if length != count:
+            raise LogError(
+                f"{table.file}: {table.headers[column.index]!r} has {length} samples, "
+                f"{table.headers[columns[0].index]!r} has {count}; save vectors of one length."
+            )
 
 
 def _cut(
@@ -129,7 +152,7 @@ def _cut(
     if last == first:
         raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
-    note = f"kept {stretch} of the file ({last - first} of {count} rows), time now counts from 0"
+    note = f"kept {stretch} of the file ({last - first} of {count} rows)"
     return slice(first, last), (note,)
 
 
@@ -157,9 +180,10 @@ def _extra(
         for index, (name, values) in enumerate(zip(table.headers, table.columns, strict=True))
         if index not in taken
     ]
-    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f"}
-    texts = ", ".join(repr(name) for name, values in others if values.dtype.kind != "f")
-    return extra, (f"left out {texts}: not numbers throughout",) if texts else ()
+    count = len(table.columns[columns[0].index])
+    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f" and len(values) == count}
+    dropped = ", ".join(repr(name) for name, _ in others if name not in extra)
+    return extra, (f"left out {dropped}: not one number per sample",) if dropped else ()
 
 
 def _uniform(

@@ -95,6 +95,8 @@ def read_text_table(data: bytes, file: str, decimal: str = ".") -> Table:
             f"{file} is no table: its first line is {first_line[:60]!r}, a header of six columns is needed: "
             f"{','.join(CONTRACT_HEADERS)}."
         )
+    if all(map(_is_number, headers)):
+        raise LogError(f"{file} has no header: its first line holds numbers; it needs {','.join(CONTRACT_HEADERS)}.")
     try:
         # One column more than there are headers catches rows that are too long.
         frame = pandas.read_csv(
@@ -107,7 +109,6 @@ def read_text_table(data: bytes, file: str, decimal: str = ".") -> Table:
             index_col=False,
             skip_blank_lines=False,
             skipinitialspace=True,
-            float_precision="round_trip",
             low_memory=False,
             encoding="utf-8-sig",
             encoding_errors="replace",
@@ -128,10 +129,18 @@ def read_text_table(data: bytes, file: str, decimal: str = ".") -> Table:
         cells = next(csv.reader([line], delimiter=separator), [])
         return cells[column].strip() if column < len(cells) else ""
 
-    columns = tuple(_numbers(frame[column].to_numpy()) for column in frame)
+    columns = tuple(as_numbers(frame[column].to_numpy()) for column in frame)
     return Table(file, headers, columns, 2, cell)
 
 
-def _numbers(values: NDArray[Any]) -> NDArray[Any]:
-    """Give integers and floats as float, everything else as it is."""
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
+    """Give integers and floats as float, everything else as objects."""
     return values.astype(float) if values.dtype.kind in "iuf" else values.astype(object)

@@ -4,9 +4,9 @@ Identification wants samples at i/rate. Three kinds of time column are told apar
 
 * uniform within a thousandth of a step: taken as it is;
 * printed too coarsely for its step (300 Hz in whole milliseconds): the samples were uniform, the print is not;
-* really uneven (jitter, a few lost samples): resampled to the median rate. Angles are interpolated linearly;
-  a voltage is held between samples, so each new sample is the mean of the held voltage over its step, which
-  keeps the impulse ∫ v dt that the motors saw.
+* really uneven (jitter, a few lost samples): resampled to the rate at which most samples came. Angles are
+  interpolated linearly; a voltage is held between samples, so each new sample is the mean of the held voltage over
+  its step, which keeps the impulse ∫ v dt that the motors saw.
 
 A stretch without samples longer than `GAP_STEPS` median steps is no jitter; nothing is known of it: refused.
 """
@@ -104,10 +104,12 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         rate = _rounded_rate(1.0 / mean, digit / duration)
         note = f"time is printed to {1e3 * digit:g} ms, too coarse for its step: taken as even at {rate:g} Hz"
         return Sampling(rate, len(time), False, note)
-    rate = _rounded_rate(1.0 / median, 0.0)
+    # The median tells a lost sample from jitter, but jitters itself; the count of steps between the ends does not.
+    steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
+    rate = _rounded_rate(steps / duration, 1.0 / steps)
     note = (
         f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms): resampled to "
-        f"the median rate of {rate:g} Hz, angles linearly, voltages as means of what was held"
+        f"{rate:g} Hz, angles linearly, voltages as means of what was held"
     )
     return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, note)
 
