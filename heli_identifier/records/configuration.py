@@ -57,7 +57,8 @@ class RigConfiguration:
             require_range("rig.rest_pitch", self.rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
 
 
-_KEYS: Mapping[str, type] = MappingProxyType(
+# Every key that a configuration may hold, and the type of its value.
+KEYS: Mapping[str, type] = MappingProxyType(
     {
         "rig.name": str,
         "rig.motor_time_constant": float,
@@ -117,12 +118,12 @@ def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 
 
 def _typed(key: str, value: Any, path: str | PathLike[str]) -> Any:
-    if any(known.startswith(f"{key}.") for known in _KEYS):
+    if any(known.startswith(f"{key}.") for known in KEYS):
         raise ConfigurationError(f"{path}: {key} = {value!r} must be a section that begins with [{key}].")
-    if key not in _KEYS:
-        near = difflib.get_close_matches(key, _KEYS, n=1, cutoff=0.0)
+    if key not in KEYS:
+        near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.0)
         raise ConfigurationError(f"{path}: key {key} is unknown, the nearest known one is {near[0]}.")
-    wanted = _KEYS[key]
+    wanted = KEYS[key]
     if type(value) is wanted:
         return value
     if wanted is float and type(value) is int:

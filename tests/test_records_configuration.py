@@ -1,0 +1,143 @@
+"""A rig's configuration: what it says, what it refuses, and the template that explains it."""
+
+import pytest
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import LogFormat, RigConfiguration, read_configuration, write_template
+from heli_identifier.records.configuration import KEYS
+
+
+@pytest.fixture
+def configured(tmp_path):
+    def read(text):
+        path = tmp_path / "heli.toml"
+        path.write_text(text, encoding="utf-8")
+        return read_configuration(path)
+
+    return read
+
+
+def test_the_template_says_what_the_defaults_say(tmp_path):
+    assert read_configuration(write_template(tmp_path / "heli.toml")) == RigConfiguration()
+
+
+def test_every_line_shown_in_the_template_can_be_switched_on(tmp_path):
+    template = write_template(tmp_path / "heli.toml")
+    switched = [
+        line.removeprefix("# ") if line.startswith("# ") and " = " in line else line
+        for line in template.read_text(encoding="utf-8").splitlines()
+    ]
+    template.write_text("\n".join(switched), encoding="utf-8")
+    rig = read_configuration(template)
+    assert rig.format.start == 6.0
+    assert rig.rest_pitch == -0.14
+    assert set(rig.format.units) == set(rig.format.columns) == {"time", *rig.format.signs}
+
+
+def test_the_template_names_every_key(tmp_path):
+    text = write_template(tmp_path / "heli.toml").read_text(encoding="utf-8")
+    for key in KEYS:
+        section, _, name = key.rpartition(".")
+        assert f"[{section}]" in text
+        assert any(line.removeprefix("# ").startswith(f"{name} = ") for line in text.splitlines()), key
+
+
+def test_the_template_does_not_overwrite_a_file(tmp_path):
+    path = tmp_path / "heli.toml"
+    path.write_text("mine", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match="exists already"):
+        write_template(path)
+    assert path.read_text(encoding="utf-8") == "mine"
+
+
+def test_an_empty_configuration_is_the_default(configured):
+    assert configured("") == RigConfiguration()
+
+
+def test_every_key_arrives(configured):
+    rig = configured(
+        """
+        [rig]
+        name = "north bench"
+        motor_time_constant = 0.12
+        voltage_limit = 6
+        rest_pitch = -0.1
+        encoder_counts = {pitch = 2000, travel = 16384}
+        [log]
+        start = 6
+        end = 60.5
+        decimal = ","
+        swap_rotors = true
+        [log.columns]
+        pitch = "theta"
+        [log.units]
+        pitch = "deg"
+        [log.signs]
+        pitch = -1
+        """
+    )
+    assert rig == RigConfiguration(
+        name="north bench",
+        motor_time_constant=0.12,
+        rest_pitch=-0.1,
+        format=LogFormat(
+            columns={"pitch": "theta"},
+            units={"pitch": "deg"},
+            signs={"pitch": -1},
+            swap_rotors=True,
+            start=6.0,
+            end=60.5,
+            decimal=",",
+            encoder_counts=(2000, 4096, 16384),
+            voltage_limit=6.0,
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[rig]\nmotor_time = 0.08", "rig.motor_time is unknown, the nearest known one is rig.motor_time_constant"),
+        ("[log.sign]\npitch = -1", "log.sign.pitch is unknown, the nearest known one is log.signs.pitch"),
+        ("[log.signs]\ntime = -1", "log.signs.time is unknown"),
+        ("[rig]\nmotor_time_constant = -0.03", r"rig.motor_time_constant = -0.03 s must lie in"),
+        ("[rig]\nmotor_time_constant = nan", r"rig.motor_time_constant = nan s must lie in"),
+        ("[rig]\nrest_pitch = -7.8", r"rig.rest_pitch = -7.8 rad must lie in \[-1.6, 1.6\]"),
+        ("[rig]\nvoltage_limit = 0", "voltage_limit = 0 V must be positive"),
+        ("[rig]\nvoltage_limit = true", "rig.voltage_limit = True must be a number"),
+        ("[rig]\nname = 3", "rig.name = 3 must be a text in quotes"),
+        ("[rig.encoder_counts]\npitch = 4096.0", "must be a whole number"),
+        ("[rig.encoder_counts]\npitch = 0", r"encoder_counts = \(0, 4096, 8192\)"),
+        ("[log]\nstart = 9\nend = 3", "end = 3 s must come after start = 9 s"),
+        ("[log]\nstart = inf", "start = inf s must be finite"),
+        ("[log]\ndecimal = ';'", "decimal = ';' is unknown"),
+        ("[log.units]\npitch = 'grad'", "units.pitch = 'grad' is unknown, choose one of rad, deg, counts"),
+        ("[log.units]\nv_front = 'deg'", "units.v_front = 'deg' is unknown, choose one of V, mV"),
+        ("[log.signs]\npitch = 2", "signs.pitch = 2 is refused"),
+        ("log = 3", r"log = 3 must be a section that begins with \[log\]"),
+        ("[rig", "is no TOML"),
+    ],
+)
+def test_a_wrong_configuration_gets_one_sentence_that_names_file_key_and_way_out(configured, text, words):
+    with pytest.raises(ConfigurationError, match=words) as caught:
+        configured(text)
+    message = str(caught.value)
+    assert "heli.toml" in message
+    assert "\n" not in message
+
+
+def test_a_missing_configuration_says_how_to_get_one(tmp_path):
+    with pytest.raises(ConfigurationError, match="heli init"):
+        read_configuration(tmp_path / "none.toml")
+
+
+def test_a_configuration_in_another_encoding_is_refused(tmp_path):
+    path = tmp_path / "heli.toml"
+    path.write_bytes('[rig]\nname = "Prüfstand"'.encode("latin-1"))
+    with pytest.raises(ConfigurationError, match="no UTF-8"):
+        read_configuration(path)
+
+
+def test_a_format_that_names_no_signal_is_refused():
+    with pytest.raises(ConfigurationError, match=r"columns.yaw names no signal"):
+        LogFormat(columns={"yaw": "psi"})

@@ -1,0 +1,105 @@
+"""From stated instants to a uniform rate."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from heli_identifier.errors import LogError
+from heli_identifier.records.timing import GAP_STEPS, check_forward, find_sampling, interpolated, mean_of_held
+
+
+def row(sample):
+    return f"log.csv, row {sample + 2}"
+
+
+@pytest.mark.parametrize("rate_hz", [50.0, 62.5, 100.0, 500.0, 1000.0, 2000.0])
+def test_an_even_time_keeps_its_samples_and_is_not_commented_on(rate_hz):
+    sampling = find_sampling(3.0 + np.arange(2000) / rate_hz, row)
+    assert (sampling.samples, sampling.resample, sampling.note) == (2000, False, None)
+    assert sampling.rate_hz == pytest.approx(rate_hz, rel=1e-12)
+
+
+def test_whole_rates_come_out_whole_in_spite_of_rounding():
+    assert find_sampling(np.arange(9000) * 0.01, row).rate_hz == 100.0
+
+
+def test_a_rate_that_is_no_whole_number_is_kept():
+    assert find_sampling(np.arange(9000) / 99.5, row).rate_hz == pytest.approx(99.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("rate_hz", [300, 400, 128, 256, 60])
+def test_a_time_printed_too_coarsely_is_even_and_said_to_be(rate_hz):
+    printed = np.round(np.arange(6000) / rate_hz, 3)
+    sampling = find_sampling(printed, row)
+    assert sampling.rate_hz == rate_hz
+    assert not sampling.resample
+    assert "printed to 1 ms" in sampling.note
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0.05, 0.2))
+def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):
+    # Up to a fifth of a step either way no interval rounds to another number of steps than one.
+    random = np.random.default_rng(seed)
+    time = (np.arange(2000) + random.uniform(-spread, spread, 2000)) / 100.0
+    sampling = find_sampling(time, row)
+    assert sampling.resample
+    assert "uneven" in sampling.note
+    assert sampling.rate_hz == 100.0
+
+
+def test_lost_samples_do_not_change_the_rate():
+    time = np.delete(np.arange(2000) / 100.0, [100, 101, 700])
+    sampling = find_sampling(time, row)
+    assert sampling.rate_hz == 100.0
+    assert sampling.samples == 2000
+    assert sampling.resample
+
+
+def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
+    whole = np.arange(2000) / 100.0
+    bridged = int(GAP_STEPS) - 1
+    assert find_sampling(np.delete(whole, slice(100, 100 + bridged)), row).resample
+    # Samples 100 .. 104 are lost, so the first row after the gap is that of sample 100 in what is left.
+    with pytest.raises(LogError, match=r"log.csv, row 102: no samples for 0.06 s before 1.05 s"):
+        find_sampling(np.delete(whole, slice(100, 101 + bridged)), row)
+
+
+@pytest.mark.parametrize(
+    ("instant", "words"), [(0.05, "stands still at 0.05 s"), (0.02, "runs back from 0.05 s to 0.02 s")]
+)
+def test_time_that_does_not_grow_is_refused_at_its_row(instant, words):
+    time = np.arange(20) / 100.0
+    time[6] = instant
+    with pytest.raises(LogError, match=rf"row 8: time {words}"):
+        check_forward(time, row)
+
+
+@settings(max_examples=50, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_resampling_a_held_voltage_keeps_its_impulse(seed):
+    random = np.random.default_rng(seed)
+    time = np.concatenate(([0.0], np.cumsum(random.uniform(0.005, 0.02, 199))))
+    voltage = random.uniform(-5.0, 5.0, 200)
+    grid = np.linspace(0.0, time[-1], 150)
+    step = grid[1] - grid[0]
+    resampled = mean_of_held(time, voltage, grid)
+    # Up to the last instant of the log the impulse is a sum of rectangles, exact to rounding.
+    assert step * resampled[:-1].sum() == pytest.approx(np.sum(voltage[:-1] * np.diff(time)), abs=1e-10)
+    assert np.abs(resampled).max() <= np.abs(voltage).max() + 1e-9
+
+
+def test_a_constant_voltage_stays_constant_when_resampled():
+    time = np.array([0.0, 0.012, 0.019, 0.031, 0.04])
+    resampled = mean_of_held(time, np.full(5, 1.7), np.arange(5) * 0.01)
+    assert np.allclose(resampled, 1.7, rtol=1e-13)
+
+
+def test_resampling_a_moving_angle_errs_by_its_curvature_only():
+    time = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 2000))
+    time = np.concatenate(([0.0], time, [10.0]))
+    grid = np.linspace(0.0, 10.0, 1001)
+    error = np.abs(interpolated(time, np.sin(2.0 * time), grid) - np.sin(2.0 * grid)).max()
+    # Linear interpolation is off by at most h^2/8 times the second derivative, which is 4 here.
+    assert error <= np.diff(time).max() ** 2 / 8.0 * 4.0
