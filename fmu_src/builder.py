@@ -1,0 +1,146 @@
+"""Build a unit into an FMU: ``build("HelicopterPlant", Path("build"))``.
+
+The zip holds the unit's sources under hashed names (:mod:`fmu_src.packaging.sources`), pythonfmu's binaries, the model
+description with a GUID that follows from the content, documentation and icon. Two builds of the same sources and
+parameters are the same bytes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import zlib
+from collections.abc import Mapping
+from importlib import import_module
+from importlib.metadata import distribution
+from pathlib import Path
+from uuid import UUID, uuid5
+
+from .errors import BuildError
+from .packaging.archive import write_atomically, zip_bytes
+from .packaging.documentation import index_html
+from .packaging.icon import icon
+from .packaging.model_description import model_description, xml_text
+from .packaging.sources import content_hash, needed_sources, renamed, slave_script
+from .slave_base import TYPES, SlaveBase
+from .variables import Value, nearest, problem_with
+
+UNITS: dict[str, str] = {
+    "HelicopterPlant": "fmu_src.units.helicopter_plant",
+    "AdaptiveIdentifier": "fmu_src.units.adaptive_identifier",
+    "PidController": "fmu_src.units.pid_controller",
+    "Exciter": "fmu_src.units.exciter",
+    "LogPlayer": "fmu_src.units.log_player",
+}
+"""Module of each unit."""
+
+_NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
+
+
+def unit_class(name: str) -> type[SlaveBase]:
+    """Return the class of a unit.
+
+    Raises
+    ------
+    BuildError
+        No unit has this name.
+    """
+    if name not in UNITS:
+        raise BuildError(f"no unit is called {name!r}{nearest(name, tuple(UNITS))}; there are {', '.join(UNITS)}")
+    return getattr(import_module(UNITS[name]), name)
+
+
+def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> dict[str, Value]:
+    """Return ``parameters`` as start values of ``unit``, each of the variable's type.
+
+    Raises
+    ------
+    BuildError
+        A name is no parameter of the unit, or a value is out of range: name, value, bound and unit are given.
+    """
+    known = {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
+    values: dict[str, Value] = {}
+    for name, value in parameters.items():
+        if name not in known:
+            raise BuildError(f"{unit.__name__} has no parameter {name!r}{nearest(name, tuple(known))}")
+        problem = problem_with(known[name], value)
+        if problem is not None:
+            raise BuildError(problem)
+        values[name] = TYPES[known[name].type](value)
+    return values
+
+
+def build_class(unit: type[SlaveBase], directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:
+    """Build the FMU of a unit class into ``directory``; see :func:`build`."""
+    start_values = checked_start_values(unit, parameters or {})
+    sources = needed_sources(unit.__module__)
+    tag = content_hash(sources, start_values)
+    script = f"{unit.__name__}_{tag}"
+    entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
+    entries[f"resources/{script}.py"] = slave_script(unit, tag, start_values).encode()
+    entries["resources/slavemodule.txt"] = script.encode()
+    entries["documentation/index.html"] = index_html(unit, start_values).encode()
+    entries["model.png"] = icon(_colour(unit.__name__))
+    entries |= _from_pythonfmu(unit.__name__)
+    entries["modelDescription.xml"] = xml_text(model_description(unit, start_values))
+    entries["modelDescription.xml"] = xml_text(model_description(unit, start_values, _guid(entries)))
+    return write_atomically(Path(directory) / f"{unit.__name__}.fmu", zip_bytes(entries))
+
+
+def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:
+    """Build a unit into ``directory/<unit>.fmu``.
+
+    Parameters
+    ----------
+    unit : str
+        A key of :data:`UNITS`.
+    directory : path
+        Made if it does not exist; the file appears complete or not at all.
+    parameters : mapping, optional
+        Start values of the unit's parameters by structured name, in the units of the model description; this is how
+        a corrected plant is handed back.
+
+    Returns
+    -------
+    Path
+        The FMU.
+
+    Raises
+    ------
+    BuildError
+        Unknown unit or parameter, a value out of range, or a source that an FMU must not hold.
+    """
+    return build_class(unit_class(unit), directory, parameters)
+
+
+def build_all(directory: str | Path) -> dict[str, Path]:
+    """Build every unit with its default parameters."""
+    return {name: build(name, directory) for name in UNITS}
+
+
+def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
+    """Pythonfmu's binaries under the model identifier's name, and its licence."""
+    package = distribution("pythonfmu")
+    entries = {}
+    for file in package.files or ():
+        if file.match("resources/binaries/*/*") and file.suffix in (".so", ".dll", ".dylib"):
+            entries[f"binaries/{file.parent.name}/{identifier}{file.suffix}"] = Path(str(file.locate())).read_bytes()
+        elif file.name == "LICENSE":
+            entries["documentation/licenses/pythonfmu.txt"] = Path(str(file.locate())).read_bytes()
+    if not any(name.startswith("binaries/") for name in entries):
+        raise BuildError("the installed pythonfmu brings no binaries; install a wheel of it (pip install pythonfmu)")
+    return entries
+
+
+def _guid(entries: Mapping[str, bytes]) -> str:
+    """GUID that follows from the content of all entries."""
+    digest = hashlib.sha256()
+    for name in sorted(entries):
+        digest.update(f"{name}\0{len(entries[name])}\0".encode())
+        digest.update(entries[name])
+    return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
+
+
+def _colour(name: str) -> tuple[int, int, int]:
+    """A dark colour that follows from the unit's name."""
+    number = zlib.crc32(name.encode())
+    return 40 + number % 150, 40 + number // 150 % 150, 40 + number // 22500 % 150

@@ -1,0 +1,188 @@
+"""One unit under the master: an instance of an FMU with its buffers laid out once.
+
+fmpy's methods build ctypes arrays with every call; here the value references and the values lie in arrays that are
+made once, and a step is three calls with ready pointers. Every status is checked: whatever is not fmi2OK becomes a
+:class:`fmu_src.errors.MasterError` that names unit, call and time, with what the unit itself said in its log.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from pathlib import Path
+from typing import Any
+
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+
+from ..errors import MasterError
+from ..variables import Value, nearest
+
+OK, WARNING, DISCARD = 0, 1, 2
+_STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
+
+
+class Instance:
+    """An instantiated unit.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the scenario.
+    fmu : Path
+        The FMU file.
+    """
+
+    def __init__(self, name: str, fmu: Path) -> None:
+        self.name = name
+        self.messages: list[str] = []
+        self.worst = OK
+        self.description = fmpy.read_model_description(fmu)
+        self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        self.folder = fmpy.extract(fmu)
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self._callbacks = fmi2CallbackFunctions()
+        self._callbacks.logger = fmi2CallbackLoggerTYPE(self._hear)
+        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(self._callbacks))
+        self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
+        self.outputs = [v for v in self.description.modelVariables if v.causality == "output" and v.type == "Real"]
+
+    def _hear(self, _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
+        """Logger callback: keep what the unit says for the next check."""
+        self.messages.append(message.decode("utf-8", "replace"))
+        self.worst = max(self.worst, status)
+
+    def _call(self, call: str, time: float, function: Any, *arguments: Any, **options: Any) -> Any:
+        """Run one of fmpy's methods, with its failure put into the master's words."""
+        try:
+            value = function(*arguments, **options)
+        except FMICallException as problem:
+            self.fail(call, time, problem.status)
+        except Exception as problem:  # fmpy raises a bare Exception when a unit does not come to life
+            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {problem}; {' '.join(self.messages)}") from problem
+        self.check_messages(call, time)
+        return value
+
+    def fail(self, call: str, time: float, status: int) -> None:
+        """Raise for a status other than fmi2OK."""
+        said = "; ".join(self.messages) or "the unit gives no reason"
+        word = _STATUS[status] if 0 <= status < len(_STATUS) else f"status {status}"
+        raise MasterError(f"{self.name}.{call} at t = {time:g} s answered {word}: {said}")
+
+    def check_messages(self, call: str, time: float) -> None:
+        """Raise if the unit has logged a refusal: a pythonfmu unit cannot refuse a set call by its status."""
+        if self.worst >= DISCARD:
+            self.fail(call, time, self.worst)
+
+    def variable(self, name: str) -> Any:
+        """Return a variable's description.
+
+        Raises
+        ------
+        MasterError
+            The unit has no such variable.
+        """
+        if name not in self.variables:
+            raise MasterError(f"unit {self.name} has no variable {name!r}{nearest(name, tuple(self.variables))}")
+        return self.variables[name]
+
+    def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
+        """Set the parameters and enter initialisation mode at ``start`` [s]."""
+        self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
+        for name, value in parameters.items():
+            variable = self.variable(name)
+            if variable.causality != "parameter":
+                raise MasterError(f"{self.name}.{name} is no parameter but an {variable.causality}")
+            setter, kind = {
+                "Real": (self.slave.setReal, float),
+                "Integer": (self.slave.setInteger, int),
+                "Boolean": (self.slave.setBoolean, bool),
+                "String": (self.slave.setString, str),
+            }[variable.type]
+            self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
+        self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
+
+    def finish_initialisation(self, start: float) -> None:
+        """Leave initialisation mode."""
+        self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
+
+    def bind(self, inputs: list[str], input_address: int, output_address: int) -> None:
+        """Lay out the buffers: where this unit's inputs and outputs lie in the master's arrays (addresses of doubles)."""
+        for name in inputs:
+            if self.variable(name).causality != "input":
+                raise MasterError(f"{self.name}.{name} is no input")
+        read = [self.variable(name).valueReference for name in inputs]
+        written = [variable.valueReference for variable in self.outputs]
+        library, component = self.slave.dll, c_void_p(self.slave.component)
+        self._set = _raw(library, "fmi2SetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
+        self._get = _raw(library, "fmi2GetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
+        self._step = _raw(library, "fmi2DoStep", (c_void_p, c_double, c_double, c_int))
+        self._references = (c_uint * len(read))(*read), (c_uint * len(written))(*written)
+        set_references, get_references = (cast(array, c_void_p) for array in self._references)
+        self._set_arguments = (component, set_references, c_size_t(len(read)), c_void_p(input_address))
+        self._get_arguments = (component, get_references, c_size_t(len(written)), c_void_p(output_address))
+        self._component = component
+        self._has_inputs = bool(read)
+
+    def put(self, time: float) -> None:
+        """Hand the inputs over."""
+        if self._has_inputs:
+            status = self._set(*self._set_arguments)
+            if status or self.worst:
+                self._judge("setReal", time, status)
+
+    def step(self, time: float, step: float) -> None:
+        """Step from ``time`` by ``step`` [s]."""
+        status = self._step(self._component, time, step, 1)
+        if status or self.worst:
+            self._judge("doStep", time, status)
+
+    def fetch(self, time: float) -> None:
+        """Take the outputs."""
+        status = self._get(*self._get_arguments)
+        if status or self.worst:
+            self._judge("getReal", time, status)
+
+    def _judge(self, call: str, time: float, status: int) -> None:
+        """Raise for anything worse than a warning."""
+        if status > WARNING:
+            self.fail(call, time, status)
+        self.check_messages(call, time)
+
+    def close(self) -> None:
+        """Free the instance and its folder."""
+        try:
+            if getattr(self.slave, "component", None):
+                self.slave.terminate()
+                self.slave.freeInstance()
+        finally:
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _raw(library: Any, name: str, arguments: tuple[Any, ...]) -> Any:
+    """Return a function of the library with its own argument types: fmpy's prototypes stay as they are."""
+    function = library[name]
+    function.argtypes = arguments
+    function.restype = c_int
+    return function
+
+
+def address(array: Any) -> int:
+    """Address of a NumPy array's first double."""
+    return cast(array.ctypes.data_as(POINTER(c_double)), c_void_p).value or 0

@@ -1,0 +1,182 @@
+"""The master's loop: set all inputs, step all units, get all outputs, at t_k = k H.
+
+All inputs of all units lie in one array, all outputs in another; the wiring table becomes one array of indices, so a
+communication step copies every connection at once and makes three calls per unit.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from ..builder import build
+from ..errors import MasterError, WiringError
+from ..variables import Value, nearest
+from ..wiring import Scenario, scenario
+from .instance import Instance, address
+from .result import Result
+
+
+def run(
+    scenario_name: str | Scenario,
+    duration: float,
+    step: float = 0.01,
+    parameters: Mapping[str, Value] | None = None,
+    fmus: Mapping[str, str | Path] | None = None,
+    progress: bool = False,
+) -> Result:
+    """Run a scenario in this process.
+
+    Parameters
+    ----------
+    scenario_name : str or Scenario
+        A key of :data:`fmu_src.wiring.SCENARIOS`, or a scenario of one's own.
+    duration : float
+        From t = 0 to this [s]; a whole number of steps.
+    step : float
+        Communication step H [s].
+    parameters : mapping, optional
+        By unit and parameter: ``plant.effects.dry_friction.pitch``; outrank those of the scenario.
+    fmus : mapping, optional
+        FMU file by unit name (``plant``); those that are not given are built afresh from this project.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Result
+        N = duration/step + 1 rows.
+
+    Raises
+    ------
+    WiringError, MasterError, BuildError
+        An unknown name, a value that a unit refuses, a status other than fmi2OK: with unit, call and time.
+    """
+    wiring = scenario(scenario_name) if isinstance(scenario_name, str) else scenario_name
+    steps = _whole_steps(duration, step)
+    per_unit = _by_unit(wiring, {**dict(wiring.parameters), **(parameters or {})})
+    with _instances(wiring, dict(fmus or {})) as units:
+        return _stepped(wiring, units, per_unit, steps, step, progress)
+
+
+def _whole_steps(duration: float, step: float) -> int:
+    if not (0.0 < step < float("inf") and step <= duration < float("inf")):
+        raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
+    steps = round(duration / step)
+    if abs(steps * step - duration) > 1e-6 * step:
+        raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")
+    return steps
+
+
+def _by_unit(wiring: Scenario, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
+    """Sort ``unit.parameter`` by unit."""
+    names = tuple(name for name, _ in wiring.units)
+    sorted_out: dict[str, dict[str, Value]] = {name: {} for name in names}
+    for full, value in parameters.items():
+        unit, _, name = full.partition(".")
+        if unit not in sorted_out:
+            raise WiringError(
+                f"parameter {full!r}: scenario {wiring.name} has no unit {unit!r}{nearest(unit, names)}; "
+                f"its units are {', '.join(names)}"
+            )
+        sorted_out[unit][name] = value
+    return sorted_out
+
+
+@contextmanager
+def _instances(wiring: Scenario, fmus: dict[str, str | Path]) -> Iterator[dict[str, Instance]]:
+    """Instantiate every unit of a scenario and free them all at the end."""
+    names = tuple(name for name, _ in wiring.units)
+    for name in fmus:
+        if name not in names:
+            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has {', '.join(names)}")
+    units: dict[str, Instance] = {}
+    with TemporaryDirectory(prefix="heli-units-") as fresh:
+        try:
+            for name, unit in wiring.units:
+                file = Path(fmus[name]) if name in fmus else build(unit, fresh)
+                if not file.is_file():
+                    raise MasterError(f"the FMU of {name} is missing: {file}")
+                units[name] = Instance(name, file)
+            yield units
+        finally:
+            for instance in units.values():
+                instance.close()
+
+
+def _stepped(
+    wiring: Scenario,
+    units: dict[str, Instance],
+    parameters: dict[str, dict[str, Value]],
+    steps: int,
+    step: float,
+    progress: bool,
+) -> Result:
+    """Initialise and step the units; the result holds every output."""
+    place = {}
+    for name, unit in units.items():
+        for variable in unit.outputs:
+            place[(name, variable.name)] = len(place)
+    inputs: dict[str, list[str]] = defaultdict(list)
+    source = []
+    for name in units:
+        for wire in wiring.connections:
+            if wire.target_unit == name:
+                if (wire.source_unit, wire.source) not in place:
+                    raise WiringError(f"scenario {wiring.name}: {wire.source_unit} has no output {wire.source!r}")
+                inputs[name].append(wire.target)
+                source.append(place[(wire.source_unit, wire.source)])
+    shown, fed = np.zeros(len(place)), np.zeros(len(source))
+    first_in = first_out = 0
+    for name, unit in units.items():
+        unit.initialise(parameters[name], 0.0, steps * step)
+        unit.bind(inputs[name], address(fed) + 8 * first_in, address(shown) + 8 * first_out)
+        first_in += len(inputs[name])
+        first_out += len(unit.outputs)
+
+    values = np.empty((steps + 1, len(place)))
+    wired, everyone = np.array(source, dtype=np.intp), list(units.values())
+    for unit in everyone:
+        unit.fetch(0.0)
+    shown.take(wired, out=fed, mode="clip")
+    for unit in everyone:
+        unit.put(0.0)
+        unit.finish_initialisation(0.0)
+    for unit in everyone:
+        unit.fetch(0.0)
+    values[0] = shown
+    for k in _counted(steps, progress, wiring.title):
+        time = k * step
+        shown.take(wired, out=fed, mode="clip")
+        for unit in everyone:
+            unit.put(time)
+        for unit in everyone:
+            unit.step(time, step)
+        for unit in everyone:
+            unit.fetch(time + step)
+        values[k + 1] = shown
+    names = tuple(f"{unit}.{variable}" for unit, variable in place)
+    physical = tuple(variable.unit or "1" for unit in everyone for variable in unit.outputs)
+    return Result(names, physical, np.arange(steps + 1) * step, values)
+
+
+def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:
+    """Count the steps, with a bar on the error stream if wanted; it is moved a hundred times at most."""
+    if not progress:
+        yield from range(steps)
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True)) as bar:
+        task = bar.add_task(title, total=steps)
+        stride = max(steps // 100, 1)
+        for k in range(steps):
+            yield k
+            if (k + 1) % stride == 0 or k + 1 == steps:
+                bar.update(task, completed=k + 1)

@@ -1,0 +1,84 @@
+"""Run the master in a process of its own.
+
+pythonfmu's binary uses memory after it is freed when the interpreter exits (its issue 229): now and then the process
+aborts after the results are complete. The child therefore writes its result, flushes, and leaves by ``os._exit``,
+which skips the interpreter's own end; the parent never loads an FMU and lives on whatever happens to the child.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NoReturn
+
+from .. import errors
+from ..errors import FmuError, MasterError
+from ..variables import Value
+from ..wiring import Scenario
+from .result import Result
+
+
+def leave(code: int) -> NoReturn:
+    """End a process that ran FMUs: flush, then skip the interpreter's end."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+def run_apart(
+    scenario_name: str | Scenario,
+    duration: float,
+    step: float = 0.01,
+    parameters: Mapping[str, Value] | None = None,
+    fmus: Mapping[str, str | Path] | None = None,
+    progress: bool = False,
+) -> Result:
+    """Run a scenario in a child process; parameters, result and errors are those of :func:`fmu_src.master.run`.
+
+    Raises
+    ------
+    WiringError, MasterError, BuildError
+        As ``run``; MasterError also if the child dies.
+    """
+    files = {name: str(Path(file).absolute()) for name, file in (fmus or {}).items()}
+    order = (scenario_name, duration, step, dict(parameters or {}), files, progress)
+    with TemporaryDirectory(prefix="heli-run-") as folder:
+        answer = Path(folder) / "answer"
+        child = subprocess.run(
+            [sys.executable, "-m", "fmu_src.master.process", str(answer)],
+            input=pickle.dumps(order),
+            stdout=subprocess.DEVNULL,
+            stderr=None if progress else subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            check=False,
+        )
+        if not answer.is_file():
+            said = (child.stderr or b"").decode("utf-8", "replace").strip()[-2000:]
+            raise MasterError(f"the master's process ended with code {child.returncode} and no result: {said}")
+        names, units, time, values = pickle.loads(answer.read_bytes())
+    if names == "error":
+        raise getattr(errors, units)(time)
+    return Result(names, units, time, values)
+
+
+def main(answer: Path) -> NoReturn:
+    """Child's side: the order comes on standard input, the answer goes to a file."""
+    from .loop import run
+
+    scenario_name, duration, step, parameters, fmus, progress = pickle.loads(sys.stdin.buffer.read())
+    try:
+        result = run(scenario_name, duration, step, parameters, fmus, progress)
+        content = result.names, result.units, result.time, result.values
+    except FmuError as problem:
+        content = "error", type(problem).__name__, str(problem), None  # type: ignore[assignment]
+    answer.write_bytes(pickle.dumps(content))
+    leave(0)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,61 @@
+"""What a run of the master gives: every output of every unit at every communication point."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import WiringError
+from ..packaging.archive import write_atomically
+from ..variables import nearest
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """Outputs of a run.
+
+    Attributes
+    ----------
+    names : tuple of str
+        ``unit.variable``, with the unit's name in the scenario.
+    units : tuple of str
+        Physical unit of each, ``1`` where it has none.
+    time : ndarray, shape (N,)
+        Communication points k H [s].
+    values : ndarray, shape (N, M)
+        Row k holds what the units show at ``time[k]``.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Return one output, shape (N,).
+
+        Raises
+        ------
+        WiringError
+            No output has this name.
+        """
+        if name not in self.names:
+            raise WiringError(f"the run has no output {name!r}{nearest(name, self.names)}")
+        return self.values[:, self.names.index(name)]
+
+    def columns(self, *names: str) -> NDArray[np.float64]:
+        """Return several outputs side by side, shape (N, len(names))."""
+        return np.column_stack([self.column(name) for name in names])
+
+    def write_csv(self, path: str | Path) -> Path:
+        """Write time and outputs as CSV, all or nothing; numbers read back to the same bits."""
+        text = io.StringIO()
+        headers = ["time [s]", *(f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True))]
+        text.write(",".join(headers) + "\n")
+        for time, row in zip(self.time.tolist(), self.values.tolist(), strict=True):
+            text.write(",".join(map(repr, (time, *row))) + "\n")
+        return write_atomically(Path(path), text.getvalue().encode())

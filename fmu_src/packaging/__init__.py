@@ -1,0 +1,1 @@
+"""What goes into an FMU's zip: vendored sources, model description, documentation, icon."""

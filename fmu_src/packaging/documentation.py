@@ -1,0 +1,69 @@
+"""documentation/index.html of a unit: equations, variables, source, and what the host needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+from ..variables import Value, Variable
+from .model_description import AUTHOR, LICENSE, VERSION
+
+_HEAD = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>{name}</title>
+<style>
+body {{ font: 16px/1.5 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222; }}
+table {{ border-collapse: collapse; font-size: 14px; }}
+td, th {{ border-bottom: 1px solid #ccc; padding: .2em .7em; text-align: left; vertical-align: top; }}
+pre {{ background: #f4f4f4; padding: .8em; overflow-x: auto; }}
+</style>
+</head>
+<body>
+<h1>{name}</h1>
+<p>{summary}. Version {version}, {author}, licence {license}.</p>
+"""
+
+_HOST = """<h2>What the host needs</h2>
+<p>The unit is written in Python and runs on the interpreter of its host: Python 3.9 to 3.13, 64 bit, standard library
+only; NumPy is not needed. A host that is no Python process itself needs the interpreter's shared library beside it: on
+Linux start it with <code>LD_PRELOAD=libpython3.X.so</code>, on Windows have <code>python3.dll</code> on the
+<code>PATH</code>. Binaries for linux64 (glibc 2.32 or newer) and win64 are inside. The path to which the FMU is
+extracted must hold ASCII characters only, no percent sign and no brackets.</p>
+<h2>How it behaves</h2>
+<p>Inputs are held over a communication step; outputs change in <code>doStep</code> only and are right from the start
+time on. Values that are not finite or out of range are logged (category <code>logStatusDiscard</code>) and not taken,
+and steps are refused with <code>fmi2Discard</code> until the variable has a good value; the unit lives on. Parameters
+are fixed when initialisation ends unless the table says tunable. The state can be saved, restored and serialised at
+any time, exact to the bit.</p>
+"""
+
+
+def index_html(unit: type, start_values: Mapping[str, Value]) -> str:
+    """Return the page."""
+    head = _HEAD.format(
+        name=escape(unit.__name__),
+        summary=escape(unit.summary),  # type: ignore[attr-defined]
+        version=VERSION,
+        author=escape(AUTHOR),
+        license=LICENSE,
+    )
+    equations = f"<h2>Equations</h2>\n{unit.equations}\n"  # type: ignore[attr-defined]
+    source = f"<h2>Source</h2>\n<p>{escape(unit.source)}</p>\n"  # type: ignore[attr-defined]
+    variables: tuple[Variable, ...] = unit.variables  # type: ignore[attr-defined]
+    rows = "".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
+    table = (
+        "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>causality</th><th>unit</th><th>start</th>"
+        f"<th>range</th><th>description</th></tr>\n{rows}</table>\n"
+    )
+    return head + equations + source + _HOST + table + "</body>\n</html>\n"
+
+
+def _row(variable: Variable, start: Value | None) -> str:
+    low, high = variable.minimum, variable.maximum
+    span = "" if low is None or high is None else f"{low:g} to {high:g}"
+    kind = variable.causality + (", tunable" if variable.variability == "tunable" else "")
+    shown = "" if start is None else f"{start:.10g}" if isinstance(start, float) else str(start)
+    cells = (variable.name, kind, variable.unit or variable.type, shown, span, variable.description)
+    return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>\n"

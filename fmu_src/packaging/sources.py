@@ -1,0 +1,148 @@
+"""The Python sources that a unit needs, under names that carry a hash of their content.
+
+All units of a process share ``sys.modules``: a second FMU that brings a package of the same name would silently run
+the first one's code. So every package of the project, pythonfmu's run-time part and the slave script itself are put
+into the FMU as ``<name>_<hash>``, and the absolute imports between them are rewritten.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import json
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from ..errors import BuildError
+from ..variables import Value
+
+VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
+"""Packages that travel inside an FMU; whatever else a unit imports must be in the standard library."""
+
+OLDEST_PYTHON = (3, 9)
+"""A host's Python may be this old; annotations of a newer form are kept from being evaluated there."""
+
+_POSTPONED = "from __future__ import annotations\n"
+
+
+def _package_folder(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
+        raise BuildError(f"the package {package} is not installed, a unit cannot be built without it")
+    return Path(next(iter(spec.submodule_search_locations)))
+
+
+def _module_file(module: str) -> Path | None:
+    """File of a module in a vendored package, or None where the name is an attribute and no module."""
+    package, *rest = module.split(".")
+    base = _package_folder(package).joinpath(*rest)
+    for candidate in (base / "__init__.py", base.with_suffix(".py")):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+def _source(module: str, file: Path) -> str:
+    """Text of a module; pythonfmu's own ``__init__`` would pull in its builder and is left empty."""
+    return "" if module == "pythonfmu" else file.read_text(encoding="utf-8")
+
+
+def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
+    """Every absolute module name that ``module`` may import, also inside functions."""
+    parts = module.split(".") if is_package else module.split(".")[:-1]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = parts[: len(parts) - node.level + 1] if node.level else []
+            origin = ".".join([*base, *([node.module] if node.module else [])])
+            yield origin
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
+
+
+def needed_sources(module: str) -> dict[str, str]:
+    """Return every source that ``module`` needs, by path inside the vendored folder (``heli_plant/plant.py``).
+
+    Raises
+    ------
+    BuildError
+        A module imports something that is neither vendored nor in the standard library, or does not read as the
+        oldest Python that a host may bring.
+    """
+    found: dict[str, str] = {}
+    seen: set[str] = set()
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        file = _module_file(name)
+        if name in seen or file is None:
+            continue
+        seen.add(name)
+        is_package = file.name == "__init__.py"
+        text = _source(name, file)
+        found["/".join([*name.split("."), "__init__.py"]) if is_package else "/".join(name.split(".")) + ".py"] = text
+        try:
+            tree = ast.parse(text, feature_version=OLDEST_PYTHON)
+        except SyntaxError as problem:
+            raise BuildError(f"{name} does not read as Python {OLDEST_PYTHON[0]}.{OLDEST_PYTHON[1]}: {problem}") from problem
+        if "." in name:
+            waiting.append(name.rpartition(".")[0])
+        for wanted in _imports(name, tree, is_package):
+            root = wanted.split(".")[0]
+            if root in VENDORED:
+                waiting.append(wanted)
+            elif root not in sys.stdlib_module_names:
+                raise BuildError(f"{name} imports {root}, which is not in the standard library: an FMU must do without")
+    return dict(sorted(found.items()))
+
+
+def content_hash(sources: Mapping[str, str], start_values: Mapping[str, Value]) -> str:
+    """Twelve hexadecimal digits of the sources and start values."""
+    content = json.dumps([sorted(sources.items()), sorted(start_values.items())], ensure_ascii=False)
+    return hashlib.sha256(content.encode("utf-8")).hexdigest()[:12]
+
+
+def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:
+    """Return the sources under their hashed package names, the imports between them rewritten."""
+    out = {}
+    for path, text in sources.items():
+        package, _, rest = path.partition("/")
+        out[f"{package}_{tag}/{rest}"] = _rewritten(text, tag)
+    return out
+
+
+def _rewritten(text: str, tag: str) -> str:
+    """Rename vendored packages in ``from package import``, and postpone annotations as the oldest Python needs it."""
+    lines = text.splitlines(keepends=True)
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            root = node.module.split(".")[0]
+            if root in VENDORED:
+                line = lines[node.lineno - 1]
+                head, keyword, tail = line[: node.col_offset], "from ", line[node.col_offset + 5 :]
+                lines[node.lineno - 1] = head + keyword + tail.replace(root, f"{root}_{tag}", 1)
+        elif isinstance(node, ast.Import) and any(alias.name.split(".")[0] in VENDORED for alias in node.names):
+            raise BuildError(f"line {node.lineno}: write 'from package import module', a vendored name cannot be renamed here")
+    if text.strip() and _POSTPONED not in text:
+        has_docstring = ast.get_docstring(tree, clean=False) is not None
+        lines.insert((tree.body[0].end_lineno or 0) if has_docstring else 0, _POSTPONED)
+    return "".join(lines)
+
+
+def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:
+    """Text of the script that the binary loads: it takes the vendored unit and sets its start values.
+
+    The binary runs the script's text again with every instance and gives the module's globals back once too often;
+    the list in ``sys`` keeps one reference for each.
+    """
+    values = "".join(f"    {name!r}: {value!r},\n" for name, value in sorted(start_values.items()))
+    return (
+        f'"""{unit.__name__} as pythonfmu loads it."""\n'
+        "import sys\n\n"
+        'sys.__dict__.setdefault("_pythonfmu_pins", []).append(globals())\n\n'
+        f"from fmu_src_{tag}.{unit.__module__.partition('.')[2]} import {unit.__name__}\n\n"
+        f"{unit.__name__}.start_values = {{\n{values}}}\n"
+    )

@@ -1,0 +1,100 @@
+"""Exciter: the paper's test signals and multisines, as a unit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.excitation.multisine import Multisine
+from heli_identifier.excitation.paper import Channel, paper_excitation
+from heli_identifier.excitation.voltages import Excitation, voltages
+
+from ..errors import Refusal
+from ..slave_base import SlaveBase
+from ..variables import Variable, integer_parameter, real_parameter
+from .signals import VOLTAGE_BOUND, voltage_outputs
+
+NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE = 0, 1, 2, 3
+CHANNELS: tuple[Channel, ...] = ("both", "difference", "total")
+_SIGNAL = Multisine()
+_PARAMETERS = (
+    integer_parameter("excitation.experiment", EXPERIMENT_1, NONE, MULTISINE, "0 none, 1 or 2 the paper's, 3 multisines"),
+    integer_parameter("excitation.channel", 0, 0, 2, "0 both, 1 the voltages' difference (pitch), 2 their sum"),
+    real_parameter("excitation.base", "V", 0.5, -VOLTAGE_BOUND, VOLTAGE_BOUND, "voltage of each rotor beneath the signal"),
+    real_parameter("excitation.limit", "V", 5.0, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
+    real_parameter("multisine.rms_difference", "V", _SIGNAL.rms, 0.0, 20.0, "root mean square on the difference"),
+    real_parameter("multisine.rms_sum", "V", 2.0 * _SIGNAL.rms, 0.0, 20.0, "root mean square on the sum"),
+    real_parameter("multisine.lowest", "Hz", _SIGNAL.lowest, 1e-4, 1e3, "lowest frequency"),
+    real_parameter("multisine.highest", "Hz", _SIGNAL.highest, 1e-4, 1e3, "highest frequency"),
+    real_parameter("multisine.period", "s", _SIGNAL.period, 0.1, 1e5, "time after which the signal repeats"),
+    integer_parameter("multisine.tones", _SIGNAL.tones, 1, 1000, "number of tones"),
+    integer_parameter("multisine.seed", _SIGNAL.seed, 0, 2**31 - 2, "seed of the phases; the sum takes the next one"),
+)
+
+
+class Exciter(SlaveBase):
+    """Both voltages as a pure function of time since the start."""
+
+    variables: tuple[Variable, ...] = (
+        *(
+            variable._replace(initial_dependencies=tuple(parameter.name for parameter in _PARAMETERS))
+            for variable in voltage_outputs()
+        ),
+        *_PARAMETERS,
+    )
+    summary = "Test signals for identification: the paper's square and chirp, random-phase multisines"
+    equations = """
+<pre>
+v_front - v_rear = u_d(t),  v_front + v_rear = 2 base + u_s(t)
+</pre>
+<p>Experiment 1: a square between .25 and 1 V with a period of 20 s plus a chirp of .2 V from 2 down to .5 Hz repeated
+every 10 s; experiment 2 has twice the periods. On the sum (elevation and travel) voltages are doubled; where both
+channels are driven the difference has .77 times the periods. Multisines: equal tones, log-spaced on the harmonics of
+one period, random phases of least crest factor.</p>"""
+    source = (
+        "Experiments of 'Adaptive Parameter Identification for Simplified 3D-Motion Model of LAAS Helicopter Benchmark'; "
+        "Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3"
+    )
+
+    def initialise(self, time: float) -> None:
+        """Make the signal, show its value at the start."""
+        try:
+            self.excitation = self._excitation()
+        except ConfigurationError as problem:
+            raise Refusal(str(problem)) from problem
+        self._show(0.0)
+
+    def _excitation(self) -> Excitation:
+        at, reals, integers = self.references, self.reals, self.integers
+        experiment = integers[at["excitation.experiment"]]
+        channel = CHANNELS[integers[at["excitation.channel"]]]
+        base, limit = reals[at["excitation.base"]], reals[at["excitation.limit"]]
+        if experiment in (EXPERIMENT_1, EXPERIMENT_2):
+            paper = paper_excitation(experiment, channel, base)
+            return Excitation(base, paper.difference, paper.total, limit)
+        if experiment == NONE:
+            return Excitation(base, None, None, limit)
+        band = {name: reals[at[f"multisine.{name}"]] for name in ("lowest", "highest", "period")}
+        tones, seed = integers[at["multisine.tones"]], integers[at["multisine.seed"]]
+        difference = Multisine(reals[at["multisine.rms_difference"]], tones=tones, seed=seed, **band)
+        total = Multisine(reals[at["multisine.rms_sum"]], tones=tones, seed=seed + 1, **band)
+        return Excitation(
+            base, None if channel == "total" else difference, None if channel == "difference" else total, limit
+        )
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Show the voltages that hold from the end of the step on."""
+        self._show(time + step_size - self.start_time)
+
+    def _show(self, time: float) -> None:
+        self.reals[0], self.reals[1] = voltages(time, self.excitation)
+
+    def freeze(self) -> Any:
+        """Nothing is hidden: the voltages follow from the time."""
+        return None
+
+    def thaw(self, frozen: Any) -> None:
+        """Make the signal again from the parameters; the voltages have been restored with the variables."""
+        shown = self.reals[0], self.reals[1]
+        self.initialise(self.start_time)
+        self.reals[0], self.reals[1] = shown

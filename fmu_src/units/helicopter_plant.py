@@ -1,0 +1,158 @@
+"""HelicopterPlant: the bench helicopter under two motor voltages, as a unit."""
+
+from __future__ import annotations
+
+from math import ceil, isfinite
+from typing import Any
+
+from heli_plant.encoders import EncoderCounts, quantise
+from heli_plant.errors import ParameterError
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
+from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.state import PlantState, rest_state, start_state
+
+from ..errors import Refusal
+from ..slave_base import SlaveBase
+from ..variables import Variable, boolean_parameter, integer_parameter, real_input, real_output, real_parameter
+from .held_voltages import Held, mean_between, remember
+from .signals import ANGLE_BOUND, AXES, RATE_BOUND, VOLTAGE_BOUND, voltage_inputs
+
+_INPUTS = (
+    *voltage_inputs(),
+    real_input("mass_position", "m", 10.0, 0.1, "commanded position of the moving mass (ADO), a known disturbance"),
+)
+_OUTPUTS = (
+    *(
+        real_output(
+            axis, "rad", 1.0, f"{axis} angle, as the encoder reads it if encoders are on",
+            (f"initial.{axis}", "encoder.enabled", f"encoder.counts_{axis}"),
+        )
+        for axis in AXES
+    ),
+    *(
+        real_output(f"{axis}_rate", "rad/s", 1.0, f"{axis} rate", (f"initial.{axis}_rate",))
+        for axis in AXES
+    ),
+)  # fmt: skip
+_REST = rest_state(TABLE_2)
+_INITIAL = (
+    *(
+        real_parameter(f"initial.{axis}", "rad", getattr(_REST, axis), -ANGLE_BOUND, ANGLE_BOUND, f"{axis} at the start")
+        for axis in AXES
+    ),
+    *(
+        real_parameter(f"initial.{axis}_rate", "rad/s", 0.0, -RATE_BOUND, RATE_BOUND, f"{axis} rate at the start")
+        for axis in AXES
+    ),
+    *(
+        real_parameter(
+            f"initial.v_{rotor}", "V", 0.0, -VOLTAGE_BOUND, VOLTAGE_BOUND,
+            f"voltage at which the {rotor} motor has settled at the start",
+        )
+        for rotor in ("front", "rear")
+    ),
+)  # fmt: skip
+_COUNTS = EncoderCounts()
+_SETTINGS = (
+    real_parameter("solver.step", "s", 0.01, 1e-5, 1.0, "longest step of the Runge-Kutta method inside"),
+    boolean_parameter("encoder.enabled", False, "round the angles to encoder counts"),
+    *(
+        integer_parameter(
+            f"encoder.counts_{axis}", getattr(_COUNTS, axis), 0, 1 << 24, f"{axis} encoder's counts per turn; 0: no rounding"
+        )
+        for axis in AXES
+    ),
+)  # fmt: skip
+_PHYSICS = tuple(
+    real_parameter(row.name, row.unit, row.default, row.minimum, row.maximum, row.description) for row in PARAMETERS
+)
+
+
+class HelicopterPlant(SlaveBase):
+    """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
+
+    variables: tuple[Variable, ...] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS)
+    summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
+    equations = """
+<p>Simplified model, with &mu;<sub>d</sub> = &nu;<sub>f</sub> &minus; &nu;<sub>r</sub> and
+&mu;<sub>s</sub> = &nu;<sub>f</sub> + &nu;<sub>r</sub>:</p>
+<pre>
+pitch''     = -a_wx pitch' - a_th sin(pitch - theta0) + k_x mu_d
+elevation'' = -a_wz elevation' - a_e elevation - a_1 - a_lt pitch' travel' + k_z mu_s cos(pitch)
+travel''    = -a_wy travel' + k_y mu_s sin(pitch)
+motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
+</pre>
+<p>Each parameter <code>effects.*</code> adds one law that this model leaves out; it is off at 0.
+<code>general.enabled = 1</code> takes the rigid-body model of four point masses instead.</p>
+<p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
+classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
+    source = (
+        "Adaptive Parameter Identification for Simplified 3D-Motion Model of 'LAAS Helicopter Benchmark', eqs (1), (2), "
+        "(9), (10), (12), Table 2; Brentari et al., Benchmark model of Quanser's 3 DOF Helicopter, LAAS report 18040, 2018"
+    )
+
+    def initialise(self, time: float) -> None:
+        """Collect the parameters, place the plant at its initial state."""
+        reals, at = self.reals, self.references
+        try:
+            self.parameters = checked(PlantParameters(**{row.field: reals[at[row.name]] for row in PARAMETERS}))
+        except ParameterError as problem:
+            raise Refusal(str(problem)) from problem
+        self.inner_step = reals[at["solver.step"]]
+        first = start_state(
+            *(reals[at[f"initial.{axis}"]] for axis in AXES),
+            reals[at["initial.v_front"]],
+            reals[at["initial.v_rear"]],
+            tuple(reals[at[f"initial.{axis}_rate"]] for axis in AXES),
+        )
+        self.state: PlantState = rigid_start(first, self.parameters)
+        enabled = self.booleans[at["encoder.enabled"]]
+        self.counts = tuple(self.integers[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)
+        self.history: Held = []
+        self._publish()
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Step the physics over [time, time + step_size] [s]."""
+        reals, p, state = self.reals, self.parameters, self.state
+        v_front, v_rear, command = reals[0], reals[1], reals[2]  # the first three of ``variables``
+        delay, history = p.input_delay_rotors, self.history
+        if delay > 0.0:
+            history = remember(history, time, v_front, v_rear, delay)
+        steps = max(ceil(step_size / self.inner_step - 1e-9), 1)
+        h = step_size / steps
+        record_time = time - self.start_time
+        try:
+            for k in range(steps):
+                if delay > 0.0:
+                    v_front, v_rear = mean_between(history, time + k * h - delay, time + (k + 1) * h - delay)
+                state = step(state, v_front, v_rear, command, record_time + k * h, h, p)
+        except (ValueError, OverflowError):  # the sine of an infinite angle
+            state = state._replace(pitch=float("nan"))
+        if not isfinite(sum(state)):
+            raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.state}")
+        self.state, self.history = state, history
+        self._publish()
+
+    def _publish(self) -> None:
+        """Set the outputs to what the encoders and rates show of the state."""
+        reals, state = self.reals, self.state
+        pitch, elevation, travel = measured_angles(state)
+        counts = self.counts
+        reals[3] = quantise(pitch, counts[0])
+        reals[4] = quantise(elevation, counts[1])
+        reals[5] = quantise(travel, counts[2])
+        reals[6] = state.pitch_rate
+        reals[7] = state.elevation_rate + state.bending_rate
+        reals[8] = state.travel_rate
+
+    def freeze(self) -> Any:
+        """State and delayed voltages; everything else follows from the parameters."""
+        return [list(self.state), [list(row) for row in self.history]]
+
+    def thaw(self, frozen: Any) -> None:
+        """Take the parameters again, then the state as it was."""
+        self.initialise(self.start_time)
+        state, history = frozen
+        self.state = PlantState(*state)
+        self.history = [(since, v_front, v_rear) for since, v_front, v_rear in history]
+        self._publish()

@@ -1,0 +1,72 @@
+"""LogPlayer: a measured log as a unit, so that identifier and plant meet real data."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from typing import Any
+
+from ..errors import Refusal
+from ..slave_base import SlaveBase
+from ..variables import Variable, real_output, real_parameter, string_parameter
+from .log_file import Recording, read_recording
+from .signals import AXES, voltage_outputs
+
+_EARLY = 1e-9
+"""A row counts from this much before its time [s]: communication points k H carry rounding errors."""
+
+_DEPENDS = ("log.path", "log.start")
+
+
+class LogPlayer(SlaveBase):
+    """Plays a log: at time t it shows the row that holds at t, and the last row after the end."""
+
+    variables: tuple[Variable, ...] = (
+        *(variable._replace(initial_dependencies=_DEPENDS) for variable in voltage_outputs()),
+        *(
+            real_output(axis, "rad", 1.0, f"measured {axis} angle", _DEPENDS, variability="discrete")
+            for axis in AXES
+        ),
+        string_parameter("log.path", "", "CSV file with columns time [s], v_front [V], v_rear [V], pitch, elevation, travel"),
+        real_parameter("log.start", "s", 0.0, 0.0, 1e9, "played first: this long after the log's first row"),
+    )  # fmt: skip
+    summary = "Plays the voltages and angles of a measured log"
+    equations = """
+<p>At time t the unit shows row k of the log with the largest time<sub>k</sub> &minus; time<sub>0</sub> &le; t
+&minus; t<sub>start</sub> + log.start, held until the next row; after the last row it holds that. The file is CSV with
+the header <code>time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]</code>; columns may stand in
+any order, angles may be in <code>[deg]</code>, further columns are left alone. A file that cannot be played is logged with
+the reason, and steps are refused.</p>"""
+    source = "The log format of this project"
+
+    recording: Recording | None = None
+
+    def initialise(self, time: float) -> None:
+        """Read the log and show its first row."""
+        path = self.strings[self.references["log.path"]]
+        if self.recording is None or self.recording.path != path:
+            self.recording = read_recording(path)
+        self._show(time)
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Show the row that holds at the end of the step."""
+        self._show(time + step_size)
+
+    def _show(self, time: float) -> None:
+        if self.recording is None:
+            raise Refusal("there is no log to play")
+        since_first = time - self.start_time + self.reals[self.references["log.start"]]
+        index = bisect_right(self.recording.times, since_first + _EARLY) - 1
+        reals = self.reals
+        for reference, value in enumerate(self.recording.rows[max(index, 0)]):
+            reals[reference] = value
+
+    def freeze(self) -> Any:
+        """Nothing is hidden: what is shown follows from the parameters and the time."""
+        return None
+
+    def thaw(self, frozen: Any) -> None:
+        """Make sure that the log is at hand; what was shown has been restored with the outputs."""
+        path = self.strings[self.references["log.path"]]
+        if self.recording is None or self.recording.path != path:
+            self.recording = read_recording(path)
+

@@ -1,0 +1,113 @@
+"""PidController: three sampled PID loops, as a unit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heli_plant.control import PidSettings, PidState, clip, pid_step, start_pid
+
+from ..slave_base import SlaveBase
+from ..variables import Variable, boolean_parameter, real_input, real_parameter
+from .signals import AXES, VOLTAGE_BOUND, angle_inputs, voltage_outputs
+
+_DEFAULT = PidSettings()
+_GAINS = ("proportional", "integral", "derivative")
+_GAIN_UNITS = {
+    "pitch": ("V/rad", "V/(rad s)", "V s/rad"),
+    "elevation": ("V/rad", "V/(rad s)", "V s/rad"),
+    "travel": ("1", "1/s", "s"),
+}
+_EARLY = 1e-9
+"""A reference step counts from this much before its time [s]: communication points carry rounding errors."""
+
+
+class PidController(SlaveBase):
+    """At each communication point it takes the angles, at the next it shows the voltages that follow from them."""
+
+    variables: tuple[Variable, ...] = (
+        *angle_inputs(),
+        *(
+            real_input(f"excitation_{rotor}", "V", VOLTAGE_BOUND, 1.0, f"added to the {rotor} voltage, for identification")
+            for rotor in ("front", "rear")
+        ),
+        *(variable._replace(initial_dependencies=("trim", "voltage_limit")) for variable in voltage_outputs()),
+        *(
+            real_parameter(f"reference.{axis}", "rad", 0.0, -1e4, 1e4, f"wanted {axis}", tunable=True)
+            for axis in AXES
+        ),
+        *(
+            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"added to it from the step time on ({axis})")
+            for axis in AXES
+        ),
+        real_parameter("reference.step_time", "s", 5.0, 0.0, 1e9, "time of the reference step"),
+        *(
+            real_parameter(
+                f"{axis}.{gain}", _GAIN_UNITS[axis][k], getattr(_DEFAULT, axis)[k], -1e4, 1e4, f"{gain} gain of the {axis} loop"
+            )
+            for axis in AXES
+            for k, gain in enumerate(_GAINS)
+        ),
+        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "travel is controlled through the pitch reference"),
+        real_parameter("travel.pitch_limit", "rad", _DEFAULT.pitch_limit, 0.0, 1.6, "bound of that pitch reference"),
+        real_parameter("trim", "V", _DEFAULT.trim, -60.0, 60.0, "sum of both voltages at zero error"),
+        real_parameter("rate.time_constant", "s", _DEFAULT.rate_time_constant, 1e-4, 10.0, "lag of the rate's filter"),
+        real_parameter("voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
+    )  # fmt: skip
+    summary = "PID control of pitch, elevation and travel through two motor voltages"
+    equations = """
+<pre>
+v_front - v_rear = -(P (pitch - reference) + I integral + D pitch')
+v_front + v_rear = trim - (P (elevation - reference) + I integral + D elevation')
+travel.enabled:   pitch reference = P (travel - reference) + I integral + D travel', within travel.pitch_limit
+</pre>
+<p>Rates are filtered differences of the angles with rate.time_constant. Integrals stop while their output is at its
+limit. The voltages that follow from the angles at one communication point show at the next: a sampled controller's
+delay of one period. Up to the first they are trim/2 each.</p>"""
+    source = (
+        "The PID law of 'Adaptive Parameter Identification for Simplified 3D-Motion Model of LAAS Helicopter Benchmark' "
+        "with gains 8.35, 4.25, 8.76 on pitch, its sign mended: as printed the loop is unstable"
+    )
+
+    def initialise(self, time: float) -> None:
+        """Take the settings, show the trim voltages."""
+        at = self.references
+        value = {name: self.reals[reference] for name, reference in at.items() if reference in self.reals}
+        axis_gains = type(_DEFAULT.pitch)
+        self.settings = PidSettings(
+            **{axis: axis_gains(*(value[f"{axis}.{gain}"] for gain in _GAINS)) for axis in AXES},
+            travel_enabled=self.booleans[at["travel.enabled"]],
+            trim=value["trim"],
+            pitch_limit=value["travel.pitch_limit"],
+            rate_time_constant=value["rate.time_constant"],
+            voltage_limit=value["voltage_limit"],
+        )
+        self.steps = tuple(value[f"reference.step_{axis}"] for axis in AXES)
+        self.step_time = value["reference.step_time"] - _EARLY
+        self.state: PidState | None = None
+        self._show(0.5 * self.settings.trim, 0.5 * self.settings.trim)
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Take the angles at ``time`` [s]; the voltages show at ``time + step_size``."""
+        reals = self.reals
+        pitch, elevation, travel = reals[0], reals[1], reals[2]  # the first three of ``variables``
+        references = (reals[7], reals[8], reals[9])  # after two excitations and two voltages
+        if time - self.start_time >= self.step_time:
+            references = tuple(a + b for a, b in zip(references, self.steps))
+        state = start_pid(pitch, elevation, travel) if self.state is None else self.state
+        self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.settings)
+        self._show(front + reals[3], rear + reals[4])
+
+    def _show(self, v_front: float, v_rear: float) -> None:
+        limit = self.settings.voltage_limit
+        self.reals[5], self.reals[6] = clip(v_front, limit), clip(v_rear, limit)
+
+    def freeze(self) -> Any:
+        """Integrals and filtered angles, None before the first step."""
+        return None if self.state is None else list(self.state)
+
+    def thaw(self, frozen: Any) -> None:
+        """Take the settings again, then the loops' state; the outputs have been restored with the variables."""
+        shown = self.reals[5], self.reals[6]
+        self.initialise(self.start_time)
+        self.reals[5], self.reals[6] = shown
+        self.state = None if frozen is None else PidState(*frozen)

@@ -1,0 +1,42 @@
+"""Inputs and outputs that several units share, so that each name has one unit, range and meaning."""
+
+from __future__ import annotations
+
+from ..variables import Variable, real_input, real_output
+
+VOLTAGE_BOUND = 30.0
+"""No rig's amplifier gives more [V]; the motors saturate far below (``motor.voltage_limit``)."""
+
+ANGLE_BOUND = 1e4
+"""Angles count turns, so they may be large [rad]; beyond this something else is wrong."""
+
+RATE_BOUND = 1e3
+"""Bound of an angular rate [rad/s]."""
+
+AXES = ("pitch", "elevation", "travel")
+
+
+def voltage_inputs() -> tuple[Variable, ...]:
+    """``v_front`` and ``v_rear`` as inputs."""
+    return tuple(
+        real_input(f"v_{rotor}", "V", VOLTAGE_BOUND, 5.0, f"voltage of the {rotor} motor, held over the step")
+        for rotor in ("front", "rear")
+    )
+
+
+def voltage_outputs() -> tuple[Variable, ...]:
+    """``v_front`` and ``v_rear`` as outputs."""
+    return tuple(
+        real_output(f"v_{rotor}", "V", 5.0, f"voltage of the {rotor} motor", variability="discrete")
+        for rotor in ("front", "rear")
+    )
+
+
+def angle_inputs() -> tuple[Variable, ...]:
+    """The three angles as inputs."""
+    return tuple(real_input(axis, "rad", ANGLE_BOUND, 1.0, f"measured {axis} angle") for axis in AXES)
+
+
+def rate_inputs() -> tuple[Variable, ...]:
+    """The three angular rates as inputs."""
+    return tuple(real_input(f"{axis}_rate", "rad/s", RATE_BOUND, 1.0, f"{axis} rate") for axis in AXES)

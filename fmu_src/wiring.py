@@ -1,0 +1,135 @@
+"""The wiring table: which output feeds which input in each scenario, and where a step of delay lies.
+
+The master steps by Jacobi's scheme, as importers of .ssp files do: at the communication point t_k every input is set
+to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H, in any order with the
+same result. From this follows, for every scenario:
+
+* **no delay** from Exciter or LogPlayer to the others: what these show at t_k is the voltage that holds over
+  [t_k, t_{k+1}), and that is how HelicopterPlant and AdaptiveIdentifier take it;
+* **no delay** from the plant's (or the player's) angles to the identifier: an angle and a voltage that arrive
+  together belong to the same t_k; the identifier's outputs at t_{k+1} have used the samples up to t_k;
+* **one step of delay** in the PidController: it reads the angles (and the exciter's voltages) of t_k while it steps to
+  t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
+  same delay of one control period. Over [t_0, t_1) it gives its trim voltage.
+
+Before the first step inputs are set in the same way from the outputs at t_0; no output at t_0 depends on an input, so
+one pass is enough.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .errors import WiringError
+from .variables import nearest
+
+AXES = ("pitch", "elevation", "travel")
+VOLTAGES = ("v_front", "v_rear")
+
+
+@dataclass(frozen=True)
+class Connection:
+    """``source_unit.source`` feeds ``target_unit.target``."""
+
+    source_unit: str
+    source: str
+    target_unit: str
+    target: str
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """Units by the name they have in this scenario, their connections, and parameters that it needs changed.
+
+    Raises
+    ------
+    WiringError
+        A connection names a unit that is not there, or an input is fed twice.
+    """
+
+    name: str
+    title: str
+    units: tuple[tuple[str, str], ...]
+    connections: tuple[Connection, ...]
+    parameters: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        known = dict(self.units)
+        fed = set()
+        for wire in self.connections:
+            for unit in (wire.source_unit, wire.target_unit):
+                if unit not in known:
+                    raise WiringError(f"scenario {self.name}: {wire} names the unit {unit!r}, which is not in it")
+            target = (wire.target_unit, wire.target)
+            if target in fed:
+                raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is fed twice")
+            fed.add(target)
+
+
+def _wires(source: str, target: str, names: tuple[str, ...]) -> tuple[Connection, ...]:
+    """Variables of the same name in two units."""
+    return tuple(Connection(source, name, target, name) for name in names)
+
+
+OPEN_LOOP = Scenario(
+    "open_loop",
+    "open-loop identification: Exciter -> HelicopterPlant -> AdaptiveIdentifier",
+    (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
+    (
+        *_wires("exciter", "plant", VOLTAGES),
+        *_wires("exciter", "identifier", VOLTAGES),
+        *_wires("plant", "identifier", AXES),
+    ),
+)
+CLOSED_LOOP = Scenario(
+    "closed_loop",
+    "closed loop: Exciter on top of PidController -> HelicopterPlant -> AdaptiveIdentifier",
+    (
+        ("exciter", "Exciter"),
+        ("controller", "PidController"),
+        ("plant", "HelicopterPlant"),
+        ("identifier", "AdaptiveIdentifier"),
+    ),
+    (
+        Connection("exciter", "v_front", "controller", "excitation_front"),
+        Connection("exciter", "v_rear", "controller", "excitation_rear"),
+        *_wires("plant", "controller", AXES),
+        *_wires("controller", "plant", VOLTAGES),
+        *_wires("controller", "identifier", VOLTAGES),
+        *_wires("plant", "identifier", AXES),
+    ),
+    # the controller brings its own trim, the exciter's base voltage would come on top
+    (("exciter.excitation.base", 0.0),),
+)
+MEASURED_DATA = Scenario(
+    "measured_data",
+    "measured data: LogPlayer -> AdaptiveIdentifier, LogPlayer -> HelicopterPlant beside the measurement",
+    (("player", "LogPlayer"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
+    (
+        *_wires("player", "plant", VOLTAGES),
+        *_wires("player", "identifier", VOLTAGES),
+        *_wires("player", "identifier", AXES),
+    ),
+)
+PLANT_BESIDE_LOG = Scenario(
+    "plant_beside_log",
+    "the plant alone under a log's voltages: LogPlayer -> HelicopterPlant",
+    (("player", "LogPlayer"), ("plant", "HelicopterPlant")),
+    _wires("player", "plant", VOLTAGES),
+)
+SCENARIOS: dict[str, Scenario] = {
+    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG)
+}
+
+
+def scenario(name: str) -> Scenario:
+    """Return a scenario by name.
+
+    Raises
+    ------
+    WiringError
+        No scenario has this name.
+    """
+    if name not in SCENARIOS:
+        raise WiringError(f"no scenario is called {name!r}{nearest(name, tuple(SCENARIOS))}; there are {', '.join(SCENARIOS)}")
+    return SCENARIOS[name]
