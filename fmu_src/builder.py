@@ -141,6 +141,6 @@ def _guid(entries: Mapping[str, bytes]) -> str:
 
 
 def _colour(name: str) -> tuple[int, int, int]:
-    """A dark colour that follows from the unit's name."""
+    """Return a dark colour that follows from the unit's name."""
     number = zlib.crc32(name.encode())
     return 40 + number % 150, 40 + number // 150 % 150, 40 + number // 22500 % 150

@@ -120,7 +120,7 @@ class SlaveBase(Fmi2Slave):
         self.start_time = start_time
 
     def enter_initialization_mode(self) -> None:
-        """Outputs can be asked for from here on."""
+        """Let outputs be asked for from here on."""
         self.phase = INITIALISING
         self._stale = True
 
@@ -182,7 +182,7 @@ class SlaveBase(Fmi2Slave):
         """Take Real values that are in range, log and refuse the others."""
         try:
             limits, reals = self._limits, self.reals
-            for reference, value in zip(vrs, values):
+            for reference, value in zip(vrs, values, strict=True):
                 if reference in limits and reference in reals:
                     low, high = limits[reference]
                     if low <= value <= high:
@@ -210,7 +210,7 @@ class SlaveBase(Fmi2Slave):
 
     def _set(self, call: str, store: dict[int, Any], vrs: list[int], values: list[Any]) -> None:
         try:
-            for reference, value in zip(vrs, values):
+            for reference, value in zip(vrs, values, strict=True):
                 known = reference in self._limits and reference in store
                 if known and problem_with(self.variables[reference], value) is None:
                     store[reference] = value

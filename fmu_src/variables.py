@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from sys import float_info
 from typing import NamedTuple, Union
 
-Value = Union[float, int, bool, str]
+Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
 LARGEST = float_info.max
 """Bound of a Real without a bound of its own: it still keeps infinities and NaN out."""
@@ -45,12 +45,12 @@ class Variable(NamedTuple):
 
 
 def real_input(name, unit, bound, nominal, description, start=0.0) -> Variable:
-    """A continuous Real input between minus and plus ``bound``."""
+    """Return a continuous Real input between minus and plus ``bound``."""
     return Variable(name, "input", description, "Real", unit, start, -bound, bound, nominal)
 
 
 def real_output(name, unit, nominal, description, depends_on: Sequence[str] = (), variability="continuous") -> Variable:
-    """A Real output; it is calculated, so it has no start value."""
+    """Return a Real output; it is calculated, so it has no start value."""
     return Variable(
         name, "output", description, "Real", unit, nominal=nominal, variability=variability,
         initial_dependencies=tuple(depends_on),
@@ -58,25 +58,25 @@ def real_output(name, unit, nominal, description, depends_on: Sequence[str] = ()
 
 
 def real_parameter(name, unit, start, minimum, maximum, description, tunable=False) -> Variable:
-    """A Real parameter: fixed after initialisation, or tunable."""
+    """Return a Real parameter: fixed after initialisation, or tunable."""
     variability = "tunable" if tunable else "fixed"
     return Variable(name, "parameter", description, "Real", unit, start, minimum, maximum, variability=variability)
 
 
 def integer_parameter(name, start, minimum, maximum, description) -> Variable:
-    """A fixed Integer parameter."""
+    """Return a fixed Integer parameter."""
     return Variable(
         name, "parameter", description, "Integer", None, start, minimum, maximum, variability="fixed"
     )  # fmt: skip
 
 
 def boolean_parameter(name, start, description) -> Variable:
-    """A fixed Boolean parameter."""
+    """Return a fixed Boolean parameter."""
     return Variable(name, "parameter", description, "Boolean", None, start, variability="fixed")
 
 
 def string_parameter(name, start, description) -> Variable:
-    """A fixed String parameter."""
+    """Return a fixed String parameter."""
     return Variable(name, "parameter", description, "String", None, start, variability="fixed")
 
 

@@ -131,5 +131,6 @@ def scenario(name: str) -> Scenario:
         No scenario has this name.
     """
     if name not in SCENARIOS:
-        raise WiringError(f"no scenario is called {name!r}{nearest(name, tuple(SCENARIOS))}; there are {', '.join(SCENARIOS)}")
+        there = ", ".join(SCENARIOS)
+        raise WiringError(f"no scenario is called {name!r}{nearest(name, tuple(SCENARIOS))}; there are {there}")
     return SCENARIOS[name]

@@ -75,7 +75,8 @@ class Instance:
         except FMICallException as problem:
             self.fail(call, time, problem.status)
         except Exception as problem:  # fmpy raises a bare Exception when a unit does not come to life
-            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {problem}; {' '.join(self.messages)}") from problem
+            said = "; ".join(self.messages)
+            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {problem}; {said}") from problem
         self.check_messages(call, time)
         return value
 
@@ -123,7 +124,7 @@ class Instance:
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def bind(self, inputs: list[str], input_address: int, output_address: int) -> None:
-        """Lay out the buffers: where this unit's inputs and outputs lie in the master's arrays (addresses of doubles)."""
+        """Lay out the buffers: inputs and outputs lie at these addresses in the master's arrays of doubles."""
         for name in inputs:
             if self.variable(name).causality != "input":
                 raise MasterError(f"{self.name}.{name} is no input")

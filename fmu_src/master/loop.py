@@ -118,7 +118,7 @@ def _stepped(
     progress: bool,
 ) -> Result:
     """Initialise and step the units; the result holds every output."""
-    place = {}
+    place: dict[tuple[str, str], int] = {}
     for name, unit in units.items():
         for variable in unit.outputs:
             place[(name, variable.name)] = len(place)
@@ -162,7 +162,7 @@ def _stepped(
         values[k + 1] = shown
     names = tuple(f"{unit}.{variable}" for unit, variable in place)
     physical = tuple(variable.unit or "1" for unit in everyone for variable in unit.outputs)
-    return Result(names, physical, np.arange(steps + 1) * step, values)
+    return Result(names, physical, np.arange(steps + 1, dtype=np.float64) * step, values)
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:

@@ -97,7 +97,7 @@ def _scalar_variable(reference: int, variable: Variable, start: Value | None) ->
 
 
 def _text(value: Value, kind: str) -> str:
-    """A value as XML text that reads back to the same bits."""
+    """Return a value as XML text that reads back to the same bits."""
     if kind == "Real":
         return repr(float(value))
     if kind == "Boolean":
@@ -121,6 +121,6 @@ def _model_structure(variables: tuple[Variable, ...]) -> Element:
 
 
 def xml_text(root: Element) -> bytes:
-    """The document as UTF-8 with two-blank indentation."""
+    """Return the document as UTF-8 with two-blank indentation."""
     indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="utf-8") + b"\n"

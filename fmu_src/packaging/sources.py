@@ -11,6 +11,7 @@ import ast
 import hashlib
 import importlib.util
 import json
+import re
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -25,6 +26,8 @@ OLDEST_PYTHON = (3, 9)
 """A host's Python may be this old; annotations of a newer form are kept from being evaluated there."""
 
 _POSTPONED = "from __future__ import annotations\n"
+_STRICT = re.compile(r",\s*strict=True(?=\s*,?\s*\))")
+"""``zip(..., strict=True)`` is Python 3.10; the project's own tests run with it, a vendored copy does without."""
 
 
 def _package_folder(package: str) -> Path:
@@ -86,7 +89,7 @@ def needed_sources(module: str) -> dict[str, str]:
         try:
             tree = ast.parse(text, feature_version=OLDEST_PYTHON)
         except SyntaxError as problem:
-            raise BuildError(f"{name} does not read as Python {OLDEST_PYTHON[0]}.{OLDEST_PYTHON[1]}: {problem}") from problem
+            raise BuildError(f"{name} does not read as Python {OLDEST_PYTHON}: {problem}") from problem
         if "." in name:
             waiting.append(name.rpartition(".")[0])
         for wanted in _imports(name, tree, is_package):
@@ -125,11 +128,11 @@ def _rewritten(text: str, tag: str) -> str:
                 head, keyword, tail = line[: node.col_offset], "from ", line[node.col_offset + 5 :]
                 lines[node.lineno - 1] = head + keyword + tail.replace(root, f"{root}_{tag}", 1)
         elif isinstance(node, ast.Import) and any(alias.name.split(".")[0] in VENDORED for alias in node.names):
-            raise BuildError(f"line {node.lineno}: write 'from package import module', a vendored name cannot be renamed here")
+            raise BuildError(f"{lines[node.lineno - 1]!r}: a vendored name needs the form 'from package import module'")
     if text.strip() and _POSTPONED not in text:
         has_docstring = ast.get_docstring(tree, clean=False) is not None
         lines.insert((tree.body[0].end_lineno or 0) if has_docstring else 0, _POSTPONED)
-    return "".join(lines)
+    return _STRICT.sub("", "".join(lines))
 
 
 def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.excitation.multisine import Multisine
@@ -12,15 +12,15 @@ from heli_identifier.excitation.voltages import Excitation, voltages
 from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, integer_parameter, real_parameter
-from .signals import VOLTAGE_BOUND, voltage_outputs
+from .signals import PAPER, VOLTAGE_BOUND, voltage_outputs
 
 NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE = 0, 1, 2, 3
 CHANNELS: tuple[Channel, ...] = ("both", "difference", "total")
 _SIGNAL = Multisine()
 _PARAMETERS = (
-    integer_parameter("excitation.experiment", EXPERIMENT_1, NONE, MULTISINE, "0 none, 1 or 2 the paper's, 3 multisines"),
+    integer_parameter("excitation.experiment", EXPERIMENT_1, NONE, MULTISINE, "0 none, 1, 2 the paper's, 3 multisines"),
     integer_parameter("excitation.channel", 0, 0, 2, "0 both, 1 the voltages' difference (pitch), 2 their sum"),
-    real_parameter("excitation.base", "V", 0.5, -VOLTAGE_BOUND, VOLTAGE_BOUND, "voltage of each rotor beneath the signal"),
+    real_parameter("excitation.base", "V", 0.5, -VOLTAGE_BOUND, VOLTAGE_BOUND, "rotors' voltage beneath the signal"),
     real_parameter("excitation.limit", "V", 5.0, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
     real_parameter("multisine.rms_difference", "V", _SIGNAL.rms, 0.0, 20.0, "root mean square on the difference"),
     real_parameter("multisine.rms_sum", "V", 2.0 * _SIGNAL.rms, 0.0, 20.0, "root mean square on the sum"),
@@ -35,7 +35,7 @@ _PARAMETERS = (
 class Exciter(SlaveBase):
     """Both voltages as a pure function of time since the start."""
 
-    variables: tuple[Variable, ...] = (
+    variables: ClassVar[tuple[Variable, ...]] = (
         *(
             variable._replace(initial_dependencies=tuple(parameter.name for parameter in _PARAMETERS))
             for variable in voltage_outputs()
@@ -51,10 +51,7 @@ v_front - v_rear = u_d(t),  v_front + v_rear = 2 base + u_s(t)
 every 10 s; experiment 2 has twice the periods. On the sum (elevation and travel) voltages are doubled; where both
 channels are driven the difference has .77 times the periods. Multisines: equal tones, log-spaced on the harmonics of
 one period, random phases of least crest factor.</p>"""
-    source = (
-        "Experiments of 'Adaptive Parameter Identification for Simplified 3D-Motion Model of LAAS Helicopter Benchmark'; "
-        "Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3"
-    )
+    source = f"{PAPER}, experiments; Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3"
 
     def initialise(self, time: float) -> None:
         """Make the signal, show its value at the start."""
@@ -74,10 +71,10 @@ one period, random phases of least crest factor.</p>"""
             return Excitation(base, paper.difference, paper.total, limit)
         if experiment == NONE:
             return Excitation(base, None, None, limit)
-        band = {name: reals[at[f"multisine.{name}"]] for name in ("lowest", "highest", "period")}
+        lowest, highest, period = (reals[at[f"multisine.{name}"]] for name in ("lowest", "highest", "period"))
         tones, seed = integers[at["multisine.tones"]], integers[at["multisine.seed"]]
-        difference = Multisine(reals[at["multisine.rms_difference"]], tones=tones, seed=seed, **band)
-        total = Multisine(reals[at["multisine.rms_sum"]], tones=tones, seed=seed + 1, **band)
+        difference = Multisine(reals[at["multisine.rms_difference"]], lowest, highest, tones, period, seed)
+        total = Multisine(reals[at["multisine.rms_sum"]], lowest, highest, tones, period, seed + 1)
         return Excitation(
             base, None if channel == "total" else difference, None if channel == "difference" else total, limit
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import ceil, isfinite
-from typing import Any
+from typing import Any, ClassVar
 
 from heli_plant.encoders import EncoderCounts, quantise
 from heli_plant.errors import ParameterError
@@ -15,7 +15,7 @@ from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, boolean_parameter, integer_parameter, real_input, real_output, real_parameter
 from .held_voltages import Held, mean_between, remember
-from .signals import ANGLE_BOUND, AXES, RATE_BOUND, VOLTAGE_BOUND, voltage_inputs
+from .signals import ANGLE_BOUND, AXES, PAPER, RATE_BOUND, VOLTAGE_BOUND, voltage_inputs
 
 _INPUTS = (
     *voltage_inputs(),
@@ -37,7 +37,7 @@ _OUTPUTS = (
 _REST = rest_state(TABLE_2)
 _INITIAL = (
     *(
-        real_parameter(f"initial.{axis}", "rad", getattr(_REST, axis), -ANGLE_BOUND, ANGLE_BOUND, f"{axis} at the start")
+        real_parameter(f"initial.{axis}", "rad", getattr(_REST, axis), -ANGLE_BOUND, ANGLE_BOUND, f"{axis} at start")
         for axis in AXES
     ),
     *(
@@ -58,7 +58,7 @@ _SETTINGS = (
     boolean_parameter("encoder.enabled", False, "round the angles to encoder counts"),
     *(
         integer_parameter(
-            f"encoder.counts_{axis}", getattr(_COUNTS, axis), 0, 1 << 24, f"{axis} encoder's counts per turn; 0: no rounding"
+            f"encoder.counts_{axis}", getattr(_COUNTS, axis), 0, 1 << 24, f"{axis} counts per turn; 0: no rounding"
         )
         for axis in AXES
     ),
@@ -71,7 +71,7 @@ _PHYSICS = tuple(
 class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
-    variables: tuple[Variable, ...] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS)
+    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS)
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     equations = """
 <p>Simplified model, with &mu;<sub>d</sub> = &nu;<sub>f</sub> &minus; &nu;<sub>r</sub> and
@@ -87,8 +87,8 @@ motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
 classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
     source = (
-        "Adaptive Parameter Identification for Simplified 3D-Motion Model of 'LAAS Helicopter Benchmark', eqs (1), (2), "
-        "(9), (10), (12), Table 2; Brentari et al., Benchmark model of Quanser's 3 DOF Helicopter, LAAS report 18040, 2018"
+        f"{PAPER}, eqs (1), (2), (9), (10), (12), Table 2; "
+        "Brentari et al., Benchmark model of Quanser's 3 DOF Helicopter, LAAS report 18040, 2018"
     )
 
     def initialise(self, time: float) -> None:
@@ -99,12 +99,11 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         except ParameterError as problem:
             raise Refusal(str(problem)) from problem
         self.inner_step = reals[at["solver.step"]]
-        first = start_state(
-            *(reals[at[f"initial.{axis}"]] for axis in AXES),
-            reals[at["initial.v_front"]],
-            reals[at["initial.v_rear"]],
-            tuple(reals[at[f"initial.{axis}_rate"]] for axis in AXES),
-        )
+        pitch, elevation, travel = (reals[at[f"initial.{axis}"]] for axis in AXES)
+        pitch_rate, elevation_rate, travel_rate = (reals[at[f"initial.{axis}_rate"]] for axis in AXES)
+        v_front, v_rear = reals[at["initial.v_front"]], reals[at["initial.v_rear"]]
+        rates = (pitch_rate, elevation_rate, travel_rate)
+        first = start_state(pitch, elevation, travel, v_front, v_rear, rates)
         self.state: PlantState = rigid_start(first, self.parameters)
         enabled = self.booleans[at["encoder.enabled"]]
         self.counts = tuple(self.integers[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)

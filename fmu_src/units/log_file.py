@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from math import isfinite, radians
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..errors import Refusal
 from .signals import AXES
@@ -54,9 +54,9 @@ def read_recording(path: str) -> Recording:
 
 
 def _columns(path: str, header: list[str]) -> list[tuple[str, int, float]]:
-    """Header text, position and factor to SI of time and each signal."""
+    """Return header text, position and factor to SI of time and each signal."""
     found = []
-    for signal, accepted in _HEADERS.items():
+    for accepted in _HEADERS.values():
         places = [index for index, text in enumerate(header) if text in accepted]
         if len(places) != 1:
             count = "no column" if not places else f"{len(places)} columns"
@@ -65,8 +65,8 @@ def _columns(path: str, header: list[str]) -> list[tuple[str, int, float]]:
     return found
 
 
-def _rows(path: str, table, columns: list[tuple[str, int, float]]) -> tuple[list[float], list[tuple[float, ...]]]:
-    """Times and rows in SI units; the row number in messages counts from 1, the header being row 1."""
+def _rows(path: str, table: Any, columns: list[tuple[str, int, float]]) -> tuple[list[float], list[tuple[float, ...]]]:
+    """Return times and rows in SI units; the row number in messages counts from 1, the header being row 1."""
     times: list[float] = []
     rows: list[tuple[float, ...]] = []
     for cells in table:
@@ -83,7 +83,7 @@ def _rows(path: str, table, columns: list[tuple[str, int, float]]) -> tuple[list
                 raise Refusal(f"the log {path}, row {table.line_num}, column {text!r}: {cell!r} is no finite number")
             row.append(value)
         if times and row[0] <= times[-1]:
-            raise Refusal(f"the log {path}, row {table.line_num}: time {row[0]:g} s does not grow beyond {times[-1]:g} s")
+            raise Refusal(f"the log {path}, row {table.line_num}: time {row[0]:g} s must be beyond {times[-1]:g} s")
         times.append(row[0])
         rows.append(tuple(row[1:]))
     return times, rows

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from typing import Any
+from typing import Any, ClassVar
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -20,13 +20,13 @@ _DEPENDS = ("log.path", "log.start")
 class LogPlayer(SlaveBase):
     """Plays a log: at time t it shows the row that holds at t, and the last row after the end."""
 
-    variables: tuple[Variable, ...] = (
+    variables: ClassVar[tuple[Variable, ...]] = (
         *(variable._replace(initial_dependencies=_DEPENDS) for variable in voltage_outputs()),
         *(
             real_output(axis, "rad", 1.0, f"measured {axis} angle", _DEPENDS, variability="discrete")
             for axis in AXES
         ),
-        string_parameter("log.path", "", "CSV file with columns time [s], v_front [V], v_rear [V], pitch, elevation, travel"),
+        string_parameter("log.path", "", "CSV file: time [s], v_front [V], v_rear [V], pitch [rad], ..."),
         real_parameter("log.start", "s", 0.0, 0.0, 1e9, "played first: this long after the log's first row"),
     )  # fmt: skip
     summary = "Plays the voltages and angles of a measured log"
@@ -34,8 +34,8 @@ class LogPlayer(SlaveBase):
 <p>At time t the unit shows row k of the log with the largest time<sub>k</sub> &minus; time<sub>0</sub> &le; t
 &minus; t<sub>start</sub> + log.start, held until the next row; after the last row it holds that. The file is CSV with
 the header <code>time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]</code>; columns may stand in
-any order, angles may be in <code>[deg]</code>, further columns are left alone. A file that cannot be played is logged with
-the reason, and steps are refused.</p>"""
+any order, angles may be in <code>[deg]</code>, further columns are left alone. A file that cannot be played is logged
+with the reason, and steps are refused.</p>"""
     source = "The log format of this project"
 
     recording: Recording | None = None
@@ -69,4 +69,3 @@ the reason, and steps are refused.</p>"""
         path = self.strings[self.references["log.path"]]
         if self.recording is None or self.recording.path != path:
             self.recording = read_recording(path)
-

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from heli_plant.control import PidSettings, PidState, clip, pid_step, start_pid
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, boolean_parameter, real_input, real_parameter
-from .signals import AXES, VOLTAGE_BOUND, angle_inputs, voltage_outputs
+from .signals import AXES, PAPER, VOLTAGE_BOUND, angle_inputs, voltage_outputs
 
 _DEFAULT = PidSettings()
 _GAINS = ("proportional", "integral", "derivative")
@@ -24,10 +24,10 @@ _EARLY = 1e-9
 class PidController(SlaveBase):
     """At each communication point it takes the angles, at the next it shows the voltages that follow from them."""
 
-    variables: tuple[Variable, ...] = (
+    variables: ClassVar[tuple[Variable, ...]] = (
         *angle_inputs(),
         *(
-            real_input(f"excitation_{rotor}", "V", VOLTAGE_BOUND, 1.0, f"added to the {rotor} voltage, for identification")
+            real_input(f"excitation_{rotor}", "V", VOLTAGE_BOUND, 1.0, f"added to the {rotor} voltage")
             for rotor in ("front", "rear")
         ),
         *(variable._replace(initial_dependencies=("trim", "voltage_limit")) for variable in voltage_outputs()),
@@ -36,18 +36,18 @@ class PidController(SlaveBase):
             for axis in AXES
         ),
         *(
-            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"added to it from the step time on ({axis})")
+            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"added from the step time on ({axis})")
             for axis in AXES
         ),
         real_parameter("reference.step_time", "s", 5.0, 0.0, 1e9, "time of the reference step"),
         *(
             real_parameter(
-                f"{axis}.{gain}", _GAIN_UNITS[axis][k], getattr(_DEFAULT, axis)[k], -1e4, 1e4, f"{gain} gain of the {axis} loop"
+                f"{axis}.{gain}", _GAIN_UNITS[axis][k], getattr(_DEFAULT, axis)[k], -1e4, 1e4, f"{gain} gain, {axis}"
             )
             for axis in AXES
             for k, gain in enumerate(_GAINS)
         ),
-        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "travel is controlled through the pitch reference"),
+        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "travel drives the pitch reference"),
         real_parameter("travel.pitch_limit", "rad", _DEFAULT.pitch_limit, 0.0, 1.6, "bound of that pitch reference"),
         real_parameter("trim", "V", _DEFAULT.trim, -60.0, 60.0, "sum of both voltages at zero error"),
         real_parameter("rate.time_constant", "s", _DEFAULT.rate_time_constant, 1e-4, 10.0, "lag of the rate's filter"),
@@ -63,10 +63,7 @@ travel.enabled:   pitch reference = P (travel - reference) + I integral + D trav
 <p>Rates are filtered differences of the angles with rate.time_constant. Integrals stop while their output is at its
 limit. The voltages that follow from the angles at one communication point show at the next: a sampled controller's
 delay of one period. Up to the first they are trim/2 each.</p>"""
-    source = (
-        "The PID law of 'Adaptive Parameter Identification for Simplified 3D-Motion Model of LAAS Helicopter Benchmark' "
-        "with gains 8.35, 4.25, 8.76 on pitch, its sign mended: as printed the loop is unstable"
-    )
+    source = f"{PAPER}, PID law with gains 8.35, 4.25, 8.76 on pitch, its sign mended: as printed the loop is unstable"
 
     def initialise(self, time: float) -> None:
         """Take the settings, show the trim voltages."""
@@ -92,7 +89,8 @@ delay of one period. Up to the first they are trim/2 each.</p>"""
         pitch, elevation, travel = reals[0], reals[1], reals[2]  # the first three of ``variables``
         references = (reals[7], reals[8], reals[9])  # after two excitations and two voltages
         if time - self.start_time >= self.step_time:
-            references = tuple(a + b for a, b in zip(references, self.steps))
+            a, b, c = self.steps
+            references = (references[0] + a, references[1] + b, references[2] + c)
         state = start_pid(pitch, elevation, travel) if self.state is None else self.state
         self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.settings)
         self._show(front + reals[3], rear + reals[4])

@@ -13,11 +13,13 @@ ANGLE_BOUND = 1e4
 RATE_BOUND = 1e3
 """Bound of an angular rate [rad/s]."""
 
+PAPER = "Adaptive Parameter Identification for Simplified 3D-Motion Model of 'LAAS Helicopter Benchmark'"
+
 AXES = ("pitch", "elevation", "travel")
 
 
 def voltage_inputs() -> tuple[Variable, ...]:
-    """``v_front`` and ``v_rear`` as inputs."""
+    """Return ``v_front`` and ``v_rear`` as inputs."""
     return tuple(
         real_input(f"v_{rotor}", "V", VOLTAGE_BOUND, 5.0, f"voltage of the {rotor} motor, held over the step")
         for rotor in ("front", "rear")
@@ -25,7 +27,7 @@ def voltage_inputs() -> tuple[Variable, ...]:
 
 
 def voltage_outputs() -> tuple[Variable, ...]:
-    """``v_front`` and ``v_rear`` as outputs."""
+    """Return ``v_front`` and ``v_rear`` as outputs."""
     return tuple(
         real_output(f"v_{rotor}", "V", 5.0, f"voltage of the {rotor} motor", variability="discrete")
         for rotor in ("front", "rear")
@@ -33,10 +35,5 @@ def voltage_outputs() -> tuple[Variable, ...]:
 
 
 def angle_inputs() -> tuple[Variable, ...]:
-    """The three angles as inputs."""
+    """Return the three angles as inputs."""
     return tuple(real_input(axis, "rad", ANGLE_BOUND, 1.0, f"measured {axis} angle") for axis in AXES)
-
-
-def rate_inputs() -> tuple[Variable, ...]:
-    """The three angular rates as inputs."""
-    return tuple(real_input(f"{axis}_rate", "rad/s", RATE_BOUND, 1.0, f"{axis} rate") for axis in AXES)

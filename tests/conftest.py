@@ -1,0 +1,40 @@
+"""Fixtures that several test files share: built units, and a host process to run them in."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+HOSTS = Path(__file__).parent / "hosts"
+
+
+@pytest.fixture(scope="session")
+def fmus(tmp_path_factory):
+    """Every unit, built once with its default parameters: a dict of paths by unit name."""
+    from fmu_src.builder import build_all
+
+    return build_all(tmp_path_factory.mktemp("fmus"))
+
+
+@pytest.fixture(scope="session")
+def in_host():
+    """Run a script in a host process of its own; returns what it gives to ``answer``."""
+
+    def run(script, *arguments, timeout=120):
+        prelude = "import sys\nfrom unit_host import Unit, answer\n"
+        done = subprocess.run(
+            [sys.executable, "-c", prelude + dedent(script), *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            env={**os.environ, "PYTHONPATH": str(HOSTS)},
+            check=False,
+        )
+        assert done.returncode == 0, f"the host died with code {done.returncode}: {done.stdout}{done.stderr}"
+        return json.loads(done.stdout.strip().splitlines()[-1])
+
+    return run

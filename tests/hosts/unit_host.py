@@ -1,0 +1,90 @@
+"""A small FMI host for the tests: names instead of references, statuses instead of exceptions, the log kept.
+
+It runs in a process of its own, which ends by ``answer``: pythonfmu's binary may abort at interpreter exit.
+"""
+
+import json
+import os
+import sys
+from ctypes import byref
+
+import fmpy
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import (
+    FMU2Slave,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+)
+from fmpy.logging import addLoggerProxy
+
+
+class Unit:
+    """One FMU, extracted once; it can be instantiated again and again."""
+
+    def __init__(self, path):
+        self.description = fmpy.read_model_description(path)
+        self.folder = fmpy.extract(path)
+        self.variables = {v.name: v for v in self.description.modelVariables}
+        self.outputs = [v.name for v in self.description.modelVariables if v.causality == "output"]
+        self.log = []
+
+    def instantiate(self, name="unit"):
+        self.slave = FMU2Slave(
+            guid=self.description.guid,
+            unzipDirectory=self.folder,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+            instanceName=name,
+        )
+        self.callbacks = fmi2CallbackFunctions()
+        self.callbacks.logger = fmi2CallbackLoggerTYPE(
+            lambda _, n, s, c, m: self.log.append((s, c.decode(), m.decode()))
+        )
+        self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        addLoggerProxy(byref(self.callbacks))
+        self.slave.instantiate(callbacks=self.callbacks, loggingOn=True)
+        return self
+
+    def start(self, parameters=None, inputs=None, at=0.0):
+        self.slave.setupExperiment(startTime=at)
+        for name, value in (parameters or {}).items():
+            self.set(name, value)
+        self.slave.enterInitializationMode()
+        for name, value in (inputs or {}).items():
+            self.set(name, value)
+        self.slave.exitInitializationMode()
+        return self
+
+    def fresh(self, parameters=None, inputs=None, at=0.0):
+        return self.instantiate().start(parameters, inputs, at)
+
+    def set(self, name, value):
+        variable = self.variables[name]
+        getattr(self.slave, f"set{variable.type}")([variable.valueReference], [value])
+
+    def get(self, *names):
+        return self.slave.getReal([self.variables[name].valueReference for name in names])
+
+    def shown(self):
+        return self.get(*self.outputs)
+
+    def step(self, time, h):
+        """Status of a step: 0 ok, 2 discard."""
+        try:
+            self.slave.doStep(time, h)
+        except FMICallException as problem:
+            return problem.status
+        return 0
+
+    def free(self):
+        self.slave.terminate()
+        self.slave.freeInstance()
+
+
+def answer(value):
+    """Print the test's answer and leave."""
+    print(json.dumps(value))
+    sys.stdout.flush()
+    os._exit(0)
