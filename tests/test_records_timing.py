@@ -59,7 +59,7 @@ def test_lost_samples_do_not_change_the_rate():
 
 def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
     whole = np.arange(2000) / 100.0
-    bridged = int(GAP_STEPS) - 1
+    bridged = GAP_STEPS - 1
     assert find_sampling(np.delete(whole, slice(100, 100 + bridged)), row).resample
     # Samples 100 .. 104 are lost, so the first row after the gap is that of sample 100 in what is left.
     with pytest.raises(LogError, match=r"log.csv, row 102: no samples for 0.06 s before 1.05 s"):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-GAP_STEPS = 5.0  # five lost samples at the lowest rate are .1 s, still short against a pitch period of 7.7 s
+GAP_STEPS = 5  # at the lowest rate .1 s, still short against a pitch period of 7.7 s
 _UNIFORM_STEPS = 1e-3  # an angle moving at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
 
 
@@ -86,12 +86,13 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
     """
     intervals = np.diff(time)
     median = float(np.median(intervals))
-    gaps = intervals > GAP_STEPS * median
+    # Half a step of tolerance, as the instants on both sides jitter too.
+    gaps = intervals > (GAP_STEPS + 0.5) * median
     if gaps.any():
         at = int(gaps.argmax()) + 1
         raise LogError(
             f"{place(at)}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
-            f"{GAP_STEPS:g} steps of {median:.4g} s are bridged; cut the log there into two with --from and --to."
+            f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log there into two with --from and --to."
         )
     duration = float(time[-1] - time[0])
     mean = duration / (len(time) - 1)
