@@ -1,0 +1,174 @@
+"""AdaptiveIdentifier: the plant's parameters estimated on line from voltages and encoder angles, as a unit."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any, ClassVar
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online.identifier import Estimate, IdentifierState, prepare, restored, start, step
+from heli_identifier.online.parameters import ModelParameters
+from heli_identifier.online.settings import IdentifierSettings
+
+from ..errors import Refusal
+from ..slave_base import SlaveBase
+from ..variables import Variable, boolean_parameter, real_output, real_parameter
+from .signals import AXES, PAPER, angle_inputs, voltage_inputs
+
+_NAMES = ModelParameters._fields
+_TABLE = (
+    ("a_wx", "1/s", "pitch damping"),
+    ("a_th", "1/s^2", "pitch stiffness"),
+    ("k_x", "rad/s^2/V", "pitch gain"),
+    ("theta0", "rad", "pitch at rest"),
+    ("a_wz", "1/s", "elevation damping"),
+    ("a_e", "1/s^2", "elevation stiffness"),
+    ("a_1", "rad/s^2", "elevation offset"),
+    ("a_lt", "1", "elevation coupling"),
+    ("k_z", "rad/s^2/V", "elevation gain"),
+    ("a_wy", "1/s", "travel damping"),
+    ("k_y", "rad/s^2/V", "travel gain"),
+)
+"""Name, unit and meaning of each parameter, in the order of :class:`ModelParameters`."""
+_DEFAULT = IdentifierSettings()
+_FIRST_OUTPUT = 5
+"""Outputs follow the two voltages and three angles."""
+_INSTANT = 1e-6
+"""A sample is due this fraction of its period early: communication points k H carry rounding errors."""
+
+
+def _output(name: str, unit: str, description: str, depends_on: tuple[str, ...] = ()) -> Variable:
+    return real_output(name, unit, None, description, depends_on, variability="discrete")
+
+
+_OUTPUTS = (
+    *(_output(name, unit, f"estimate of the {text}", (f"initial.{name}",)) for name, unit, text in _TABLE),
+    *(
+        _output(f"standard_error.{name}", unit, f"standard error of the {text}", ("adaptation.initial_gain",))
+        for name, unit, text in _TABLE
+    ),
+    *(_output(f"sigma.{axis}", "rad/s^2", f"adaptation error of the {axis}") for axis in AXES),
+    *(_output(f"excitation.{axis}", "1", f"excitation level of the {axis}, 0 to 1") for axis in AXES),
+)
+_SETTINGS = (
+    real_parameter("sample.time", "s", _DEFAULT.sample_time, 1e-5, 1.0, "sampling period"),
+    real_parameter("filter.frequency", "rad/s", _DEFAULT.filter_frequency, 1e-3, 1e3, "bandwidth of the state filters"),
+    real_parameter("filter.damping", "1", _DEFAULT.filter_damping, 0.1, 10.0, "damping ratio of the state filters"),
+    real_parameter("adaptation.initial_gain", "1", _DEFAULT.initial_gain, 1e-9, 1e12, "Gamma(0) is this times 1"),
+    real_parameter("adaptation.gain_limit", "1", _DEFAULT.gain_limit, 1e-9, 1e300, "Gamma stays below this"),
+    real_parameter("adaptation.forgetting", "1/s", _DEFAULT.forgetting, 0.0, 100.0, "alpha of the adaptation"),
+    real_parameter("adaptation.hold_time", "s", -1.0, -1.0, 1e6, "rest before adaptation; -1: ten over the bandwidth"),
+    boolean_parameter("pitch.rest_angle_known", False, "take pitch.rest_angle as known in place of estimating it"),
+    real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, where it is known"),
+    real_parameter("motor.time_constant", "s", _DEFAULT.motor_time_constant, 0.0, 5.0, "lag of both motors"),
+    real_parameter("motor.voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, 1e3, "saturation of both voltages"),
+    real_parameter("excitation.window", "s", _DEFAULT.excitation_window, 1e-3, 1e6, "window of the excitation level"),
+    real_parameter("report.interval", "s", _DEFAULT.report_interval, 1e-5, 1e6, "time between two standard errors"),
+    *(
+        real_parameter(f"initial.{name}", unit, value, -1e6, 1e6, f"estimate of the {text} before the first sample")
+        for (name, unit, text), value in zip(_TABLE, _DEFAULT.initial, strict=True)
+    ),
+)  # fmt: skip
+
+
+class AdaptiveIdentifier(SlaveBase):
+    """Takes a sample of its inputs every ``sample.time``, whatever the communication step is."""
+
+    variables: ClassVar[tuple[Variable, ...]] = (*voltage_inputs(), *angle_inputs(), *_OUTPUTS, *_SETTINGS)
+    summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
+    equations = """
+<pre>
+state filters:  s^2 F y = omega_f^2 (y - xi_1) - 2 rho omega_f xi_2,  the same F on every signal
+regressions:    pitch''     = -a_wx pitch' - a_th sin(pitch - theta0) + k_x mu_d
+                elevation'' = -a_wz elevation' - a_e elevation - a_1 - a_lt pitch' travel' + k_z mu_s cos(pitch)
+                travel''    = -a_wy travel' + k_y mu_s sin(pitch)
+adaptation:     Omega' = Gamma phi sigma,  Gamma' = alpha Gamma - Gamma phi phi^T Gamma,  sigma = y - phi^T Omega
+</pre>
+<p>The adaptation takes its exact step (least squares with forgetting on a factored gain), so that Gamma stays positive
+definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point have used
+the samples before it. A communication step that is no sampling period is bridged: samples between two points take
+the angles on the straight line and the voltages as held.</p>"""
+    source = f"{PAPER}, eqs (7), (11); the last term of (11) is omega_f^2 theta, not omega_f theta"
+
+    def initialise(self, time: float) -> None:
+        """Take the settings; show the initial estimate."""
+        at, reals = self.references, self.reals
+        hold = reals[at["adaptation.hold_time"]]
+        known = self.booleans[at["pitch.rest_angle_known"]]
+        try:
+            self.plan = prepare(
+                IdentifierSettings(
+                    sample_time=reals[at["sample.time"]],
+                    filter_frequency=reals[at["filter.frequency"]],
+                    filter_damping=reals[at["filter.damping"]],
+                    initial_gain=reals[at["adaptation.initial_gain"]],
+                    gain_limit=reals[at["adaptation.gain_limit"]],
+                    forgetting=reals[at["adaptation.forgetting"]],
+                    hold_time=None if hold < 0.0 else hold,
+                    rest_angle=reals[at["pitch.rest_angle"]] if known else None,
+                    motor_time_constant=reals[at["motor.time_constant"]],
+                    voltage_limit=reals[at["motor.voltage_limit"]],
+                    excitation_window=reals[at["excitation.window"]],
+                    report_interval=reals[at["report.interval"]],
+                    initial=ModelParameters(*(reals[at[f"initial.{name}"]] for name in _NAMES)),
+                )
+            )
+        except ConfigurationError as problem:
+            raise Refusal(str(problem)) from problem
+        self.state: IdentifierState | None = None
+        self.previous: tuple[float, ...] = ()
+        gain = self.plan.settings.initial_gain
+        errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
+        self._show(Estimate(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Take the samples that are due up to ``time`` [s], the inputs being those of ``time``."""
+        reals = self.reals
+        now = (time, reals[0], reals[1], reals[2], reals[3], reals[4])  # the first five of ``variables``
+        state, plan = self.state, self.plan
+        if state is None:
+            self.state, self.first, self.previous = (
+                start(plan, reals[0], reals[1], reals[2], reals[3], reals[4]),
+                time,
+                now,
+            )
+            return
+        period = plan.settings.sample_time
+        estimate = None
+        due = self.first + (state.samples + 1) * period
+        while due <= time + _INSTANT * period:
+            v_front, v_rear, pitch, elevation, travel = self._sample(due, now, _INSTANT * period)
+            state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
+            due = self.first + (state.samples + 1) * period
+        if estimate is not None:
+            if not isfinite(sum(estimate.parameters)):
+                raise Refusal(f"the estimate leaves the finite range in the step from t = {time:g} s")
+            self._show(estimate)
+        self.state, self.previous = state, now
+
+    def _sample(self, due: float, now: tuple[float, ...], instant: float) -> tuple[float, ...]:
+        """Voltages and angles at the time ``due`` [s] between the previous communication point and this one."""
+        if due >= now[0] - instant:
+            return now[1:]
+        before = self.previous
+        share = (due - before[0]) / (now[0] - before[0])
+        angles = (a + share * (b - a) for a, b in zip(before[3:], now[3:], strict=True))
+        return (before[1], before[2], *angles)
+
+    def _show(self, estimate: Estimate) -> None:
+        shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
+        self.reals.update(enumerate(shown, _FIRST_OUTPUT))
+
+    def freeze(self) -> Any:
+        """State of filters and adaptation, the previous inputs, the time of sample 0."""
+        return None if self.state is None else [self.state, self.previous, self.first]
+
+    def thaw(self, frozen: Any) -> None:
+        """Take the settings again, then the state; the outputs have been restored with the variables."""
+        outputs = slice(_FIRST_OUTPUT, _FIRST_OUTPUT + len(_OUTPUTS))
+        shown = {reference: self.reals[reference] for reference in range(outputs.start, outputs.stop)}
+        self.initialise(self.start_time)
+        self.reals.update(shown)
+        if frozen is not None:
+            state, previous, self.first = frozen
+            self.state, self.previous = restored(state), tuple(previous)
