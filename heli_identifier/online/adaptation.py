@@ -1,0 +1,160 @@
+"""Adaptation (7): least squares with exponential forgetting, in its exact step, on a factored gain.
+
+    Omega' = Gamma phi sigma,    Gamma' = alpha Gamma - Gamma phi phi^T Gamma,    sigma = y - phi^T Omega       (7)
+
+(7) is the flow of the exact minimiser of the integral of exp(-alpha (t - s)) (y - phi^T Omega)^2 over s, since
+Gamma^-1 obeys the linear equation (Gamma^-1)' = -alpha Gamma^-1 + phi phi^T. Over one sampling period, with phi and y
+those of its end, that equation integrates to
+
+    Gamma_k^-1 = beta Gamma_(k-1)^-1 + w phi phi^T,    beta = exp(-alpha h),    w = (1 - beta)/alpha  (h if alpha = 0)
+
+and (7) in both unknowns to recursive least squares with forgetting beta and measurement variance r = beta / w:
+
+    s     = r + phi^T Gamma phi
+    Omega = Omega + Gamma phi (y - phi^T Omega) / s
+    Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
+
+Gamma keeps the meaning and unit it has in (7) in continuous time: no factor h has to be put into Gamma(0). (The
+covariance of textbook RLS with unit weights is w Gamma.) Explicit Euler on (7) diverges as soon as h phi^T Gamma phi
+exceeds 2, which Gamma(0) = 1e3 and a volt of input do in the first step.
+
+Gamma is kept as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D stays positive, and Gamma
+with it symmetric positive definite, in floating point as well. The factor is one flat list, column by column,
+D_j behind the j elements of U above it: [D_0, U_01, D_1, U_02, U_12, D_2, ...].
+
+Bounded gain. Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting falls off direction by direction
+as Gamma approaches a limit: the exact step of
+
+    (Gamma^-1)' = -alpha (Gamma^-1 - I / Gamma_max) + phi phi^T
+    Gamma'      = alpha Gamma (I - Gamma / Gamma_max) - Gamma phi phi^T Gamma
+
+A well excited direction (Gamma far below the limit) forgets as in (7); in one without excitation Gamma rests at
+Gamma_max. The restored information alpha / Gamma_max I is added every N steps, one unit vector a step, as a
+measurement that agrees with the estimate (sigma = 0): it never moves Omega. Between two additions Gamma can exceed
+the limit by a factor exp(alpha N h), at most 1.01 (for alpha h up to .002).
+Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
+Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
+"""
+
+from collections.abc import Sequence
+from math import exp, expm1, inf
+from typing import NamedTuple
+
+_RESTORING_SHARE = 0.01
+"""Share of the information that may be forgotten before it is restored; it bounds the overshoot of Gamma_max."""
+
+_LONGEST_RESTORING_INTERVAL = 1000
+_SHORTEST_RESTORING_INTERVAL = 5
+"""In steps; the shortest still has a step for each of five parameters."""
+
+
+class AdaptationCoefficients(NamedTuple):
+    """What one sampling period makes of (7).
+
+    ``forgetting`` beta [1]; ``noise`` r [1/s]; ``restoring_interval`` N [steps]; ``restoring_noise`` the variance of
+    the measurement that restores information [1/s], infinite where no gain limit is set.
+    """
+
+    forgetting: float
+    noise: float
+    restoring_interval: int
+    restoring_noise: float
+
+
+def adaptation_coefficients(alpha: float, h: float, gain_limit: float) -> AdaptationCoefficients:
+    """Return the coefficients of (7) for forgetting ``alpha`` [1/s], period ``h`` [s] and the limit Gamma_max."""
+    beta = exp(-alpha * h)
+    # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
+    noise = alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
+    interval = round(_RESTORING_SHARE / (alpha * h)) if alpha > 0.0 else _LONGEST_RESTORING_INTERVAL
+    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
+    forgotten = -expm1(-alpha * h * interval)
+    restoring = gain_limit / forgotten if forgotten > 0.0 else inf
+    return AdaptationCoefficients(beta, noise, interval, restoring)
+
+
+def initial_factor(size: int, gain: float) -> list[float]:
+    """Return the factor of Gamma(0) = ``gain`` I for ``size`` parameters."""
+    return [gain if i == j else 0.0 for j in range(size) for i in range(j + 1)]
+
+
+def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
+    """Return Gamma = U D U^T by rows, shape (size, size)."""
+    gain = [[0.0] * size for _ in range(size)]
+    start = 0
+    for k in range(size):
+        column = [*factor[start : start + k], 1.0]
+        d = factor[start + k]
+        for i in range(k + 1):
+            for j in range(k + 1):
+                gain[i][j] += column[i] * d * column[j]
+        start += k + 1
+    return gain
+
+
+def measure(factor, omega, phi, y, noise, forgetting, direction):
+    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; return sigma before it.
+
+    Parameters
+    ----------
+    factor : mutable sequence, length n (n + 1) / 2
+        U and D of Gamma.
+    omega : mutable sequence, length n
+        Parameters Omega.
+    phi : sequence, length n
+        Regressors.
+    y : float
+        Regressand.
+    noise, forgetting : float
+        r [1/s] and beta [1].
+    direction : mutable sequence, length n
+        Scratch; holds Gamma phi afterwards.
+
+    Returns
+    -------
+    float
+        Adaptation error sigma = y - phi^T Omega, with Omega before the measurement.
+    """
+    n = len(phi)
+    sigma = y
+    s = noise
+    start = 0
+    for j in range(n):
+        f = phi[j]
+        sigma -= f * omega[j]
+        for i in range(j):
+            f += factor[start + i] * phi[i]
+        d = factor[start + j]
+        g = d * f
+        s_next = s + f * g
+        factor[start + j] = d * (s / (s_next * forgetting))
+        p = f / s
+        for i in range(j):
+            u = factor[start + i]
+            b = direction[i]
+            factor[start + i] = u - b * p
+            direction[i] = b + u * g
+        direction[j] = g
+        s = s_next
+        start += j + 1
+    step = sigma / s
+    for j in range(n):
+        omega[j] += direction[j] * step
+    return sigma
+
+
+def adapt(factor, omega, phi, y, count, coefficients, direction):
+    """Advance (7) by one sampling period, in place; return sigma before it.
+
+    ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored. The other
+    arguments are those of :func:`measure`.
+    """
+    beta, noise, interval, restoring_noise = coefficients
+    sigma = measure(factor, omega, phi, y, noise, beta, direction)
+    index = count % interval
+    if index < len(phi) and restoring_noise < inf:
+        nowhere = [0.0] * len(phi)
+        unit_vector = [0.0] * len(phi)
+        unit_vector[index] = 1.0
+        measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
+    return sigma

@@ -1,0 +1,90 @@
+"""Settings of the on-line identifier; the defaults are the paper's (section on the estimator)."""
+
+from dataclasses import dataclass, field
+from math import isinf, isnan, pi
+
+from ..bounds import require_positive, require_range
+from ..errors import ConfigurationError
+from .parameters import ModelParameters
+
+_SAMPLES_PER_RADIAN = 5.0
+"""Samples per 1/omega_f that the discretisation needs: below, (h^2/12) omega_f^2 exceeds .3 %."""
+
+
+@dataclass(frozen=True)
+class IdentifierSettings:
+    """Everything that may be chosen about the identifier.
+
+    Parameters
+    ----------
+    sample_time : float
+        Sampling period h [s].
+    filter_frequency : float
+        Bandwidth omega_f of the state filters [rad/s].
+    filter_damping : float
+        Damping ratio rho of the state filters [1].
+    initial_gain : float
+        Gamma(0) = initial_gain I.
+    gain_limit : float
+        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed.
+    forgetting : float
+        alpha [1/s].
+    hold_time : float or None
+        Time from the start before the adaptation begins [s]; none for 10/omega_f.
+    rest_angle : float or None
+        theta0 [rad] where it is known; none to estimate it.
+    motor_time_constant : float
+        T_m [s].
+    voltage_limit : float
+        Saturation of both voltages [V].
+    excitation_window : float
+        Time constant of the window in which excitation is judged [s].
+    report_interval : float
+        Time between two evaluations of standard errors, excitation levels and scores [s].
+    initial : ModelParameters
+        Omega(0); its theta0 counts only where theta0 is estimated.
+
+    Raises
+    ------
+    ConfigurationError
+        Names the setting, its value and its bound.
+    """
+
+    sample_time: float = 0.01
+    filter_frequency: float = 1.0
+    filter_damping: float = 0.7
+    initial_gain: float = 1e3
+    gain_limit: float = 1e4
+    forgetting: float = 0.001
+    hold_time: float | None = None
+    rest_angle: float | None = None
+    motor_time_constant: float = 0.08
+    voltage_limit: float = 5.0
+    excitation_window: float = 20.0
+    report_interval: float = 2.0
+    initial: ModelParameters = field(default_factory=ModelParameters)
+
+    def __post_init__(self) -> None:
+        require_positive("sample_time", self.sample_time, "s")
+        fastest = 1.0 / (_SAMPLES_PER_RADIAN * self.sample_time)
+        require_positive("filter.frequency", self.filter_frequency, "rad/s")
+        require_range("filter.frequency", self.filter_frequency, "rad/s", upper=fastest)
+        require_range("filter.damping", self.filter_damping, "1", 0.1, 10.0)
+        require_positive("adaptation.initial_gain", self.initial_gain, "1")
+        if isnan(self.gain_limit) or self.gain_limit < self.initial_gain:
+            raise ConfigurationError(
+                f"adaptation.gain_limit = {self.gain_limit!r} must be at least adaptation.initial_gain = "
+                f"{self.initial_gain!r}"
+            )
+        require_range("adaptation.forgetting", self.forgetting, "1/s", 0.0, 0.2 / self.sample_time)
+        if self.hold_time is not None:
+            require_range("adaptation.hold_time", self.hold_time, "s", lower=0.0)
+        if self.rest_angle is not None:
+            require_range("pitch.rest_angle", self.rest_angle, "rad", -pi, pi)
+        require_range("motor.time_constant", self.motor_time_constant, "s", lower=0.0)
+        if not isinf(self.voltage_limit):
+            require_positive("motor.voltage_limit", self.voltage_limit, "V")
+        require_positive("excitation.window", self.excitation_window, "s")
+        require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
+        for name, value in self.initial._asdict().items():
+            require_range(f"initial.{name}", value, "(SI)")

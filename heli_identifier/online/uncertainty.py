@@ -1,0 +1,85 @@
+"""Standard errors that allow for coloured residuals: a sandwich of block sums.
+
+At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples. To first order
+Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
+
+    var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b
+
+with beta_b = exp(-alpha age). The second sum (Bartlett weights, twice one half) takes in what correlation reaches over
+the border of two blocks; together they cannot be negative. Nothing is assumed about the colour of the residual or
+about its strength over time, except that its correlation fades within some two blocks, which grow with the record.
+
+Since Omega was fitted to the same data, the sum is short by a share that grows with the number of parameters n per
+independent block; a factor B / (B - 1.5 n) corrects it, B the effective number of blocks, (sum beta)^2 / sum beta^2,
+and 1.5 from the overlap. Before B exceeds 1.5 n + 4, nothing is known yet of the residual: its intensity is then
+taken as 1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
+
+What this does not cover: a bias. A disturbance torque that moves the rig is correlated with its own regressors.
+Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
+"""
+
+from math import sqrt
+
+from .moments import Moments, bilinear_form, dot, weighted_blocks
+
+OVERLAP = 1.5
+"""Blocks' worth of freedom that a parameter takes when neighbouring blocks are judged in pairs."""
+
+_LEAST_FREEDOM = 4.0
+
+
+def freedom(weights: list[float], parameters: int) -> float:
+    """Return B - 1.5 n: blocks' worth of freedom left after fitting ``parameters``; negative when too few."""
+    squares = dot(weights, weights)
+    return (sum(weights) ** 2 / squares if squares > 0.0 else 0.0) - OVERLAP * parameters
+
+
+def variance_of_sum(terms: list[float]) -> float:
+    """Return the variance of the sum of ``terms`` under correlation between neighbours."""
+    return max(0.0, dot(terms, terms) + dot(terms[1:], terms))
+
+
+def standard_errors(
+    m: Moments,
+    gain: list[list[float]],
+    omega: tuple[float, ...],
+    combinations: tuple[tuple[float, ...], ...],
+    alpha: float,
+    interval: float,
+) -> tuple[float, ...]:
+    """Return the standard error of each combination j^T Omega.
+
+    Parameters
+    ----------
+    m : Moments
+        Of z = (phi, candidates, y).
+    gain : list of lists, shape (n, n)
+        Gamma.
+    omega : tuple, length n
+    combinations : tuple of tuples, each of length n
+        The rows j.
+    alpha : float
+        Forgetting [1/s].
+    interval : float
+        Time [s] that each sample in ``m`` stands for.
+    """
+    n = len(omega)
+    directions = [[dot(j, column) for column in gain] for j in combinations]
+    weights, blocks = weighted_blocks(m, alpha, interval)
+    left = freedom(weights, n)
+    if left < _LEAST_FREEDOM:
+        return tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
+    correction = 1.0 + OVERLAP * n / left
+    candidates = _size(len(m.current)) - n - 1
+    residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
+    errors = []
+    for direction in directions:
+        form = bilinear_form((*direction, *([0.0] * (candidates + 1))), residual)
+        terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
+        errors.append(sqrt(correction * variance_of_sum(terms)))
+    return tuple(errors)
+
+
+def _size(packed: int) -> int:
+    """Rows of a symmetric matrix whose packed triangle has ``packed`` elements."""
+    return round((sqrt(8.0 * packed + 1.0) - 1.0) / 2.0)
