@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from tests.blind.encoders import read
 from tests.blind.integration import integrate
-from tests.blind.kinds import DURATION, draw_rig
-from tests.blind.rigs import Rig
+from tests.blind.kinds import DURATION, STANDARD_ROOM, draw_rig
+from tests.blind.rigs import Rig, Room
 from tests.blind.signals import SAMPLE, multisines, square_and_chirp
 
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
@@ -50,7 +50,7 @@ class BlindRig:
         return paths
 
 
-def simulate_log(rig: Rig, voltages: NDArray[np.float64], seed: int | np.random.SeedSequence) -> NDArray[np.float64]:
+def simulate_log(rig: Rig, voltages: NDArray[np.floating], seed: int | np.random.SeedSequence) -> NDArray[np.float64]:
     """Simulate one log of a rig.
 
     Parameters
@@ -73,20 +73,20 @@ def simulate_log(rig: Rig, voltages: NDArray[np.float64], seed: int | np.random.
     trim = (p.k_z * voltages[0].sum() * np.cos(pitch) - p.a_1) / p.a_e
     start = np.array([pitch, _ELEVATION_SHARE * trim, 0.0])
     strange = rig.strange(phase=float(rng.uniform(0, 2 * np.pi)))
-    angles, _ = integrate(voltages, start, rig.coefficients(), strange, rig.torque_std, rig.torque_time, rng)
+    angles, _ = integrate(voltages, start, rig.coefficients(), strange, rig.room.torque_std, rig.room.torque_time, rng)
     time = SAMPLE * np.arange(len(voltages))
-    log = np.column_stack([time, voltages, read(angles, rig.encoder_shake, rng)])
+    log = np.column_stack([time, voltages, read(angles, rig.room.encoder_shake, rng)])
     return np.column_stack([column.round(n) for column, n in zip(log.T, _DECIMALS, strict=True)])
 
 
-def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, **room: float) -> BlindRig:
+def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM) -> BlindRig:
     """Draw a rig and make its four logs.
 
     Parameters
     ----------
-    seed, kind, scale, **room
-        As for `draw_rig`. The room, the excitation and the base parameters depend on the seed alone, so that rigs
-        of one seed differ in their effect and in nothing else.
+    seed, kind, scale, room
+        As for `draw_rig`. The room's torque, the excitation and the base parameters depend on the seed alone, so
+        that rigs of one seed differ in their effect and in nothing else.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def make_rig(seed: int, kind: str = "clean", scale: float = 1.0, **room: float) 
     """
     rig_seed, phase_seed, *log_seeds = np.random.SeedSequence(seed).spawn(6)
     rng = np.random.default_rng(phase_seed)
-    rig = draw_rig(rig_seed, kind, scale, **room)
+    rig = draw_rig(rig_seed, kind, scale, room)
     voltages = (
         square_and_chirp(DURATION, 1.0),
         square_and_chirp(DURATION, 2.0),

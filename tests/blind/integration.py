@@ -119,7 +119,7 @@ _LOOP = _make_loop(int.from_bytes(hashlib.sha256(_SOURCES).digest()[:7], "big"))
 
 
 def integrate(
-    voltages: NDArray[np.float64],
+    voltages: NDArray[np.floating],
     start: NDArray[np.float64],
     coefficients: Coefficients,
     strange: Strange,

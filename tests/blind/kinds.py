@@ -10,10 +10,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from tests.blind.rigs import AXES, Effect, Rig, Unknown, draw_base
+from tests.blind.rigs import AXES, Effect, Rig, Room, Unknown, draw_base
 
 DURATION = 90.0
 """Length of a log [s]."""
+
+STANDARD_ROOM = Room()
+"""Random torque, encoders and elevation zero of the battery."""
 
 _P, _E, _T, _R = (*AXES, "rotors")
 
@@ -53,7 +56,7 @@ SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = MappingProxyType(
         "breakaway_friction": {"w_s": (0.03, 0.08)},
         "arm_bending": {"w_b": (3.0, 3.0), "zeta": (0.03, 0.08)},
         "moving_mass": {"t_1": (20.0, 70.0)},
-        "ground_effect": {"eps_ground": (-0.1, 0.05), "eps_g": (0.1, 0.2)},
+        "ground_effect": {"eps_ground": (-0.25, -0.1), "eps_g": (0.1, 0.2)},
     }
 )
 """Ranges from which the further numbers of a law are drawn, once for all logs of a rig."""
@@ -102,7 +105,9 @@ def _draw_unknown(word: str, scale: float, rig: Rig, rng: np.random.Generator) -
     return Unknown(AXES[rng.integers(3)], "travel", amplitude, MappingProxyType(shape))
 
 
-def draw_rig(seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0, **room: float) -> Rig:
+def draw_rig(
+    seed: int | np.random.SeedSequence, kind: str = "clean", scale: float = 1.0, room: Room = STANDARD_ROOM
+) -> Rig:
     """Draw a rig.
 
     Parameters
@@ -113,8 +118,8 @@ def draw_rig(seed: int | np.random.SeedSequence, kind: str = "clean", scale: flo
         See the module's first lines.
     scale
         Share of the battery's strength.
-    **room
-        torque_std, torque_time, encoder_shake, presliding or elevation_zero, in place of their defaults.
+    room
+        Where it stands.
 
     Returns
     -------
@@ -129,10 +134,10 @@ def draw_rig(seed: int | np.random.SeedSequence, kind: str = "clean", scale: flo
     base_seed, kind_seed = np.random.default_rng(seed).integers(2**63, size=2)
     rng = np.random.default_rng(kind_seed)
     bristles = float(rng.uniform(*_BRISTLE_BENDS)) if rng.random() < _BRISTLE_SHARE else 0.0
-    rig = Rig(draw_base(np.random.default_rng(base_seed)), presliding=bristles)
+    rig = Rig(draw_base(np.random.default_rng(base_seed)), presliding=bristles, room=room)
     for word in kind.split("+"):
         if word.startswith("unknown:"):
             rig = replace(rig, unknown=_draw_unknown(word.partition(":")[2], scale, rig, rng))
         elif word != "clean":
             rig = replace(rig, effects=rig.effects + _draw_effects(word, scale, rng))
-    return replace(rig, **room) if room else rig
+    return rig

@@ -78,6 +78,26 @@ class Unknown:
 
 
 @dataclass(frozen=True)
+class Room:
+    """Where a rig stands and what reads it.
+
+    Attributes
+    ----------
+    torque_std, torque_time
+        Standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis.
+    encoder_shake
+        Standard deviation of the position of an encoder's lines [counts].
+    elevation_zero
+        Elevation of the arm from the horizon where its encoder reads zero [rad].
+    """
+
+    torque_std: float = 0.003
+    torque_time: float = 1.0
+    encoder_shake: float = 0.25
+    elevation_zero: float = 0.0
+
+
+@dataclass(frozen=True)
 class Rig:
     """Everything that makes one rig different from another.
 
@@ -89,28 +109,21 @@ class Rig:
         What it holds from the catalogue.
     unknown
         What it holds beyond the catalogue.
-    torque_std, torque_time
-        Standard deviation [rad/s^2] and correlation time [s] of the room's random torque on each axis.
-    encoder_shake
-        Standard deviation of the position of an encoder's lines [counts].
     presliding
         How far the bristles of dry friction bend before it slips; 0 for ideal sticking [rad].
-    elevation_zero
-        Elevation of the arm from the horizon where its encoder reads zero [rad].
+    room
+        Where it stands.
     """
 
     base: Coefficients
     effects: tuple[Effect, ...] = ()
     unknown: Unknown | None = None
-    torque_std: float = 0.003
-    torque_time: float = 1.0
-    encoder_shake: float = 0.25
     presliding: float = 0.0
-    elevation_zero: float = 0.0
+    room: Room = Room()
 
     def coefficients(self) -> Coefficients:
         """Numbers for the integration."""
-        numbers = {"presliding": self.presliding, "elevation_zero": self.elevation_zero}
+        numbers = {"presliding": self.presliding, "elevation_zero": self.room.elevation_zero}
         for effect in self.effects:
             numbers[effect.field] = effect.coefficient
             numbers |= {_SHAPE_FIELDS[name]: value for name, value in effect.shape.items()}

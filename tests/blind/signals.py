@@ -34,19 +34,19 @@ _LINES_FOR = 90.0
 """Record length for which the line numbers are given; another length keeps the frequencies [s]."""
 
 
-def _square(t: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+def _square(t: NDArray[np.floating], period: float) -> NDArray[np.floating]:
     return np.where(np.mod(t, period) < period / 2, 1.0, -1.0)
 
 
-def _chirp(t: NDArray[np.float64], period: float, sweep: tuple[float, float]) -> NDArray[np.float64]:
+def _chirp(t: NDArray[np.floating], period: float, sweep: tuple[float, float]) -> NDArray[np.floating]:
     s = np.mod(t, period)
     first, last = sweep
     return np.sin(2 * np.pi * (first * s + (last - first) * s**2 / (2 * period)))
 
 
 def _multisine(
-    t: NDArray[np.float64], lines: tuple[int, ...], rms: float, rng: np.random.Generator
-) -> NDArray[np.float64]:
+    t: NDArray[np.floating], lines: tuple[int, ...], rms: float, rng: np.random.Generator
+) -> NDArray[np.floating]:
     duration = SAMPLE * t.size
     # Whole periods in the record, whatever its length: the mean and the rms are then exact.
     numbers = np.unique(np.maximum(1, np.round(np.array(lines) * duration / _LINES_FOR)))
@@ -55,13 +55,13 @@ def _multisine(
     return rms * np.sqrt(2 / numbers.size) * waves.sum(axis=0)
 
 
-def _voltages(mu_s: NDArray[np.float64], mu_d: NDArray[np.float64]) -> NDArray[np.float64]:
+def _voltages(mu_s: NDArray[np.floating], mu_d: NDArray[np.floating]) -> NDArray[np.floating]:
     pair = np.column_stack([(mu_s + mu_d) / 2, (mu_s - mu_d) / 2])
     # Five decimals are what the files hold; the rig gets what the file says.
     return np.clip(np.round(pair, 5), -V_MAX, V_MAX)
 
 
-def square_and_chirp(duration: float, slowness: float) -> NDArray[np.float64]:
+def square_and_chirp(duration: float, slowness: float) -> NDArray[np.floating]:
     """Make the voltages of a square wave and a repeated chirp on mu_s and mu_d.
 
     Parameters
@@ -84,7 +84,7 @@ def square_and_chirp(duration: float, slowness: float) -> NDArray[np.float64]:
     return _voltages(mu_s, mu_d)
 
 
-def multisines(duration: float, rng: np.random.Generator) -> NDArray[np.float64]:
+def multisines(duration: float, rng: np.random.Generator) -> NDArray[np.floating]:
     """Make the voltages of random-phase multisines on mu_s and mu_d.
 
     Parameters
