@@ -93,7 +93,7 @@ class SlaveBase(Fmi2Slave):
         """Return the hidden state as lists, numbers, texts and None, sharing nothing that changes."""
 
     def thaw(self, frozen: Any) -> None:
-        """Take back what :meth:`freeze` returned."""
+        """Take back what :meth:`freeze` returned; parameters and outputs are taken care of by the base."""
 
     # Calls of the host
 
@@ -259,8 +259,7 @@ class SlaveBase(Fmi2Slave):
         try:
             if not state or state["unit"] != self._signature():
                 raise Refusal("this is no complete state of this unit; nothing was changed")
-            for kind, store in self._stores.items():
-                store.update((reference, value) for reference, value in state["stores"][kind])
+            self._restore(state["stores"])
             self.start_time = state["start_time"]
             phases = (INSTANTIATED, INITIALISING, STEPPING, TERMINATED)
             self.phase = phases[phases.index(state["phase"])]  # the same objects again: phases are compared by identity
@@ -269,9 +268,15 @@ class SlaveBase(Fmi2Slave):
             self._open_settings(("input", "parameter") if early else ("input",))
             self._stale = self.phase is INITIALISING
             if not early:
+                self.initialise(self.start_time)
                 self.thaw(state["hidden"])
+                self._restore(state["stores"])  # ``initialise`` has shown the outputs of the start
         except BaseException as problem:
             self._tell("setFMUstate", problem)
+
+    def _restore(self, stores: dict[str, list[Any]]) -> None:
+        for kind, store in self._stores.items():
+            store.update((reference, value) for reference, value in stores[kind])
 
     def _signature(self) -> list[Any]:
         return [type(self).__name__, len(self.variables)]

@@ -164,11 +164,7 @@ the angles on the straight line and the voltages as held.</p>"""
         return None if self.state is None else [self.state, self.previous, self.first]
 
     def thaw(self, frozen: Any) -> None:
-        """Take the settings again, then the state; the outputs have been restored with the variables."""
-        outputs = slice(_FIRST_OUTPUT, _FIRST_OUTPUT + len(_OUTPUTS))
-        shown = {reference: self.reals[reference] for reference in range(outputs.start, outputs.stop)}
-        self.initialise(self.start_time)
-        self.reals.update(shown)
+        """Take it back, from tuples or, after serialisation, from lists."""
         if frozen is not None:
             state, previous, self.first = frozen
             self.state, self.previous = restored(state), tuple(previous)

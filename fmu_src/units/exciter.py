@@ -91,7 +91,4 @@ one period, random phases of least crest factor.</p>"""
         return None
 
     def thaw(self, frozen: Any) -> None:
-        """Make the signal again from the parameters; the voltages have been restored with the variables."""
-        shown = self.reals[0], self.reals[1]
-        self.initialise(self.start_time)
-        self.reals[0], self.reals[1] = shown
+        """Nothing was hidden."""

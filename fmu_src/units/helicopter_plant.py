@@ -149,9 +149,7 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         return [list(self.state), [list(row) for row in self.history]]
 
     def thaw(self, frozen: Any) -> None:
-        """Take the parameters again, then the state as it was."""
-        self.initialise(self.start_time)
+        """Take them back."""
         state, history = frozen
         self.state = PlantState(*state)
         self.history = [(since, v_front, v_rear) for since, v_front, v_rear in history]
-        self._publish()

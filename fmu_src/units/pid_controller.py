@@ -104,8 +104,5 @@ delay of one period. Up to the first they are trim/2 each.</p>"""
         return None if self.state is None else list(self.state)
 
     def thaw(self, frozen: Any) -> None:
-        """Take the settings again, then the loops' state; the outputs have been restored with the variables."""
-        shown = self.reals[5], self.reals[6]
-        self.initialise(self.start_time)
-        self.reals[5], self.reals[6] = shown
+        """Take them back."""
         self.state = None if frozen is None else PidState(*frozen)

@@ -1,0 +1,155 @@
+"""Building units: content, determinism, parameters, and what a unit may hold."""
+
+import ast
+import re
+import sys
+import zipfile
+from xml.etree import ElementTree
+
+import pytest
+from fmpy.validation import validate_fmu
+from fmu_src.builder import UNITS, build, build_class, checked_start_values, unit_class
+from fmu_src.errors import BuildError
+from fmu_src.packaging.sources import content_hash, needed_sources, renamed
+
+
+def description(path):
+    with zipfile.ZipFile(path) as archive:
+        return ElementTree.fromstring(archive.read("modelDescription.xml"))
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_fmpy_validate_finds_nothing(fmus, unit):
+    assert validate_fmu(str(fmus[unit])) == []
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_rebuild_is_the_same_bytes(fmus, unit, tmp_path):
+    assert build(unit, tmp_path).read_bytes() == fmus[unit].read_bytes()
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_unit_holds_icon_documentation_licence_and_both_binaries(fmus, unit):
+    with zipfile.ZipFile(fmus[unit]) as archive:
+        names = set(archive.namelist())
+        page = archive.read("documentation/index.html").decode()
+    assert {"model.png", "documentation/index.html", "documentation/licenses/pythonfmu.txt"} <= names
+    assert {f"binaries/linux64/{unit}.so", f"binaries/win64/{unit}.dll"} <= names
+    assert "Python" in page and all(variable.name in page for variable in unit_class(unit).variables)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_vendored_sources_import_only_their_own_hashed_names_and_the_standard_library(fmus, unit):
+    with zipfile.ZipFile(fmus[unit]) as archive:
+        sources = {name: archive.read(name).decode() for name in archive.namelist() if name.endswith(".py")}
+    own = {name.split("/")[1].removesuffix(".py") for name in sources}
+    assert all(re.search(r"_[0-9a-f]{12}$", name) for name in own)
+    for name, text in sources.items():
+        for node in ast.walk(ast.parse(text, feature_version=(3, 9))):
+            modules = []
+            if isinstance(node, ast.Import):
+                modules = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                modules = [node.module]
+            for module in modules:
+                root = module.split(".")[0]
+                assert root in own or root in sys.stdlib_module_names, f"{name} imports {module}"
+    assert not any("strict=True" in text for text in sources.values())  # zip's strict is Python 3.10
+
+
+def test_parameters_become_start_values_and_change_hash_and_guid(fmus, tmp_path):
+    corrected = build("HelicopterPlant", tmp_path, {"effects.dry_friction.pitch": 0.025, "encoder.enabled": 1})
+    assert validate_fmu(str(corrected)) == []
+    before, after = description(fmus["HelicopterPlant"]), description(corrected)
+    start = {v.get("name"): v[0].get("start") for v in after.iter("ScalarVariable")}
+    assert start["effects.dry_friction.pitch"] == "0.025"
+    assert start["encoder.enabled"] == "true"
+    assert before.get("guid") != after.get("guid")
+    with zipfile.ZipFile(fmus["HelicopterPlant"]) as a, zipfile.ZipFile(corrected) as b:
+        assert a.read("resources/slavemodule.txt") != b.read("resources/slavemodule.txt")
+
+
+def test_start_values_read_back_to_the_bit(tmp_path):
+    third = 1.0 / 3.0
+    plant = build("HelicopterPlant", tmp_path, {"pitch.damping": third})
+    start = {v.get("name"): v[0].get("start") for v in description(plant).iter("ScalarVariable")}
+    assert float(start["pitch.damping"]) == third
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"pitch.dampling": 1.0}, "no parameter 'pitch.dampling'; did you mean 'pitch.damping'"),
+        ({"motor.time_constant": -0.03}, "motor.time_constant = -0.03 s must lie in [0, 5] s"),
+        ({"effects.dry_friction.pitch": float("nan")}, "effects.dry_friction.pitch = nan"),
+        ({"encoder.counts_pitch": 0.5}, "encoder.counts_pitch = 0.5 must be a whole number"),
+        ({"v_front": 1.0}, "no parameter 'v_front'"),
+        ({"pitch.damping": "much"}, "pitch.damping = 'much'"),
+    ],
+)
+def test_a_bad_parameter_is_refused_by_name_value_and_bound_and_nothing_is_written(parameters, message, tmp_path):
+    with pytest.raises(BuildError, match=re.escape(message)):
+        build("HelicopterPlant", tmp_path / "out", parameters)
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_unit_is_refused_with_the_nearest_name(tmp_path):
+    with pytest.raises(BuildError, match="did you mean 'HelicopterPlant'"):
+        build("HelicoperPlant", tmp_path)
+
+
+def test_a_build_that_fails_in_writing_leaves_the_old_file_and_no_part(monkeypatch, tmp_path):
+    path = build("Exciter", tmp_path)
+    before = path.read_bytes()
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        build("Exciter", tmp_path, {"excitation.base": 1.0})
+    assert path.read_bytes() == before
+    assert [file.name for file in tmp_path.iterdir()] == ["Exciter.fmu"]
+
+
+def test_a_unit_that_needs_more_than_the_standard_library_is_not_built(tmp_path):
+    from fmu_src.slave_base import SlaveBase
+
+    greedy = type("Greedy", (SlaveBase,), {"__module__": "fmu_src.master.loop"})
+    with pytest.raises(BuildError, match="not in the standard library"):
+        build_class(greedy, tmp_path)
+
+
+def test_every_structure_entry_points_at_its_variable(fmus):
+    for path in fmus.values():
+        root = description(path)
+        variables = root.findall("ModelVariables/ScalarVariable")
+        outputs = [index for index, v in enumerate(variables, 1) if v.get("causality") == "output"]
+        listed = [int(u.get("index")) for u in root.findall("ModelStructure/Outputs/Unknown")]
+        assert listed == outputs
+        for unknown in root.findall("ModelStructure/InitialUnknowns/Unknown"):
+            for known in (int(index) for index in unknown.get("dependencies").split()):
+                assert variables[known - 1].get("causality") == "parameter"
+
+
+def test_the_plant_lists_every_physical_parameter_with_its_metadata(fmus):
+    from heli_plant.parameters import PARAMETERS
+
+    variables = {v.get("name"): v for v in description(fmus["HelicopterPlant"]).iter("ScalarVariable")}
+    for row in PARAMETERS:
+        real = variables[row.name][0]
+        assert float(real.get("start")) == row.default
+        assert (float(real.get("min")), float(real.get("max"))) == (row.minimum, row.maximum)
+        assert real.get("unit") == row.unit
+        assert variables[row.name].get("description") == row.description
+
+
+def test_sources_of_different_content_have_different_names():
+    sources = needed_sources("fmu_src.units.exciter")
+    changed = {**sources, "heli_plant/motor.py": sources["heli_plant/motor.py"] + "\n# changed\n"}
+    assert content_hash(sources, {}) != content_hash(changed, {})
+    assert content_hash(sources, {}) != content_hash(sources, {"excitation.base": 0.25})
+    tag = content_hash(sources, {})
+    assert all(path.split("/")[0].endswith(tag) for path in renamed(sources, tag))
+
+
+def test_values_are_brought_to_the_type_of_their_variable():
+    values = checked_start_values(unit_class("HelicopterPlant"), {"encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0})
+    assert values == {"encoder.enabled": True, "encoder.counts_pitch": 2048}
+    assert isinstance(values["encoder.enabled"], bool) and isinstance(values["encoder.counts_pitch"], int)

@@ -1,0 +1,54 @@
+"""The wiring table: complete, unambiguous, and with the delay where its docstring says."""
+
+import pytest
+from fmu_src.builder import UNITS, unit_class
+from fmu_src.errors import WiringError
+from fmu_src.wiring import SCENARIOS, Connection, Scenario, scenario
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_connection_joins_an_output_to_an_input_of_the_same_unit_of_measure(name):
+    wiring = SCENARIOS[name]
+    variables = {unit: {v.name: v for v in unit_class(kind).variables} for unit, kind in wiring.units}
+    for wire in wiring.connections:
+        source, target = variables[wire.source_unit][wire.source], variables[wire.target_unit][wire.target]
+        assert (source.causality, target.causality) == ("output", "input")
+        assert source.unit == target.unit
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_every_input_is_fed_but_the_moving_mass_which_rests_in_its_middle(name):
+    wiring = SCENARIOS[name]
+    fed = {(wire.target_unit, wire.target) for wire in wiring.connections}
+    for unit, kind in wiring.units:
+        for variable in unit_class(kind).variables:
+            if variable.causality == "input" and (unit, variable.name) not in fed:
+                assert (variable.name, variable.start) == ("mass_position", 0.0)
+
+
+def test_every_kind_of_unit_takes_part():
+    assert {kind for wiring in SCENARIOS.values() for _, kind in wiring.units} == set(UNITS)
+
+
+def test_no_output_at_the_start_depends_on_an_input_so_that_one_pass_initialises_all():
+    for kind in UNITS:
+        variables = {v.name: v for v in unit_class(kind).variables}
+        for variable in variables.values():
+            for name in variable.initial_dependencies:
+                assert variables[name].causality == "parameter"
+
+
+def test_an_input_that_is_fed_twice_is_refused():
+    wires = (Connection("a", "x", "b", "u"), Connection("c", "x", "b", "u"))
+    with pytest.raises(WiringError, match="b.u is fed twice"):
+        Scenario("twice", "", (("a", "A"), ("b", "B"), ("c", "C")), wires)
+
+
+def test_a_connection_to_a_unit_that_is_not_there_is_refused():
+    with pytest.raises(WiringError, match="names the unit 'z'"):
+        Scenario("lost", "", (("a", "A"),), (Connection("a", "x", "z", "u"),))
+
+
+def test_an_unknown_scenario_is_refused_with_the_nearest_name():
+    with pytest.raises(WiringError, match="did you mean 'closed_loop'"):
+        scenario("close_loop")
