@@ -66,6 +66,9 @@ UNKNOWN_AMPLITUDES: Mapping[str, float] = MappingProxyType({"periodic": 0.05, "d
 _BRISTLE_SHARE, _BRISTLE_BENDS = 1 / 3, (0.0003, 0.001)
 """How many rigs with friction have bristles, and how far those bend [rad]."""
 
+_NOTCH_WIDTHS = {"pitch": (0.04, 0.08), "elevation": (0.02, 0.04)}
+"""Of a detent: a small part of what the axis visits, else it is a spring [rad]."""
+
 _FREQUENCIES, _NEAR_RESONANCE = (0.15, 1.5), 0.25
 """Of a periodic torque [Hz]; closer to the axis's own frequency than this share, it would fling the arm about."""
 
@@ -99,7 +102,7 @@ def _draw_unknown(word: str, scale: float, rig: Rig, rng: np.random.Generator) -
         # Where the axis passes often: about the middle of what the excitation makes it visit.
         middle = {"pitch": rig.base.theta0, "elevation": (2 * rig.base.k_z - rig.base.a_1) / rig.base.a_e}[axis]
         centre = float(middle + rng.uniform(-0.1, 0.1))
-        width = float(rng.uniform(0.04, 0.08))
+        width = float(rng.uniform(*_NOTCH_WIDTHS[axis]))
         return Unknown(axis, axis, amplitude, MappingProxyType({"centre": centre, "width": width}))
     shape = {"waves": float(rng.integers(1, 4)), "phase": float(rng.uniform(0, 2 * np.pi))}
     return Unknown(AXES[rng.integers(3)], "travel", amplitude, MappingProxyType(shape))
