@@ -4,77 +4,119 @@
 binds the compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose
 fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
-numba's disk cache notices a change in a function's own file only, not in the functions it calls; the cache folder
-is therefore named by the content of all sources that could take part.
+numba's disk cache notices a change in a function's own file only, not in what the function calls or names; the cache
+folder is therefore named by the content of everything that takes part. Two thirds of a cold start go into Python's
+side of numba, a fixed share of that into the wrappers by which Python calls a function: only the function that is
+asked for gets them (and a place in the cache), the functions it calls do not.
 """
 
 import hashlib
 import os
+import sys
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from threading import RLock
 from types import FunctionType
+from typing import Any
 
 import numba
 import numpy as np
 
+from .errors import PlantError
 from .parameters import PlantParameters
 
 PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
 """Record type of a parameter set."""
 
 _ROOTS = ("heli_plant", "heli_identifier")
+_LOCK = RLock()
+_CONFIG: Any = numba.config
 
 
-def parameter_record(parameters):
+def parameter_record(parameters: PlantParameters) -> np.void:
     """Return the parameter set as a NumPy record, which compiled functions read by field."""
     return np.array([tuple(parameters)], dtype=PARAMETER_DTYPE)[0]
 
 
-def _project_functions(function):
-    """Return the project's functions that ``function`` names among its globals, by name."""
-    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
-    return {
-        name: value
-        for name, value in named.items()
-        if isinstance(value, FunctionType) and value.__module__.split(".")[0] in _ROOTS
-    }
-
-
-def _sources(function) -> set[str]:
-    """Files of ``function`` and of everything it calls in this project."""
-    files = {function.__code__.co_filename}
-    for callee in _project_functions(function).values():
-        files |= _sources(callee)
-    return files
-
-
-def _cache_directory(function) -> str:
-    """Folder of the disk cache, named by the content of every source that takes part and of the parameter set."""
-    digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
-    for source in sorted(_sources(function)):
-        digest.update(Path(source).read_bytes())
-    base = os.environ.get("HELI_CACHE_DIR") or Path.home() / ".cache" / "heli-twin"
-    return str(Path(base) / f"numba-{digest.hexdigest()[:16]}")
-
-
-@cache
-def compiled(function):
+def compiled(function: Callable) -> Callable:
     """Return ``function`` compiled by numba, with every project function it calls.
 
     Parameters
     ----------
     function : FunctionType
-        A function of plain floats, tuples and records that uses ``math`` and other such functions only.
+        A function of plain floats, tuples, arrays and records that uses ``math`` and other such functions only. It
+        releases the interpreter's lock, and divides by zero as IEEE 754 does.
+
+    Raises
+    ------
+    PlantError
+        The folder of the cache cannot be written.
     """
-    bindings = dict(function.__globals__)
-    bindings.update({name: compiled(callee) for name, callee in _project_functions(function).items()})
-    twin = FunctionType(
-        function.__code__, bindings, function.__name__, function.__defaults__, function.__closure__
-    )
-    twin.__qualname__ = function.__qualname__
-    outer = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _cache_directory(function)
+    with _LOCK:
+        return _entry(function)
+
+
+@cache
+def _entry(function):
+    """Dispatcher of a function that Python calls, kept on disk."""
+    directory = _cache_directory(function)
     try:
-        return numba.njit(cache=True, nogil=True, error_model="numpy")(twin)
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as problem:
+        raise PlantError(
+            f"compiled code cannot be kept in {directory}: {problem.strerror}; "
+            "set HELI_CACHE_DIR to a folder that can be written"
+        ) from problem
+    outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(directory)
+    try:
+        return _jit(function, cache=True)
     finally:
-        numba.config.CACHE_DIR = outer
+        _CONFIG.CACHE_DIR = outer
+
+
+@cache
+def _callee(function):
+    """Dispatcher of a function that compiled functions alone call."""
+    return _jit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _jit(function, **options):
+    """Compile ``function`` over the compiled twins of the project functions it names."""
+    twins = {name: _callee(value) for name, value in _named(function).items() if isinstance(value, FunctionType)}
+    twin = FunctionType(function.__code__, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
+    twin.__qualname__ = function.__qualname__
+    return numba.njit(nogil=True, error_model="numpy", **options)(twin)
+
+
+def _named(function) -> dict[str, Any]:
+    """Return the project's functions and classes, and the constants, that ``function`` names among its globals."""
+    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    return {
+        name: value
+        for name, value in named.items()
+        if isinstance(value, int | float | tuple)
+        or (isinstance(value, FunctionType | type) and value.__module__.split(".")[0] in _ROOTS)
+    }
+
+
+def _ingredients(function) -> set[bytes]:
+    """Everything that the machine code of ``function`` depends on: sources and the values of constants."""
+    found = {Path(function.__code__.co_filename).read_bytes()}
+    for name, value in _named(function).items():
+        if isinstance(value, FunctionType):
+            found |= _ingredients(value)
+        elif isinstance(value, type):
+            found.add(Path(str(sys.modules[value.__module__].__file__)).read_bytes())
+        else:
+            found.add(f"{name} = {value!r}".encode())
+    return found
+
+
+def _cache_directory(function) -> Path:
+    """Folder of the disk cache, named by all ingredients and by the fields of a parameter set."""
+    digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
+    for ingredient in sorted(_ingredients(function)):
+        digest.update(hashlib.sha256(ingredient).digest())
+    base = Path(os.environ.get("HELI_CACHE_DIR") or Path.home() / ".cache" / "heli-twin")
+    return base / f"numba-{digest.hexdigest()[:16]}"

@@ -11,108 +11,110 @@ frame and e_lambda = (sin eps, 0, cos eps), e_eps = (0, -1, 0), e_theta = (1, 0,
 entries of M are e_i . I e_j (for theta with the body's masses alone).
 """
 
-from math import cos, sin
+from math import cos, sin, sqrt
+
+from .parameters import PlantParameters
 
 GRAVITY = 9.81
 """Acceleration of free fall [m/s^2]."""
 
+Six = tuple[float, float, float, float, float, float]
+"""A symmetric matrix of order three: its entries 11, 12, 13, 22, 23, 33."""
 
-def mass_matrix(pitch, elevation, p):
+
+def counterweight(p: PlantParameters) -> float:
+    """m1 [kg], the mass that balances the arm."""
+    return p.l2 * (p.m2 + p.m3) / p.l1
+
+
+def inertias(p: PlantParameters) -> Six:
+    """Return what M is made of, all [kg m^2].
+
+    ``body`` of the rotors' masses about their own pitch axis; ``plate``, the difference of their two other moments;
+    ``lever`` l2 m3 d2; ``arm`` of all masses about the vertical axis but for ``plate``; ``drop`` m1 d1^2 and ``tilt``
+    m1 l1 d1 of the counterweight.
+    """
+    m1 = counterweight(p)
+    width, height = p.m3 * p.l3 * p.l3, p.m3 * p.d2 * p.d2
+    arm = m1 * p.l1 * p.l1 + (p.m2 + p.m3) * p.l2 * p.l2 + height
+    return width + height, width - height, p.l2 * p.m3 * p.d2, arm, m1 * p.d1 * p.d1, m1 * p.l1 * p.d1
+
+
+def mass_matrix(pitch: float, elevation: float, p: PlantParameters) -> Six:
     """Return (M11, M12, M13, M22, M23, M33) [kg m^2] for (theta, epsilon, lambda)."""
+    body, plate, lever, arm, drop, tilt = inertias(p)
     s, c, se, ce = sin(pitch), cos(pitch), sin(elevation), cos(elevation)
-    m1 = p.l2 * (p.m2 + p.m3) / p.l1
-    body = p.m3 * (p.l3 * p.l3 + p.d2 * p.d2)
-    lever = p.l2 * p.m3 * p.d2
-    arm = m1 * p.l1 * p.l1 + (p.m2 + p.m3) * p.l2 * p.l2
-    i_xx = m1 * p.d1 * p.d1 + body
-    i_yy = arm + m1 * p.d1 * p.d1 + p.m3 * (p.l3 * p.l3 * s * s + p.d2 * p.d2 * c * c)
-    i_zz = arm + p.m3 * (p.l3 * p.l3 * c * c + p.d2 * p.d2 * s * s)
-    i_xz = -m1 * p.l1 * p.d1 + lever * c
-    i_yz = -p.m3 * (p.l3 * p.l3 - p.d2 * p.d2) * s * c
+    i_xx, i_xz, i_zz = body + drop, lever * c - tilt, arm + plate * c * c
     return (
         body,
         lever * s,
         body * se + lever * c * ce,
-        i_yy,
-        lever * s * se - i_yz * ce,
+        arm + drop + plate * s * s,
+        lever * s * se + plate * s * c * ce,
         se * se * i_xx + 2.0 * se * ce * i_xz + ce * ce * i_zz,
     )
 
 
-def mass_matrix_gradients(pitch, elevation, p):
-    """Return the derivatives of :func:`mass_matrix`, six by theta and six by epsilon [kg m^2/rad]."""
+def mass_matrix_gradients(pitch: float, elevation: float, p: PlantParameters) -> tuple[Six, Six]:
+    """Return the derivatives of :func:`mass_matrix` by theta and by epsilon [kg m^2/rad]."""
+    body, plate, lever, arm, drop, tilt = inertias(p)
     s, c, se, ce = sin(pitch), cos(pitch), sin(elevation), cos(elevation)
-    m1 = p.l2 * (p.m2 + p.m3) / p.l1
-    body = p.m3 * (p.l3 * p.l3 + p.d2 * p.d2)
-    plate = p.m3 * (p.l3 * p.l3 - p.d2 * p.d2)
-    lever = p.l2 * p.m3 * p.d2
-    arm = m1 * p.l1 * p.l1 + (p.m2 + p.m3) * p.l2 * p.l2
-    i_xx = m1 * p.d1 * p.d1 + body
-    i_zz = arm + p.m3 * (p.l3 * p.l3 * c * c + p.d2 * p.d2 * s * s)
-    i_xz = -m1 * p.l1 * p.d1 + lever * c
+    i_xx, i_xz, i_zz = body + drop, lever * c - tilt, arm + plate * c * c
     by_pitch = (
         0.0,
         lever * c,
         -lever * s * ce,
         2.0 * plate * s * c,
         lever * c * se + plate * (c * c - s * s) * ce,
-        -2.0 * lever * s * se * ce - 2.0 * plate * s * c * ce * ce,
+        -2.0 * s * ce * (lever * se + plate * c * ce),
     )
     by_elevation = (
         0.0,
         0.0,
         body * ce - lever * c * se,
         0.0,
-        lever * s * ce - plate * s * c * se,
+        s * (lever * ce - plate * c * se),
         2.0 * se * ce * (i_xx - i_zz) + 2.0 * (ce * ce - se * se) * i_xz,
     )
     return by_pitch, by_elevation
 
 
-def coriolis_torques(pitch, elevation, w1, w2, w3, p):
+def coriolis_torques(
+    pitch: float, elevation: float, w1: float, w2: float, w3: float, p: PlantParameters
+) -> tuple[float, float, float]:
     """Return the three components of C(q, q') q' [N m] by the Christoffel symbols of M.
 
-    sum_jk (dM_ij/dq_k - 1/2 dM_jk/dq_i) w_j w_k with w = (theta', epsilon', lambda').
+    sum_jk (dM_ij/dq_k - 1/2 dM_jk/dq_i) w_j w_k with w = (theta', epsilon', lambda'): M' w less the gradient of the
+    kinetic energy.
     """
-    a, b = mass_matrix_gradients(pitch, elevation, p)
-    # rates of M's rows along the motion, applied to w
-    r11, r12, r13 = a[0] * w1 + b[0] * w2, a[1] * w1 + b[1] * w2, a[2] * w1 + b[2] * w2
-    r22, r23, r33 = a[3] * w1 + b[3] * w2, a[4] * w1 + b[4] * w2, a[5] * w1 + b[5] * w2
-    energy_a = _quadratic_form(a, w1, w2, w3)
-    energy_b = _quadratic_form(b, w1, w2, w3)
+    (_, a12, a13, a22, a23, a33), (_, _, b13, _, b23, b33) = mass_matrix_gradients(pitch, elevation, p)
+    m12, m13, m22 = a12 * w1, a13 * w1 + b13 * w2, a22 * w1
+    m23, m33 = a23 * w1 + b23 * w2, a33 * w1 + b33 * w2
+    by_pitch = w1 * (a12 * w2 + a13 * w3) + 0.5 * a22 * w2 * w2 + w3 * (a23 * w2 + 0.5 * a33 * w3)
+    by_elevation = w3 * (b13 * w1 + b23 * w2 + 0.5 * b33 * w3)
     return (
-        r11 * w1 + r12 * w2 + r13 * w3 - 0.5 * energy_a,
-        r12 * w1 + r22 * w2 + r23 * w3 - 0.5 * energy_b,
-        r13 * w1 + r23 * w2 + r33 * w3,
+        m12 * w2 + m13 * w3 - by_pitch,
+        m12 * w1 + m22 * w2 + m23 * w3 - by_elevation,
+        m13 * w1 + m23 * w2 + m33 * w3,
     )
 
 
-def _quadratic_form(m, w1, w2, w3):
-    """w . m w for a symmetric m given by its six upper entries."""
-    return (
-        m[0] * w1 * w1
-        + m[3] * w2 * w2
-        + m[5] * w3 * w3
-        + 2.0 * (m[1] * w1 * w2 + m[2] * w1 * w3 + m[4] * w2 * w3)
-    )
-
-
-def potential_energy(pitch, elevation, p):
+def potential_energy(pitch: float, elevation: float, p: PlantParameters) -> float:
     """Potential energy [J]; the counterweight's mass balances the arm, only the drops are left."""
-    m1 = p.l2 * (p.m2 + p.m3) / p.l1
-    return -GRAVITY * cos(elevation) * (m1 * p.d1 + p.m3 * p.d2 * cos(pitch))
+    return -GRAVITY * cos(elevation) * (counterweight(p) * p.d1 + p.m3 * p.d2 * cos(pitch))
 
 
-def gravity_torques(pitch, elevation, p):
+def gravity_torques(pitch: float, elevation: float, p: PlantParameters) -> tuple[float, float]:
     """Gradient of :func:`potential_energy` by theta and epsilon [N m]; by lambda it is zero."""
-    m1 = p.l2 * (p.m2 + p.m3) / p.l1
     return (
         GRAVITY * cos(elevation) * p.m3 * p.d2 * sin(pitch),
-        GRAVITY * sin(elevation) * (m1 * p.d1 + p.m3 * p.d2 * cos(pitch)),
+        GRAVITY * sin(elevation) * (counterweight(p) * p.d1 + p.m3 * p.d2 * cos(pitch)),
     )
 
 
-def thrust_torques(pitch, elevation, mu_diff, mu_sum, p):
+def thrust_torques(
+    pitch: float, elevation: float, mu_diff: float, mu_sum: float, p: PlantParameters
+) -> tuple[float, float, float]:
     """Generalised torques [N m] of the thrusts and their drag torques on (theta, epsilon, lambda)."""
     s, c = sin(pitch), cos(pitch)
     f_sum, f_diff = p.k_f * mu_sum, p.k_f * mu_diff
@@ -124,8 +126,15 @@ def thrust_torques(pitch, elevation, mu_diff, mu_sum, p):
 
 
 def general_accelerations(
-    pitch, elevation, pitch_rate, elevation_rate, travel_rate, mu_diff, mu_sum, p
-):
+    pitch: float,
+    elevation: float,
+    pitch_rate: float,
+    elevation_rate: float,
+    travel_rate: float,
+    mu_diff: float,
+    mu_sum: float,
+    p: PlantParameters,
+) -> tuple[float, float, float]:
     """Return (theta'', epsilon'', lambda'') [rad/s^2] of eq. (1)."""
     m11, m12, m13, m22, m23, m33 = mass_matrix(pitch, elevation, p)
     c1, c2, c3 = coriolis_torques(pitch, elevation, pitch_rate, elevation_rate, travel_rate, p)
@@ -135,11 +144,11 @@ def general_accelerations(
     b2 = t2 - c2 - g2 - p.viscous_elevation * elevation_rate
     b3 = t3 - c3 - p.viscous_travel * travel_rate
     # Cholesky M = L L^T: M is symmetric positive definite
-    l11 = m11**0.5
+    l11 = sqrt(m11)
     l21, l31 = m12 / l11, m13 / l11
-    l22 = (m22 - l21 * l21) ** 0.5
+    l22 = sqrt(m22 - l21 * l21)
     l32 = (m23 - l31 * l21) / l22
-    l33 = (m33 - l31 * l31 - l32 * l32) ** 0.5
+    l33 = sqrt(m33 - l31 * l31 - l32 * l32)
     y1 = b1 / l11
     y2 = (b2 - l21 * y1) / l22
     y3 = (b3 - l31 * y1 - l32 * y2) / l33

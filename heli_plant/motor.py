@@ -3,11 +3,21 @@
 from math import exp
 
 
+def kept(h, time_constant):
+    """Share exp(-h / T_m) of a lagged voltage's distance from its goal that is left after ``h`` [s]; T_m of 0: none."""
+    if time_constant <= 0.0:
+        return 0.0
+    return exp(-h / time_constant)
+
+
+def toward(nu, voltage, share):
+    """Lagged voltage [V] when ``share`` of its distance from the held ``voltage`` [V] is left."""
+    return voltage + (nu - voltage) * share
+
+
 def advance(nu, voltage, h, time_constant):
     """Lagged voltage [V] after ``h`` [s] under a held ``voltage`` [V]; a ``time_constant`` of 0 s passes it through."""
-    if time_constant <= 0.0:
-        return voltage
-    return voltage + (nu - voltage) * exp(-h / time_constant)
+    return toward(nu, voltage, kept(h, time_constant))
 
 
 def saturate(voltage, limit):

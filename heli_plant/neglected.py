@@ -1,90 +1,153 @@
-"""The sum of the catalogue's effects on each axis: what :mod:`heli_plant.simplified_model` neglects.
+"""What the simplified model neglects: the catalogue's effects on each axis, as added accelerations [rad/s^2].
 
-A coefficient of zero costs one comparison, so that the bare model stays cheap inside an FMU.
+With F(w) the axis's friction (:mod:`heli_plant.friction`), mu_s = nu_f + nu_r [V], eps_h = eps + eps_0 the elevation
+from the horizontal arm, and one coefficient c per effect:
+
+pitch      c_torque + mu_s (c_mismatch - c_airspeed theta' - c_gyro eps') + F(theta')
+           + c_gravity a_th sin(theta - theta0) (1 - cos eps)
+
+elevation  mu_s (c_gyro theta' - c_airspeed eps' cos theta) + F(eps') - c_inertial/2 sin(2 eps_h) lambda'^2
+           + c_gravity (a_e (eps - sin eps) + a_1 (1 - cos eps))
+           + c_ground k_z mu_s cos(theta) exp(-(eps - eps_ground) / eps_g) - [t >= t_1] c_mass
+
+travel     c_torque + c_drag mu_s cos(theta) cos(eps) + F(lambda') - c_cable (lambda - lambda(0))
+           + 2 c_inertial tan(eps_h) eps' lambda'
+
+Where an effect replaces a term of the simplified model (gravity), the difference stands here, so that effects add up;
+the general model, eq. (1), has inertial coupling and trigonometric gravity already. The products cost less than a
+question whether they are on, the transcendental functions more. Effects of the rotors are in :mod:`heli_plant.rotors`,
+the arm's bending in :mod:`heli_plant.bending`.
 """
 
-from math import cos
+from math import cos, exp, sin, tan
 
-from .laws.coupling import (
-    airspeed_thrust_loss_elevation,
-    airspeed_thrust_loss_pitch,
-    gyroscopic_coupling_elevation,
-    gyroscopic_coupling_pitch,
-    inertial_coupling_elevation,
-    inertial_coupling_travel,
-    rotor_drag_torque,
-    rotor_mismatch,
-)
-from .laws.friction import breakaway_friction, dry_friction, quadratic_drag
-from .laws.gravity import (
-    cable_stiffness,
-    ground_effect,
-    large_angle_gravity,
-    moving_mass,
-    pitch_gravity_coupling,
-)
+from .friction import friction
+from .parameters import PlantParameters
 
 
-def neglected_pitch(pitch, elevation, pitch_rate, elevation_rate, mu_sum, p):
-    """Pitch acceleration [rad/s^2] by all effects that are switched on."""
-    a = p.constant_torque_pitch
-    if p.dry_friction_pitch != 0.0:
-        a += dry_friction(pitch_rate, p.dry_friction_pitch)
-    if p.breakaway_friction_pitch != 0.0:
-        a += breakaway_friction(pitch_rate, p.breakaway_friction_pitch, p.stribeck_rate_pitch)
-    if p.quadratic_drag_pitch != 0.0:
-        a += quadratic_drag(pitch_rate, p.quadratic_drag_pitch)
-    if p.rotor_mismatch_pitch != 0.0:
-        a += rotor_mismatch(mu_sum, p.rotor_mismatch_pitch)
-    if p.airspeed_thrust_loss_pitch != 0.0:
-        a += airspeed_thrust_loss_pitch(mu_sum, pitch_rate, p.airspeed_thrust_loss_pitch)
-    if p.gyroscopic_coupling_pitch != 0.0:
-        a += gyroscopic_coupling_pitch(mu_sum, elevation_rate, p.gyroscopic_coupling_pitch)
+def switched_on(p: PlantParameters) -> tuple[bool, bool, bool]:
+    """Return for pitch, elevation and travel whether any of its effects has a coefficient other than zero."""
+    pitch = (
+        p.dry_friction_pitch != 0.0
+        or p.breakaway_friction_pitch != 0.0
+        or p.quadratic_drag_pitch != 0.0
+        or p.constant_torque_pitch != 0.0
+        or p.rotor_mismatch_pitch != 0.0
+        or p.airspeed_thrust_loss_pitch != 0.0
+        or p.gyroscopic_coupling_pitch != 0.0
+        or p.pitch_gravity_coupling_pitch != 0.0
+    )
+    elevation = (
+        p.dry_friction_elevation != 0.0
+        or p.breakaway_friction_elevation != 0.0
+        or p.quadratic_drag_elevation != 0.0
+        or p.airspeed_thrust_loss_elevation != 0.0
+        or p.gyroscopic_coupling_elevation != 0.0
+        or p.inertial_coupling_elevation != 0.0
+        or p.large_angle_gravity_elevation != 0.0
+        or p.ground_effect_elevation != 0.0
+        or p.moving_mass_elevation != 0.0
+    )
+    travel = (
+        p.dry_friction_travel != 0.0
+        or p.breakaway_friction_travel != 0.0
+        or p.quadratic_drag_travel != 0.0
+        or p.constant_torque_travel != 0.0
+        or p.rotor_drag_torque_travel != 0.0
+        or p.cable_stiffness_travel != 0.0
+        or p.inertial_coupling_travel != 0.0
+    )
+    return pitch, elevation, travel
+
+
+def neglected_pitch(
+    pitch: float, elevation: float, pitch_rate: float, elevation_rate: float, mu_sum: float, p: PlantParameters
+) -> float:
+    """Pitch acceleration [rad/s^2] by the catalogue's effects on the pitch."""
+    rotors = (
+        p.rotor_mismatch_pitch
+        - p.airspeed_thrust_loss_pitch * pitch_rate
+        - p.gyroscopic_coupling_pitch * elevation_rate
+    )
+    acceleration = (
+        p.constant_torque_pitch
+        + rotors * mu_sum
+        + friction(
+            pitch_rate,
+            p.dry_friction_pitch,
+            p.breakaway_friction_pitch,
+            p.stribeck_rate_pitch,
+            p.quadratic_drag_pitch,
+        )
+    )
     if p.pitch_gravity_coupling_pitch != 0.0:
-        a += pitch_gravity_coupling(pitch, elevation, p.a_th, p.theta0, p.pitch_gravity_coupling_pitch)
-    return a
+        acceleration += p.pitch_gravity_coupling_pitch * p.a_th * sin(pitch - p.theta0) * (1.0 - cos(elevation))
+    return acceleration
 
 
-def neglected_elevation(t, pitch, elevation, pitch_rate, elevation_rate, travel_rate, mu_sum, p):
-    """Elevation acceleration [rad/s^2] by all effects that are switched on."""
-    a = 0.0
-    if p.dry_friction_elevation != 0.0:
-        a += dry_friction(elevation_rate, p.dry_friction_elevation)
-    if p.breakaway_friction_elevation != 0.0:
-        a += breakaway_friction(elevation_rate, p.breakaway_friction_elevation, p.stribeck_rate_elevation)
-    if p.quadratic_drag_elevation != 0.0:
-        a += quadratic_drag(elevation_rate, p.quadratic_drag_elevation)
-    if p.airspeed_thrust_loss_elevation != 0.0:
-        a += airspeed_thrust_loss_elevation(mu_sum, elevation_rate, pitch, p.airspeed_thrust_loss_elevation)
-    if p.gyroscopic_coupling_elevation != 0.0:
-        a += gyroscopic_coupling_elevation(mu_sum, pitch_rate, p.gyroscopic_coupling_elevation)
+def neglected_elevation(
+    t: float,
+    pitch: float,
+    elevation: float,
+    pitch_rate: float,
+    elevation_rate: float,
+    travel_rate: float,
+    mu_sum: float,
+    p: PlantParameters,
+) -> float:
+    """Elevation acceleration [rad/s^2] by the catalogue's effects on the elevation at time ``t`` [s]."""
+    cos_pitch = cos(pitch)
+    rotors = (
+        p.gyroscopic_coupling_elevation * pitch_rate
+        - p.airspeed_thrust_loss_elevation * elevation_rate * cos_pitch
+    )  # fmt: skip
+    acceleration = rotors * mu_sum + friction(
+        elevation_rate,
+        p.dry_friction_elevation,
+        p.breakaway_friction_elevation,
+        p.stribeck_rate_elevation,
+        p.quadratic_drag_elevation,
+    )
     if p.inertial_coupling_elevation != 0.0:
-        from_horizontal = elevation + p.horizontal_offset
-        a += inertial_coupling_elevation(from_horizontal, travel_rate, p.inertial_coupling_elevation)
+        centrifugal = 0.5 * sin(2.0 * (elevation + p.horizontal_offset)) * travel_rate * travel_rate
+        acceleration -= p.inertial_coupling_elevation * centrifugal
     if p.large_angle_gravity_elevation != 0.0:
-        a += large_angle_gravity(elevation, p.a_e, p.a_1, p.large_angle_gravity_elevation)
+        straightened = p.a_e * (elevation - sin(elevation)) + p.a_1 * (1.0 - cos(elevation))
+        acceleration += p.large_angle_gravity_elevation * straightened
     if p.ground_effect_elevation != 0.0:
-        lift = p.k_z * mu_sum * cos(pitch)
-        a += ground_effect(lift, elevation, p.ground_effect_elevation, p.ground_elevation, p.ground_height)
-    if p.moving_mass_elevation != 0.0:
-        a += moving_mass(t, p.moving_mass_elevation, p.moving_mass_time)
-    return a
+        lift = p.k_z * mu_sum * cos_pitch
+        cushion = exp(-(elevation - p.ground_elevation) / p.ground_height)
+        acceleration += p.ground_effect_elevation * lift * cushion
+    if t >= p.moving_mass_time:
+        acceleration -= p.moving_mass_elevation
+    return acceleration
 
 
-def neglected_travel(pitch, elevation, travel, elevation_rate, travel_rate, cable_rest, mu_sum, p):
-    """Travel acceleration [rad/s^2] by all effects that are switched on."""
-    a = p.constant_torque_travel
-    if p.dry_friction_travel != 0.0:
-        a += dry_friction(travel_rate, p.dry_friction_travel)
-    if p.breakaway_friction_travel != 0.0:
-        a += breakaway_friction(travel_rate, p.breakaway_friction_travel, p.stribeck_rate_travel)
-    if p.quadratic_drag_travel != 0.0:
-        a += quadratic_drag(travel_rate, p.quadratic_drag_travel)
+def neglected_travel(
+    pitch: float,
+    elevation: float,
+    travel: float,
+    elevation_rate: float,
+    travel_rate: float,
+    cable_rest: float,
+    mu_sum: float,
+    p: PlantParameters,
+) -> float:
+    """Travel acceleration [rad/s^2] by the catalogue's effects on the travel; the cable rests at ``cable_rest``."""
+    acceleration = (
+        p.constant_torque_travel
+        - p.cable_stiffness_travel * (travel - cable_rest)
+        + friction(
+            travel_rate,
+            p.dry_friction_travel,
+            p.breakaway_friction_travel,
+            p.stribeck_rate_travel,
+            p.quadratic_drag_travel,
+        )
+    )
     if p.rotor_drag_torque_travel != 0.0:
-        a += rotor_drag_torque(mu_sum, pitch, elevation, p.rotor_drag_torque_travel)
-    if p.cable_stiffness_travel != 0.0:
-        a += cable_stiffness(travel, cable_rest, p.cable_stiffness_travel)
+        acceleration += p.rotor_drag_torque_travel * mu_sum * cos(pitch) * cos(elevation)
     if p.inertial_coupling_travel != 0.0:
-        from_horizontal = elevation + p.horizontal_offset
-        a += inertial_coupling_travel(from_horizontal, elevation_rate, travel_rate, p.inertial_coupling_travel)
-    return a
+        turning = 2.0 * tan(elevation + p.horizontal_offset) * elevation_rate * travel_rate
+        acceleration += p.inertial_coupling_travel * turning
+    return acceleration

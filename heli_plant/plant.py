@@ -1,34 +1,74 @@
 """One step of the plant under held voltages: classical Runge-Kutta of order 4 on the three axes.
 
 The motors of eq. (9) are advanced exactly, so their voltages at the step's start, middle and end are known before
-the mechanical stages run. The bending mode is driven by the rotors alone and takes its own Runge-Kutta step.
+the mechanical stages run. Whatever stays the same over the step is worked out once, before the stages: inside an FMU
+the interpreter runs this very source.
 """
 
+from .ado import ado_acceleration, mass_after
+from .bending import bending_step
 from .general_model import general_accelerations
-from .laws.structure import bending_acceleration
-from .motor import advance
-from .neglected import neglected_elevation, neglected_pitch, neglected_travel
-from .rotors import motor_input, thrust_voltage
+from .motor import kept, toward
+from .neglected import neglected_elevation, neglected_pitch, neglected_travel, switched_on
+from .parameters import PlantParameters
+from .rotors import motor_input, thrust_voltages
 from .simplified_model import simplified_accelerations
 from .state import PlantState
 
 
-def accelerations(t, th, ep, la, w_th, w_ep, w_la, mu_diff, mu_sum, mass_position, cable_rest, p):
-    """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model plus the effects that are switched on."""
+def accelerations(
+    t: float,
+    th: float,
+    ep: float,
+    la: float,
+    w_th: float,
+    w_ep: float,
+    w_la: float,
+    mu_diff: float,
+    mu_sum: float,
+    mass_position: float,
+    cable_rest: float,
+    switches: tuple[bool, bool, bool],
+    p: PlantParameters,
+) -> tuple[float, float, float]:
+    """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model, the ADO, the effects that are switched on.
+
+    Parameters
+    ----------
+    t : float
+        Time [s].
+    th, ep, la, w_th, w_ep, w_la : float
+        Pitch, elevation, travel [rad] and their rates [rad/s].
+    mu_diff, mu_sum : float
+        Difference and sum of the rotors' thrust voltages [V].
+    mass_position : float
+        Of the ADO [m].
+    cable_rest : float
+        Travel at which the cable is slack [rad].
+    switches : tuple of bool
+        From :func:`heli_plant.neglected.switched_on`.
+    p : PlantParameters
+        Or a NumPy record with the same fields.
+    """
     if p.general_model > 0.5:
         a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
     else:
-        a_th, a_ep, a_la = simplified_accelerations(
-            th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, mass_position, p
-        )
-    return (
-        a_th + neglected_pitch(th, ep, w_th, w_ep, mu_sum, p),
-        a_ep + neglected_elevation(t, th, ep, w_th, w_ep, w_la, mu_sum, p),
-        a_la + neglected_travel(th, ep, la, w_ep, w_la, cable_rest, mu_sum, p),
-    )
+        a_th, a_ep, a_la = simplified_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
+    if mass_position != 0.0:
+        a_ep += ado_acceleration(ep, mass_position, p)
+    pitch_lacks, elevation_lacks, travel_lacks = switches
+    if pitch_lacks:
+        a_th += neglected_pitch(th, ep, w_th, w_ep, mu_sum, p)
+    if elevation_lacks:
+        a_ep += neglected_elevation(t, th, ep, w_th, w_ep, w_la, mu_sum, p)
+    if travel_lacks:
+        a_la += neglected_travel(th, ep, la, w_ep, w_la, cable_rest, mu_sum, p)
+    return a_th, a_ep, a_la
 
 
-def step(state, v_front, v_rear, mass_command, t, h, p):
+def step(
+    state: PlantState, v_front: float, v_rear: float, mass_command: float, t: float, h: float, p: PlantParameters
+) -> PlantState:
     """Return the state one step later.
 
     Parameters
@@ -44,49 +84,48 @@ def step(state, v_front, v_rear, mass_command, t, h, p):
     p : PlantParameters
         Or a NumPy record with the same fields.
     """
-    time_constant = p.T_m + p.motor_lag_rotors
+    th, ep, la, w1, w2, w3, nu_front, nu_rear, bending, bending_rate, x, rest = state
+    switches = switched_on(p)
+    hh, t_mid, t_end = 0.5 * h, t + 0.5 * h, t + h
+    x = mass_after(x, mass_command, h, p)
+
+    share = kept(hh, p.T_m + p.motor_lag_rotors)
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-    nu_front_mid = advance(state.nu_front, u_front, 0.5 * h, time_constant)
-    nu_rear_mid = advance(state.nu_rear, u_rear, 0.5 * h, time_constant)
-    nu_front = advance(nu_front_mid, u_front, 0.5 * h, time_constant)
-    nu_rear = advance(nu_rear_mid, u_rear, 0.5 * h, time_constant)
-    t_mid, t_end = t + 0.5 * h, t + h
-    front0, rear0 = thrust_voltage(state.nu_front, t, p), thrust_voltage(state.nu_rear, t, p)
-    front1, rear1 = thrust_voltage(nu_front_mid, t_mid, p), thrust_voltage(nu_rear_mid, t_mid, p)
-    front2, rear2 = thrust_voltage(nu_front, t_end, p), thrust_voltage(nu_rear, t_end, p)
-    d0, s0, d1, s1, d2, s2 = (
-        front0 - rear0, front0 + rear0, front1 - rear1, front1 + rear1, front2 - rear2, front2 + rear2,
-    )  # fmt: skip
-    x, rest = mass_after(state.mass_position, mass_command, h, p), state.cable_rest
+    if share == 0.0:  # without a lag the voltage jumps at the step's start, not during its first half
+        nu_front, nu_rear = u_front, u_rear
+    nu_front_mid, nu_rear_mid = toward(nu_front, u_front, share), toward(nu_rear, u_rear, share)
+    nu_front_end, nu_rear_end = toward(nu_front_mid, u_front, share), toward(nu_rear_mid, u_rear, share)
+    d0, s0 = thrust_voltages(nu_front, nu_rear, t, p)
+    d1, s1 = thrust_voltages(nu_front_mid, nu_rear_mid, t_mid, p)
+    d2, s2 = thrust_voltages(nu_front_end, nu_rear_end, t_end, p)
 
-    th, ep, la = state.pitch, state.elevation, state.travel
-    w1, w2, w3 = state.pitch_rate, state.elevation_rate, state.travel_rate
-    hh = 0.5 * h
-    a1, a2, a3 = accelerations(t, th, ep, la, w1, w2, w3, d0, s0, x, rest, p)
-    p1, p2, p3 = w1 + hh * a1, w2 + hh * a2, w3 + hh * a3
+    # the four stages: rates w, u, v, y and accelerations a, b, c, e; 1, 2, 3 are pitch, elevation, travel
+    a1, a2, a3 = accelerations(t, th, ep, la, w1, w2, w3, d0, s0, x, rest, switches, p)
+    u1, u2, u3 = w1 + hh * a1, w2 + hh * a2, w3 + hh * a3
     b1, b2, b3 = accelerations(
-        t_mid, th + hh * w1, ep + hh * w2, la + hh * w3, p1, p2, p3, d1, s1, x, rest, p
-    )
-    q1, q2, q3 = w1 + hh * b1, w2 + hh * b2, w3 + hh * b3
+        t_mid, th + hh * w1, ep + hh * w2, la + hh * w3, u1, u2, u3, d1, s1, x, rest, switches, p
+    )  # fmt: skip
+    v1, v2, v3 = w1 + hh * b1, w2 + hh * b2, w3 + hh * b3
     c1, c2, c3 = accelerations(
-        t_mid, th + hh * p1, ep + hh * p2, la + hh * p3, q1, q2, q3, d1, s1, x, rest, p
-    )
-    r1, r2, r3 = w1 + h * c1, w2 + h * c2, w3 + h * c3
-    e1, e2, e3 = accelerations(t_end, th + h * q1, ep + h * q2, la + h * q3, r1, r2, r3, d2, s2, x, rest, p)
+        t_mid, th + hh * u1, ep + hh * u2, la + hh * u3, v1, v2, v3, d1, s1, x, rest, switches, p
+    )  # fmt: skip
+    y1, y2, y3 = w1 + h * c1, w2 + h * c2, w3 + h * c3
+    e1, e2, e3 = accelerations(
+        t_end, th + h * v1, ep + h * v2, la + h * v3, y1, y2, y3, d2, s2, x, rest, switches, p
+    )  # fmt: skip
 
-    bending, bending_rate = state.bending, state.bending_rate
     if p.arm_bending_elevation != 0.0:
         bending, bending_rate = bending_step(bending, bending_rate, s0, s1, s2, h, p)
     sixth = h / 6.0
     return PlantState(
-        th + sixth * (w1 + 2.0 * (p1 + q1) + r1),
-        ep + sixth * (w2 + 2.0 * (p2 + q2) + r2),
-        la + sixth * (w3 + 2.0 * (p3 + q3) + r3),
+        th + sixth * (w1 + 2.0 * (u1 + v1) + y1),
+        ep + sixth * (w2 + 2.0 * (u2 + v2) + y2),
+        la + sixth * (w3 + 2.0 * (u3 + v3) + y3),
         w1 + sixth * (a1 + 2.0 * (b1 + c1) + e1),
         w2 + sixth * (a2 + 2.0 * (b2 + c2) + e2),
         w3 + sixth * (a3 + 2.0 * (b3 + c3) + e3),
-        nu_front,
-        nu_rear,
+        nu_front_end,
+        nu_rear_end,
         bending,
         bending_rate,
         x,
@@ -94,39 +133,18 @@ def step(state, v_front, v_rear, mass_command, t, h, p):
     )
 
 
-def bending_step(q, w, s0, s1, s2, h, p):
-    """Return the bending [rad] and its rate [rad/s] after ``h`` [s] under mu_s [V] at start, middle and end."""
-    c, f, z = p.arm_bending_elevation, p.bending_frequency, p.bending_damping
-    hh = 0.5 * h
-    a0 = bending_acceleration(q, w, s0, c, f, z)
-    w1 = w + hh * a0
-    a1 = bending_acceleration(q + hh * w, w1, s1, c, f, z)
-    w2 = w + hh * a1
-    a2 = bending_acceleration(q + hh * w1, w2, s1, c, f, z)
-    w3 = w + h * a2
-    a3 = bending_acceleration(q + h * w2, w3, s2, c, f, z)
-    return q + h / 6.0 * (w + 2.0 * (w1 + w2) + w3), w + h / 6.0 * (a0 + 2.0 * (a1 + a2) + a3)
-
-
-def mass_after(position, command, h, p):
-    """Position [m] of the ADO's mass after ``h`` [s]: it follows the command at the lead screw's speed."""
-    goal = min(max(command, -p.ado_travel), p.ado_travel)
-    reach = p.ado_speed * h
-    return position + min(max(goal - position, -reach), reach)
-
-
-def rigid_start(state, p):
+def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
     """``state`` with the bending mode settled at the motors' voltages, so that no ringing starts the record.
 
     The elevation given is what the encoder reads; the rigid angle is that less the bending.
     """
     if p.arm_bending_elevation == 0.0:
         return state
-    mu_sum = thrust_voltage(state.nu_front, 0.0, p) + thrust_voltage(state.nu_rear, 0.0, p)
+    _, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, p)
     bending = p.arm_bending_elevation * mu_sum
     return state._replace(elevation=state.elevation - bending, bending=bending, bending_rate=0.0)
 
 
-def measured_angles(state):
+def measured_angles(state: PlantState) -> tuple[float, float, float]:
     """Pitch, elevation and travel [rad] as the encoders' shafts turn: the elevation with the arm's bending."""
     return state.pitch, state.elevation + state.bending, state.travel
