@@ -26,8 +26,15 @@ OLDEST_PYTHON = (3, 9)
 """A host's Python may be this old; annotations of a newer form are kept from being evaluated there."""
 
 _POSTPONED = "from __future__ import annotations\n"
-_STRICT = re.compile(r",\s*strict=True(?=\s*,?\s*\))")
-"""``zip(..., strict=True)`` is Python 3.10; the project's own tests run with it, a vendored copy does without."""
+_NEWER_FORMS = (
+    (re.compile(r",\s*strict=True(?=\s*,?\s*\))"), ""),
+    (
+        re.compile(r"(@dataclass\([^)]*)\bslots=True"),
+        r'\1**({"slots": True} if __import__("sys").version_info >= (3, 10) else {})',
+    ),
+)
+"""What Python 3.10 brought: a vendored copy does without zip's check, which the project's own tests run with, and
+takes slots where there are any."""
 
 
 def _package_folder(package: str) -> Path:
@@ -132,7 +139,10 @@ def _rewritten(text: str, tag: str) -> str:
     if text.strip() and _POSTPONED not in text:
         has_docstring = ast.get_docstring(tree, clean=False) is not None
         lines.insert((tree.body[0].end_lineno or 0) if has_docstring else 0, _POSTPONED)
-    return _STRICT.sub("", "".join(lines))
+    text = "".join(lines)
+    for form, older in _NEWER_FORMS:
+        text = form.sub(older, text)
+    return text
 
 
 def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:

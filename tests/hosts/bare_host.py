@@ -1,0 +1,86 @@
+"""An FMI host of the standard library alone: ctypes, zipfile, no fmpy. Prints what the units show after 50 steps.
+
+Usage: bare_host.py LOG FMU...; it leaves by os._exit, since pythonfmu's binary may abort at interpreter exit.
+"""
+
+import ctypes
+import os
+import pathlib
+import sys
+import tempfile
+import zipfile
+from xml.etree import ElementTree
+
+LOGGER = ctypes.CFUNCTYPE(
+    None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p
+)
+said = []
+
+
+class Callbacks(ctypes.Structure):
+    _fields_ = [
+        ("logger", LOGGER),
+        ("allocate", ctypes.c_void_p),
+        ("free", ctypes.c_void_p),
+        ("finished", ctypes.c_void_p),
+        ("environment", ctypes.c_void_p),
+    ]
+
+
+@LOGGER
+def logger(environment, name, status, category, message):
+    said.append((name, status, message))
+
+
+def run(path, log):
+    folder = pathlib.Path(tempfile.mkdtemp())
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(folder)
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    name = root.find("CoSimulation").get("modelIdentifier")
+    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
+    fmu = ctypes.CDLL(str(folder / "binaries" / "linux64" / (name + ".so")))
+    fmu.fmi2Instantiate.restype = ctypes.c_void_p
+    callbacks = Callbacks(logger=logger)
+    component = ctypes.c_void_p(
+        fmu.fmi2Instantiate(
+            name.encode(),
+            1,
+            root.get("guid").encode(),
+            (folder / "resources").as_uri().encode(),
+            ctypes.byref(callbacks),
+            0,
+            1,
+        )
+    )
+    assert component.value, said
+    double = ctypes.c_double
+
+    def checked(status):
+        assert status == 0, (path, status, said)
+
+    if "log.path" in variables:
+        reference = ctypes.c_uint(int(variables["log.path"].get("valueReference")))
+        text = ctypes.c_char_p(log.encode())
+        checked(fmu.fmi2SetString(component, ctypes.byref(reference), ctypes.c_size_t(1), ctypes.byref(text)))
+    checked(fmu.fmi2SetupExperiment(component, 0, double(0), double(0), 0, double(0)))
+    checked(fmu.fmi2EnterInitializationMode(component))
+    checked(fmu.fmi2ExitInitializationMode(component))
+    inputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "input"]
+    outputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "output"]
+    values = (double * len(outputs))()
+    for k in range(50):
+        fed = (double * len(inputs))(*(0.01 * k * (i + 1) for i in range(len(inputs))))
+        count = ctypes.c_size_t(len(inputs))
+        checked(fmu.fmi2SetReal(component, (ctypes.c_uint * len(inputs))(*inputs), count, fed))
+        checked(fmu.fmi2DoStep(component, double(0.01 * k), double(0.01), 1))
+    references = (ctypes.c_uint * len(outputs))(*outputs)
+    checked(fmu.fmi2GetReal(component, references, ctypes.c_size_t(len(outputs)), values))
+    assert not said, said
+    print(name, [repr(value) for value in values])
+
+
+for fmu_path in sys.argv[2:]:
+    run(fmu_path, sys.argv[1])
+sys.stdout.flush()
+os._exit(0)
