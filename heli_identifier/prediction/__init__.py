@@ -1,0 +1,1 @@
+"""Prediction-error identification: an observer's innovations, their sensitivities, whitening and fit."""

@@ -1,0 +1,229 @@
+"""Maximum-likelihood fit by Gauss-Newton on whitened innovations, the whitening refitted at every step.
+
+With e(p) the innovations, W(p) their whitening and z = W e, each step solves min |z + J dp| for the sensitivities
+J = W de/dp, with Levenberg-Marquardt damping when a step does not reduce |z|. Logarithm of the concentrated
+likelihood: -sum over axes of n log(sigma). Standard errors allow for what the whitening leaves: the sandwich
+(J'J)^-1 (sum over blocks s s') (J'J)^-1 with s = J_b' z_b over blocks of some seconds (Newey and West 1987; Hansen
+2007), or the plain (J'J)^-1 where that is larger.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.prediction.problem import REDUCED_RATE, Problem, Residuals
+from heli_identifier.prediction.whitening import Whitener, fit_whitener
+from heli_plant.parameters import BY_FIELD, PlantParameters
+
+BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
+"""Fields of the simplified model that every fit estimates."""
+
+BLOCK_SECONDS = 4.0
+"""Length [s] of the sandwich's blocks: several times the memory that a whitened residual can keep."""
+
+DIFFERENCE_STEPS = {"moving_mass_time": 0.3, "input_delay_rotors": 2e-3, "dead_zone_rotors": 5e-3}
+"""Difference steps of parameters whose response has corners: wide enough to average over several samples."""
+
+
+def difference_step(field: str, value: float) -> float:
+    """Step for the numerical derivative by ``field`` at ``value``: small against any nonlinearity, far above rounding."""
+    if field in DIFFERENCE_STEPS:
+        return DIFFERENCE_STEPS[field]
+    return 1e-4 * max(abs(value), 0.05)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted parameter set and the linear problem around it.
+
+    Attributes
+    ----------
+    problem : Problem
+    parameters : PlantParameters
+    free : tuple of str
+        Fields that were estimated, in the order of the columns below.
+    model_residuals : list of NDArray, shape (n_i, 3)
+        Reduced innovations at the optimum [rad/s^2].
+    residuals : list of NDArray, shape (n_i, 3)
+        The same less what the further columns explain.
+    whitener : Whitener
+    white : NDArray, shape (M,)
+        Whitened innovations z.
+    linear : NDArray, shape (k,)
+        Coefficients of the further columns.
+    raw_jacobian : list of NDArray, shape (n_i, 3, len(free))
+        Sensitivities of the reduced innovations.
+    jacobian : NDArray, shape (M, len(free))
+        The same, whitened.
+    covariance : NDArray, shape (len(free), len(free))
+    log_likelihood : float
+    converged : bool
+    """
+
+    problem: Problem
+    parameters: PlantParameters
+    free: tuple[str, ...]
+    model_residuals: Residuals
+    residuals: Residuals
+    whitener: Whitener
+    white: NDArray[np.float64]
+    linear: NDArray[np.float64]
+    raw_jacobian: Residuals
+    jacobian: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    log_likelihood: float
+    converged: bool
+
+    def standard_error(self, field: str) -> float:
+        """Standard error of a free field, in its unit."""
+        index = self.free.index(field)
+        return float(np.sqrt(self.covariance[index, index]))
+
+
+def log_likelihood(problem: Problem, whitener: Whitener) -> float:
+    """Concentrated Gaussian log-likelihood of the innovations, up to a constant."""
+    return -sum(problem.lengths) * float(np.log(whitener.scales).sum())
+
+
+def sensitivities(
+    problem: Problem, parameters: PlantParameters, free: Sequence[str], at: Residuals
+) -> Residuals:
+    """Sensitivities of the reduced innovations to ``free``, one array (n_i, 3, len(free)) a record.
+
+    A difference that would leave the parameter's range is taken to the other side.
+    """
+    moves, sizes = [], []
+    for name in free:
+        value = getattr(parameters, name)
+        size = difference_step(name, value)
+        if value + size > BY_FIELD[name].maximum:
+            size = -size
+        moves.append({name: value + size})
+        sizes.append(size)
+    return problem.responses(parameters, moves, at, sizes)
+
+
+def block_covariance(
+    problem: Problem, whitener: Whitener, jacobian: NDArray[np.float64], white: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Sandwich covariance with blocks in time that span the three axes."""
+    inverse = np.linalg.pinv(jacobian.T @ jacobian)
+    blocks = block_labels(problem, whitener.order)
+    count = int(blocks.max()) + 1
+    scores = np.zeros((count, jacobian.shape[1]))
+    np.add.at(scores, blocks, jacobian * white[:, None])
+    small_sample = count / max(count - 1, 1)
+    robust = inverse @ (scores.T @ scores) @ inverse * small_sample
+    plain = inverse * float(white @ white) / max(len(white) - jacobian.shape[1], 1)
+    widen = np.sqrt(np.maximum(np.diag(plain) / np.maximum(np.diag(robust), 1e-300), 1.0))
+    return robust * np.outer(widen, widen)
+
+
+def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
+    """Number of the time block that each whitened sample belongs to, shape (M,)."""
+    width = max(1, int(BLOCK_SECONDS * REDUCED_RATE))
+    labels, first = [], 0
+    for length in problem.lengths:
+        own = np.arange(length - order) // width
+        labels.append(own + first)
+        first += int(own.max()) + 1
+    return np.tile(np.concatenate(labels), 3)
+
+
+def clipped(parameters: PlantParameters, free: Sequence[str], step: NDArray[np.float64]) -> PlantParameters:
+    """``parameters`` moved by ``step`` along ``free``, every field kept in its range."""
+    moved = {}
+    for name, change in zip(free, step, strict=True):
+        row = BY_FIELD[name]
+        moved[name] = float(min(max(getattr(parameters, name) + change, row.minimum), row.maximum))
+    if "T_m" in moved or "motor_lag_rotors" in moved:
+        T_m = moved.get("T_m", parameters.T_m)
+        moved["motor_lag_rotors"] = max(moved.get("motor_lag_rotors", parameters.motor_lag_rotors), 1e-3 - T_m)
+    return parameters._replace(**moved)
+
+
+def fit(
+    problem: Problem,
+    start: PlantParameters,
+    free: Sequence[str] = BASE,
+    extra: Residuals | None = None,
+    weights: NDArray[np.float64] | None = None,
+    iterations: int = 12,
+    tolerance: float = 1e-2,
+) -> Fit:
+    """Fit the fields ``free`` of ``start`` to the records of ``problem``.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : PlantParameters
+        Values of what is not estimated, and where the search begins.
+    free : sequence of str
+    extra : list of NDArray, shape (n_i, 3, k), optional
+        Linear columns that are fitted along (the responses to an unknown torque); they follow ``free`` in the
+        Jacobian and the covariance.
+    weights : NDArray, shape (k,), optional
+        Where the search for their coefficients begins.
+    iterations : int
+        Most Gauss-Newton steps.
+    tolerance : float
+        Stops when no parameter moves by more than this fraction of its standard error.
+
+    Returns
+    -------
+    Fit
+    """
+    free = tuple(free)
+    columns = extra if extra is not None else [np.empty((n, 3, 0)) for n in problem.lengths]
+    parameters, linear = start, np.zeros(columns[0].shape[2]) if weights is None else weights
+    damping, converged = 0.0, False
+    model = problem.residuals(parameters)
+    residuals = _explained(model, columns, linear)
+    for _ in range(iterations):
+        whitener = fit_whitener(residuals)
+        white = whitener.apply(residuals)
+        jacobian = whitener.apply(_joined(sensitivities(problem, parameters, free, model), columns))
+        scale = np.linalg.norm(jacobian, axis=0)
+        scale[scale == 0.0] = 1.0
+        cost = float(white @ white)
+        normal, gradient = (jacobian / scale).T @ (jacobian / scale), (jacobian / scale).T @ white
+        for _ in range(6):
+            step = -np.linalg.solve(normal + (damping + 1e-10) * np.eye(len(scale)), gradient) / scale
+            moved = clipped(parameters, free, step[: len(free)])
+            moved_linear = linear + step[len(free) :]
+            trial_model = problem.residuals(moved)
+            trial = _explained(trial_model, columns, moved_linear)
+            trial_white = whitener.apply(trial)
+            if np.isfinite(trial_white).all() and float(trial_white @ trial_white) <= cost * (1.0 + 1e-9):
+                damping *= 0.1 if damping > 1e-6 else 0.0
+                break
+            damping = max(10.0 * damping, 1e-3)
+        else:
+            break
+        fields_moved = [getattr(moved, f) - getattr(parameters, f) for f in free]
+        actual = np.concatenate((fields_moved, moved_linear - linear))
+        errors = np.sqrt(np.diag(np.linalg.pinv(normal))) / scale
+        parameters, model, residuals, linear = moved, trial_model, trial, moved_linear
+        if np.all(np.abs(actual) <= tolerance * errors):
+            converged = True
+            break
+    whitener = fit_whitener(residuals)
+    white = whitener.apply(residuals)
+    raw = _joined(sensitivities(problem, parameters, free, model), columns)
+    jacobian = whitener.apply(raw)
+    covariance = block_covariance(problem, whitener, jacobian, white)
+    return Fit(
+        problem, parameters, free, model, residuals, whitener, white, linear, raw, jacobian, covariance,
+        log_likelihood(problem, whitener), converged,
+    )  # fmt: skip
+
+
+def _explained(model: Residuals, columns: Residuals, linear: NDArray[np.float64]) -> Residuals:
+    """Innovations less what the further columns explain."""
+    return [r + c @ linear for r, c in zip(model, columns, strict=True)]
+
+
+def _joined(sensitivities_: Residuals, columns: Residuals) -> Residuals:
+    return [np.concatenate(pair, axis=2) for pair in zip(sensitivities_, columns, strict=True)]

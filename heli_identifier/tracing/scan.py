@@ -1,0 +1,90 @@
+"""Scores of all candidates at a fitted model: what each would explain of the residual that the model leaves.
+
+Each candidate's column is the whitened secant of the innovations along its move; the columns of the fitted
+parameters are projected out of it. With u the projected column of unit length and z the whitened residual the score
+is t = -u'z, standard normal under a model that lacks nothing; the visibility is the share of the column that the
+projection leaves.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.prediction.fit import Fit
+from heli_identifier.prediction.problem import Residuals
+from heli_identifier.tracing.candidates import Candidate
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Scores of candidates at one fit.
+
+    Attributes
+    ----------
+    fit : Fit
+    candidates : tuple of Candidate, length K
+    raw : list of NDArray, shape (n_i, 3, K)
+        Secants of the reduced innovations, before whitening.
+    directions : NDArray, shape (M, K)
+        Projected, whitened columns of unit length; zero where nothing is visible.
+    scores : NDArray, shape (K,)
+        t of each candidate, positive for a positive coefficient.
+    coefficients, standard_errors : NDArray, shape (K,)
+        Linear estimate of c and its standard error, both in the coefficient's unit.
+    visibility : NDArray, shape (K,)
+    """
+
+    fit: Fit
+    candidates: tuple[Candidate, ...]
+    raw: Residuals
+    directions: NDArray[np.float64]
+    scores: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+    standard_errors: NDArray[np.float64]
+    visibility: NDArray[np.float64]
+
+    def allowed(self) -> NDArray[np.bool_]:
+        """Where the estimated coefficient obeys its sign and range rule, shape (K,)."""
+        # a secant over a strongly curved law may overshoot the range that the refit then respects
+        return np.array(
+            [
+                c.effect.lower - 0.5 * abs(c.effect.lower) <= value <= 1.5 * c.effect.upper
+                for c, value in zip(self.candidates, self.coefficients, strict=True)
+            ]
+        )
+
+
+def basis_of(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orthonormal basis of a Jacobian's columns, shape (M, rank)."""
+    scale = np.linalg.norm(jacobian, axis=0)
+    left, singular, _ = np.linalg.svd(jacobian / np.where(scale > 0.0, scale, 1.0), full_matrices=False)
+    return left[:, singular > 1e-9 * singular[0]]
+
+
+def scan(fit: Fit, candidates: Sequence[Candidate]) -> Scan:
+    """Score ``candidates`` at ``fit``."""
+    moves = [candidate.move(fit.parameters) for candidate in candidates]
+    raw = fit.problem.responses(fit.parameters, moves, fit.model_residuals, [candidate.size for candidate in candidates])
+    columns = fit.whitener.apply(raw)
+    finite = np.isfinite(columns).all(axis=0)
+    columns[:, ~finite] = 0.0
+    basis = basis_of(fit.jacobian)
+    projected = columns - basis @ (basis.T @ columns)
+    full, left = np.linalg.norm(columns, axis=0), np.linalg.norm(projected, axis=0)
+    seen = left > 1e-9 * np.maximum(full, 1e-300)
+    length = np.where(seen, left, 1.0)
+    directions = np.where(seen, projected / length, 0.0)
+    scores = -(directions.T @ fit.white)
+    standard_errors = np.where(seen, 1.0 / length, np.inf)
+    return Scan(
+        fit,
+        tuple(candidates),
+        raw,
+        directions,
+        scores,
+        np.where(seen, scores / length, 0.0),
+        standard_errors,
+        np.where(full > 0.0, left / np.where(full > 0.0, full, 1.0), 0.0),
+    )

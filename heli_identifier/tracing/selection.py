@@ -1,0 +1,267 @@
+"""Forward selection over the catalogue and the unknown, with refits, and backward elimination.
+
+A round scores all candidates at the present fit, takes the few that could win, refits the plant with each of them
+(its shape parameters free) and compares the gains in likelihood: the largest wins if its score passes the threshold
+that surrogates set for the whole catalogue. An unknown torque wins a round only where it explains decidedly more
+than the best named effect. Afterwards every effect has to be missed when it is left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heli_identifier.prediction.fit import BASE, Fit, fit
+from heli_identifier.prediction.problem import Problem, Residuals
+from heli_identifier.prediction.relinearised import linear_gain
+from heli_identifier.tracing.candidates import Candidate, candidates, shape_fields
+from heli_identifier.tracing.scan import Scan, scan
+from heli_identifier.tracing.threshold import largest_scores, quantile
+from heli_identifier.tracing.unknown import Unknown, search
+from heli_plant.effects import AXES, Effect
+from heli_plant.parameters import PlantParameters
+
+
+@dataclass(frozen=True)
+class SelectionSettings:
+    """Levels of the search.
+
+    Attributes
+    ----------
+    significance : float
+        Probability that a record of the bare model has any effect shown.
+    shortlist : int
+        Candidates that are refitted in a round.
+    shape_price : float
+        Gain in twice the log-likelihood that a free shape parameter must bring: the Bayesian criterion's log(n) for
+        the some thousand independent samples of a data set.
+    unknown_factor, unknown_margin : float
+        An unknown torque must gain this factor times what the best named effect gains, plus this margin.
+    unknown_share : float
+        Beside a named effect on its axis, an unknown torque must gain this share of what the named effects gained:
+        a law is never exact, and what is left of it is not a discovery.
+    unknown_significance : float
+        Probability that a record of the bare model shows an unknown torque.
+    most : int
+        Most effects in a model.
+    """
+
+    significance: float = 0.005
+    shortlist: int = 4
+    shape_price: float = 8.0
+    unknown_factor: float = 1.2
+    unknown_margin: float = 10.0
+    unknown_share: float = 0.25
+    unknown_significance: float = 0.002
+    most: int = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A named effect added to a model and refitted: its gain over that model, less the price of its shapes."""
+
+    effect: Effect
+    fit: Fit
+    gain: float
+    score: float
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model with the effects found so far."""
+
+    fit: Fit
+    effects: tuple[Effect, ...] = ()
+    unknowns: tuple[Unknown, ...] = ()
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Fields that its fit estimates."""
+        return free_fields(self.effects)
+
+    @property
+    def extra(self) -> Residuals | None:
+        """Columns of the unknown torques on all axes, (n_i, 3, k) per record."""
+        return unknown_columns(self.fit.problem, self.unknowns)
+
+
+def free_fields(effects: Sequence[Effect]) -> tuple[str, ...]:
+    """Fields of the base model, of ``effects`` and of their shapes."""
+    fields = list(BASE)
+    for effect in effects:
+        fields.append(effect.field)
+        fields.extend(name for name in shape_fields(effect) if name not in fields)
+    return tuple(fields)
+
+
+def unknown_columns(problem: Problem, unknowns: Sequence[Unknown]) -> Residuals | None:
+    """Join the columns of unknown torques, zero on the axes that they do not act on."""
+    if not unknowns:
+        return None
+    joined = []
+    for index, length in enumerate(problem.lengths):
+        parts = []
+        for unknown in unknowns:
+            part = np.zeros((length, 3, unknown.degrees))
+            part[:, AXES.index(unknown.axis)] = unknown.columns[index][:, 0]
+            parts.append(part)
+        joined.append(np.concatenate(parts, axis=2))
+    return joined
+
+
+def effect_score(fit_: Fit, effect: Effect) -> float:
+    """Coefficient over its standard error."""
+    return getattr(fit_.parameters, effect.field) / fit_.standard_error(effect.field)
+
+
+def started(parameters: PlantParameters, candidate: Candidate, coefficient: float) -> PlantParameters:
+    """``parameters`` with the candidate's effect on, inside its range, as a start for its refit."""
+    effect = candidate.effect
+    value = float(np.clip(coefficient, effect.lower, effect.upper))
+    if effect.grid:
+        # the secant holds near its own grid value; start no farther away than that
+        value = float(np.clip(value, min(0.3 * candidate.size, 0.0), max(1.2 * candidate.size, 0.0)))
+    return parameters._replace(**{effect.field: value, **candidate.shapes})
+
+
+def trial(model: Model, candidate: Candidate, coefficient: float, settings: SelectionSettings) -> Trial:
+    """Refit ``model`` with a candidate's effect added."""
+    effect = candidate.effect
+    start = started(model.fit.parameters, candidate, coefficient)
+    fitted = fit(model.fit.problem, start, free_fields((*model.effects, effect)), model.extra, model.fit.linear)
+    price = settings.shape_price * len(shape_fields(effect))
+    gain = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood) - price
+    return Trial(effect, fitted, gain, effect_score(fitted, effect))
+
+
+def contenders(scanned: Scan, floor: float, shortlist: int) -> list[int]:
+    """Indices of the candidates to refit: one per effect, those with the largest relinearised gain."""
+    allowed = scanned.allowed()
+    largest = max((abs(s) for s, ok in zip(scanned.scores, allowed, strict=True) if ok), default=0.0)
+    level = max(floor, 0.25 * largest)
+    picked = [i for i in np.argsort(-np.abs(scanned.scores)) if allowed[i] and abs(scanned.scores[i]) >= level]
+    best: dict[str, tuple[float, int]] = {}
+    for index in picked[:16]:
+        axes = [AXES.index(axis) for axis in scanned.candidates[index].effect.axes]
+        columns = [raw[:, axes, index : index + 1] for raw in scanned.raw]
+        gain = linear_gain(scanned.fit, columns, axes).value
+        field = scanned.candidates[index].effect.field
+        if field not in best or gain > best[field][0]:
+            best[field] = (gain, int(index))
+    ranked = sorted(best.values(), reverse=True)
+    return [index for gain, index in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
+
+
+def named_trials(model: Model, scanned: Scan, threshold: float, settings: SelectionSettings) -> list[Trial]:
+    """Refits of the round's contenders, largest gain first; empty where no score passes ``threshold``."""
+    allowed = scanned.allowed()
+    if not np.any(np.abs(scanned.scores[allowed]) >= threshold):
+        return []
+    trials = [
+        trial(model, scanned.candidates[i], float(scanned.coefficients[i]), settings)
+        for i in contenders(scanned, 0.8 * threshold, settings.shortlist)
+    ]
+    return sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain)
+
+
+def passes(candidate: Trial, threshold: float) -> bool:
+    """Whether a refitted effect is inside its range and both its score and its gain pass."""
+    effect = candidate.effect
+    value = getattr(candidate.fit.parameters, effect.field)
+    return effect.lower <= value <= effect.upper and abs(candidate.score) >= threshold and candidate.gain >= threshold**2
+
+
+def with_unknown(model: Model, unknown: Unknown) -> Model:
+    """Refit ``model`` with an unknown torque beside it."""
+    unknowns = (*model.unknowns, unknown)
+    columns = unknown_columns(model.fit.problem, unknowns)
+    weights = np.concatenate((model.fit.linear, unknown.gain.coefficients))
+    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights)
+    return Model(fitted, model.effects, unknowns)
+
+
+def without(model: Model, effect: Effect) -> Model:
+    """Refit ``model`` with one of its effects switched off."""
+    rest = tuple(e for e in model.effects if e is not effect)
+    start = model.fit.parameters._replace(**{effect.field: 0.0})
+    fitted = fit(model.fit.problem, start, free_fields(rest), model.extra, model.fit.linear)
+    return Model(fitted, rest, model.unknowns)
+
+
+def eliminated(model: Model, threshold: float) -> Model:
+    """Drop, weakest first, every effect whose score has fallen below ``threshold``."""
+    while model.effects:
+        weakest = min(model.effects, key=lambda e: abs(effect_score(model.fit, e)))
+        if abs(effect_score(model.fit, weakest)) >= threshold:
+            break
+        model = without(model, weakest)
+    return model
+
+
+def unknown_level(settings: SelectionSettings) -> float:
+    """Surplus (chi-squared of one degree) that an unknown torque must reach.
+
+    The search looks at some 30 curves and, per axis, at some 600 resolvable lines.
+    """
+    from scipy.stats import chi2
+
+    return float(chi2.isf(settings.unknown_significance / 2000.0, 1))
+
+
+def leftover_bar(bare: Model, model: Model, unknown: Unknown, settings: SelectionSettings) -> float:
+    """Surplus that an unknown torque must reach where named effects act on its axis already."""
+    if not any(unknown.axis in effect.axes for effect in model.effects):
+        return 0.0
+    axis = AXES.index(unknown.axis)
+    ratio = bare.fit.whitener.scales[axis] / model.fit.whitener.scales[axis]
+    return settings.unknown_share * 2.0 * sum(model.fit.problem.lengths) * float(np.log(ratio))
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Outcome of the search.
+
+    Attributes
+    ----------
+    bare : Model
+        The simplified model alone, fitted.
+    model : Model
+        With all that was found.
+    first_scan, last_scan : Scan
+        Scores of the catalogue at either.
+    threshold, hint : float
+        Scores of the levels ``significance`` and ten times that.
+    """
+
+    bare: Model
+    model: Model
+    first_scan: Scan
+    last_scan: Scan
+    threshold: float
+    hint: float
+
+
+def select(problem: Problem, start: PlantParameters, settings: SelectionSettings | None = None) -> Selection:
+    """Search the catalogue for what ``problem``'s records hold beyond the simplified model."""
+    settings = settings or SelectionSettings()
+    bare = model = Model(fit(problem, start))
+    scanned = first = scan(model.fit, candidates(problem.records, model.fit.parameters))
+    surrogates = largest_scores(scanned)
+    threshold, hint = quantile(surrogates, settings.significance), quantile(surrogates, 10.0 * settings.significance)
+    level = unknown_level(settings)
+    while len(model.effects) + len(model.unknowns) < settings.most:
+        trials = named_trials(model, scanned, threshold, settings)
+        best_gain = trials[0].gain if trials else 0.0
+        unknowns = search(model.fit)
+        bar = max(level, settings.unknown_factor * best_gain + settings.unknown_margin)
+        unknowns = [u for u in unknowns if u.surplus > max(bar, leftover_bar(bare, model, u, settings))]
+        if unknowns:
+            model = with_unknown(model, unknowns[0])
+        elif trials:
+            model = replace(model, fit=trials[0].fit, effects=(*model.effects, trials[0].effect))
+            model = eliminated(model, threshold)
+        else:
+            break
+        scanned = scan(model.fit, candidates(problem.records, model.fit.parameters))
+        threshold = max(threshold, quantile(largest_scores(scanned), settings.significance))
+    return Selection(bare, model, first, scanned, threshold, hint)

@@ -1,0 +1,50 @@
+"""Thresholds for the largest of many scores, from surrogates of the residual over the whole catalogue.
+
+A surrogate residual is the whitened residual with the sign of every block of some seconds drawn at random (wild block
+bootstrap): it keeps what correlation and changing variance the whitening left, and loses every relation to the
+candidates. The threshold is the quantile of the largest admissible score over all candidates and their grids, and
+never less than the same quantile for Gaussian white noise of unit variance. Source: Westfall and Young 1993, on
+max-type thresholds; Davidson and Flachaire 2008, on the wild bootstrap.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.prediction.fit import block_labels
+from heli_identifier.tracing.scan import Scan
+
+DRAWS = 4000
+"""Surrogates: the .2 % quantile then rests on eight draws."""
+
+
+def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
+    """Largest admissible score of each of :data:`DRAWS` surrogates, sorted, shape (DRAWS,).
+
+    A candidate of which only one sign is admissible contributes with that sign only.
+    """
+    random = np.random.default_rng(seed)
+    labels = block_labels(scan.fit.problem, scan.fit.whitener.order)
+    count = int(labels.max()) + 1
+    sums = np.zeros((count, len(scan.candidates)))
+    np.add.at(sums, labels, -scan.directions * scan.fit.white[:, None])
+    # the mean over blocks is the candidate's own score; what is left is noise
+    sums -= scan.scores / count
+    one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
+    blocks = random.choice((-1.0, 1.0), size=(DRAWS, count)) @ sums
+    gaussian = random.standard_normal((DRAWS, scan.directions.shape[1])) @ _root(scan.directions.T @ scan.directions).T
+    return np.maximum(*(np.sort(_largest(draws, one_sided)) for draws in (blocks, gaussian)))
+
+
+def _largest(draws: NDArray[np.float64], one_sided: NDArray[np.bool_]) -> NDArray[np.float64]:
+    return np.where(one_sided, draws, np.abs(draws)).max(axis=1)
+
+
+def _root(correlation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A with A A' = correlation, for a singular one too."""
+    values, vectors = np.linalg.eigh(correlation)
+    return vectors * np.sqrt(np.maximum(values, 0.0))
+
+
+def quantile(sorted_scores: NDArray[np.float64], probability: float) -> float:
+    """Score that a share ``probability`` of the surrogates exceeds."""
+    return float(np.quantile(sorted_scores, 1.0 - probability))
