@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 from fmpy.validation import validate_fmu
+
 from fmu_src.builder import UNITS, build, build_class, checked_start_values, unit_class
 from fmu_src.errors import BuildError
 from fmu_src.packaging.sources import content_hash, needed_sources, renamed
@@ -150,6 +151,8 @@ def test_sources_of_different_content_have_different_names():
 
 
 def test_values_are_brought_to_the_type_of_their_variable():
-    values = checked_start_values(unit_class("HelicopterPlant"), {"encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0})
+    values = checked_start_values(
+        unit_class("HelicopterPlant"), {"encoder.enabled": 1.0, "encoder.counts_pitch": 2048.0}
+    )
     assert values == {"encoder.enabled": True, "encoder.counts_pitch": 2048}
     assert isinstance(values["encoder.enabled"], bool) and isinstance(values["encoder.counts_pitch"], int)

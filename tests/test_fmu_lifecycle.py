@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from fmu_src.builder import UNITS, build
 
 LOG_ROWS = 400
@@ -211,7 +212,10 @@ answer([unit.step(0.01 * k, 0.01) for k in range(20) for unit in units])
 @pytest.mark.parametrize("version", ["3.9", "3.10", "3.11", "3.12", "3.13"])
 def test_the_units_run_on_a_bare_interpreter_elsewhere(fmus, log, tmp_path, version):
     """No site packages, another working directory: the vendored sources and the standard library are enough."""
-    candidates = [*Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}"), Path(f"/usr/bin/python{version}")]
+    candidates = [
+        *Path.home().glob(f".pyenv/versions/{version}.*/bin/python{version}"),
+        Path(f"/usr/bin/python{version}"),
+    ]
     python = next((path for path in candidates if path.is_file()), None)
     if python is None:
         pytest.skip(f"this machine has no Python {version}")

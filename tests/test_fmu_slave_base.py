@@ -4,6 +4,7 @@ import json
 import math
 
 import pytest
+
 from fmu_src.errors import Refusal
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import (

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from fmu_src.errors import BuildError
 from fmu_src.packaging.unit_definitions import base_exponents, unit_definitions
 from fmu_src.variables import boolean_parameter, integer_parameter, nearest, problem_with, real_parameter

@@ -1,6 +1,7 @@
 """The wiring table: complete, unambiguous, and with the delay where its docstring says."""
 
 import pytest
+
 from fmu_src.builder import UNITS, unit_class
 from fmu_src.errors import WiringError
 from fmu_src.wiring import SCENARIOS, Connection, Scenario, scenario

@@ -10,6 +10,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping
 from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,21 @@ from ..errors import MasterError
 from ..variables import Value, nearest
 
 OK, WARNING, DISCARD = 0, 1, 2
+_KEYS = count(1)
+_LISTENERS: dict[int, Instance] = {}
+"""Instances by their component environment: fmpy's logger proxy serves one callback function in a process."""
+
+
+def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
+    """Logger callback of every instance."""
+    listener = _LISTENERS.get(environment or 0)
+    if listener is not None:
+        listener.hear(status, message.decode("utf-8", "replace"))
+
+
+_LOGGER = fmi2CallbackLoggerTYPE(_hear)
+_ALLOCATE = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+_FREE = fmi2CallbackFreeMemoryTYPE(fmpy.free)
 _STATUS = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 
@@ -55,17 +71,20 @@ class Instance:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
+        self._key = next(_KEYS)
+        _LISTENERS[self._key] = self
         self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = fmi2CallbackLoggerTYPE(self._hear)
-        self._callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        self._callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        self._callbacks.logger = _LOGGER
+        self._callbacks.allocateMemory = _ALLOCATE
+        self._callbacks.freeMemory = _FREE
+        self._callbacks.componentEnvironment = self._key
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
         self.outputs = [v for v in self.description.modelVariables if v.causality == "output" and v.type == "Real"]
 
-    def _hear(self, _environment: Any, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
-        """Logger callback: keep what the unit says for the next check."""
-        self.messages.append(message.decode("utf-8", "replace"))
+    def hear(self, status: int, message: str) -> None:
+        """Keep what the unit says for the next check."""
+        self.messages.append(message)
         self.worst = max(self.worst, status)
 
     def _call(self, call: str, time: float, function: Any, *arguments: Any, **options: Any) -> Any:
@@ -173,6 +192,7 @@ class Instance:
                 self.slave.terminate()
                 self.slave.freeInstance()
         finally:
+            del _LISTENERS[self._key]
             shutil.rmtree(self.folder, ignore_errors=True)
 
 

@@ -1,0 +1,154 @@
+"""Exciter, PidController and AdaptiveIdentifier as units: what they add to the library that they wrap."""
+
+import numpy as np
+import pytest
+
+from fmu_src.units.adaptive_identifier import AdaptiveIdentifier
+from fmu_src.units.exciter import Exciter
+from fmu_src.units.helicopter_plant import HelicopterPlant
+from fmu_src.units.pid_controller import PidController
+from heli_identifier.excitation import Excitation, Multisine, paper_excitation, voltages
+from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
+
+
+def started(kind, **parameters):
+    """A unit after initialisation; parameters by their name with __ for the dot."""
+    unit = kind(instance_name="unit", resources="")
+    for name, value in parameters.items():
+        put(unit, name.replace("__", "."), value)
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    assert unit.log_queue == []
+    return unit
+
+
+def put(unit, name, value):
+    reference = unit.references[name]
+    {"Real": unit.set_real, "Integer": unit.set_integer, "Boolean": unit.set_boolean}[unit.variables[reference].type](
+        [reference], [value]
+    )
+
+
+def got(unit, *names):
+    return unit.get_real([unit.references[name] for name in names])
+
+
+@pytest.mark.parametrize("experiment", [1, 2])
+@pytest.mark.parametrize(("number", "channel"), enumerate(["both", "difference", "total"]))
+def test_the_exciter_plays_the_papers_experiments_on_each_channel(experiment, number, channel):
+    unit = started(Exciter, excitation__experiment=experiment, excitation__channel=number, excitation__base=0.7)
+    expected = paper_excitation(experiment, channel, 0.7)
+    assert tuple(got(unit, "v_front", "v_rear")) == voltages(0.0, expected)
+    for time in (0.0, 3.3, 17.25, 39.99):
+        unit.do_step(time, 0.01)
+        assert tuple(got(unit, "v_front", "v_rear")) == voltages(time + 0.01, expected)
+
+
+def test_the_exciters_multisines_are_the_librarys_with_two_seeds():
+    unit = started(Exciter, excitation__experiment=3, multisine__seed=5, multisine__rms_sum=0.3, excitation__base=1.2)
+    expected = Excitation(1.2, Multisine(seed=5), Multisine(rms=0.3, seed=6))
+    unit.do_step(1.0, 0.5)
+    assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, expected)
+
+
+def test_an_exciter_without_experiment_holds_its_base():
+    unit = started(Exciter, excitation__experiment=0, excitation__base=0.25)
+    unit.do_step(0.0, 7.0)
+    assert got(unit, "v_front", "v_rear") == [0.25, 0.25]
+
+
+def test_a_multisine_band_upside_down_is_refused_with_its_bounds():
+    unit = Exciter(instance_name="unit", resources="")
+    put(unit, "excitation.experiment", 3)
+    put(unit, "multisine.lowest", 5.0)
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    assert "multisine.highest" in unit.log_queue[-1].msg
+    assert not unit.do_step(0.0, 0.01)
+
+
+def test_the_controller_starts_at_its_trim_and_adds_the_excitation_within_its_limit():
+    unit = started(PidController, trim=3.0)
+    assert got(unit, "v_front", "v_rear") == [1.5, 1.5]
+    put(unit, "excitation_front", 0.4)
+    put(unit, "excitation_rear", 9.0)
+    unit.do_step(0.0, 0.01)
+    # no error, no rate: trim plus excitation, the rear one at the limit
+    assert got(unit, "v_front", "v_rear") == [1.9, 5.0]
+
+
+def test_the_controllers_reference_can_be_moved_while_it_runs():
+    unit = started(PidController, trim=0.0)
+    unit.do_step(0.0, 0.01)
+    put(unit, "reference.pitch", 0.1)
+    unit.do_step(0.01, 0.01)
+    front, rear = got(unit, "v_front", "v_rear")
+    # the law's proportional part alone: the integral has not moved yet
+    assert front - rear == pytest.approx(8.35 * 0.1, rel=1e-12)
+
+
+def motion(t):
+    """A smooth motion with its voltages, and what an identifier takes at time ``t`` [s]."""
+    pitch, elevation, travel = 0.2 * np.sin(1.1 * t), 0.1 * np.sin(0.7 * t), 0.3 * t + 0.05 * np.sin(0.9 * t)
+    return (1.0 + 0.3 * np.sin(t), 1.0 - 0.2 * np.sin(1.3 * t), pitch, elevation, travel)
+
+
+def fed(unit, times, step_size):
+    for time in times:
+        for name, value in zip(("v_front", "v_rear", "pitch", "elevation", "travel"), motion(time), strict=True):
+            put(unit, name, float(value))
+        assert unit.do_step(time, step_size), unit.log_queue[-1].msg
+
+
+def test_the_identifier_takes_its_own_samples_whatever_the_communication_step():
+    """Communication at half its period must not change a thing: every second point carries a sample."""
+    names = ModelParameters._fields
+    usual, fine = (
+        started(AdaptiveIdentifier, adaptation__hold_time=1.0),
+        started(AdaptiveIdentifier, adaptation__hold_time=1.0),
+    )
+    fed(usual, [k * 0.01 for k in range(1000)], 0.01)
+    fed(fine, [k * 0.005 for k in range(1999)], 0.005)
+    assert got(usual, *names) == got(fine, *names)
+
+
+def test_the_identifier_bridges_a_longer_communication_step_by_straight_lines():
+    """At H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one."""
+    unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0)
+    fed(unit, [k * 0.02 for k in range(500)], 0.02)
+    plan = prepare(IdentifierSettings(hold_time=1.0))
+    points = [tuple(map(float, motion(k * 0.02))) for k in range(500)]
+    state = start(plan, *points[0])
+    for before, now in zip(points[:-1], points[1:], strict=True):
+        between = (before[0], before[1], *(a + 0.5 * (b - a) for a, b in zip(before[2:], now[2:], strict=True)))
+        state, _ = step(state, *between, plan)
+        state, estimate = step(state, *now, plan)
+    # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
+    assert got(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
+
+
+def test_the_identifier_starts_from_the_given_estimate_and_rest_angle():
+    unit = started(AdaptiveIdentifier, initial__a_e=2.5, pitch__rest_angle_known=True, pitch__rest_angle=-0.1)
+    fed(unit, [k * 0.01 for k in range(50)], 0.01)
+    assert got(unit, "a_e", "theta0") == [2.5, -0.1]
+
+
+def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_just_that():
+    """A step of voltage that arrives .05 s late: the delayed plant does .05 s later what the prompt one does."""
+
+    def driven(delay, steps):
+        unit = started(HelicopterPlant, effects__input_delay__rotors=delay, solver__step=0.001)
+        time = 0.0
+        for size in steps:
+            put(unit, "v_front", 0.0 if time < 0.0995 else 2.0)
+            unit.do_step(time, size)
+            time += size
+        return got(unit, "pitch")[0] - got(unit, "initial.pitch")[0], time
+
+    uneven = [0.02, 0.03, 0.05] + [0.013, 0.007, 0.01, 0.02] * 8
+    late, end = driven(0.05, uneven)
+    prompt, _ = driven(0.0, [0.02, 0.03, 0.05, *[0.01] * round((end - 0.15) / 0.01)])
+    # Runge-Kutta of order 4 at .001 s: 1e-12; at rest before the step the plant sits in its equilibrium to 1e-17
+    assert late == pytest.approx(prompt, rel=1e-9)

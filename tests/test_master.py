@@ -1,0 +1,255 @@
+"""The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
+
+import numpy as np
+import pytest
+
+from fmu_src.errors import BuildError, MasterError, WiringError
+from fmu_src.master import Result, run_apart
+from fmu_src.units.held_voltages import mean_between, remember
+from heli_identifier.excitation import paper_excitation, voltages
+from heli_identifier.online import IdentifierSettings, estimate_of, prepare, start, step
+from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.encoders import quantise
+from heli_plant.parameters import TABLE_2, from_names
+from heli_plant.plant import measured_angles
+from heli_plant.plant import step as plant_step
+from heli_plant.simulation import simulate
+from heli_plant.state import rest_state, start_state
+
+H = 0.01
+ANGLES = ("plant.pitch", "plant.elevation", "plant.travel")
+EXACT = 1e-12
+"""Both sides run the same arithmetic on a record of some tens of seconds; compiled code may fuse a multiply-add, a
+relative 1e-16 each, over 3000 steps of a stable plant."""
+
+
+def units(fmus, **names):
+    return {name: fmus[kind] for name, kind in names.items()}
+
+
+@pytest.fixture(scope="module")
+def open_loop(fmus):
+    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    return run_apart("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0}, files)
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    """A log of 20 s of the simulated plant, written with all digits."""
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    time = np.arange(2001) * H
+    held = np.array([voltages(t, paper_excitation(1)) for t in time])
+    _, angles = simulate(held, H, rest_state(TABLE_2), TABLE_2)
+    rows = np.column_stack([time, held, angles])
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.17g")
+    return path, held
+
+
+def test_time_is_the_step_number_times_the_step(open_loop):
+    assert np.array_equal(open_loop.time, np.arange(3001) * H)
+
+
+def test_the_exciter_shows_the_signal_of_t_k_at_t_k(open_loop):
+    excitation = paper_excitation(1)
+    expected = np.array([voltages(k * H, excitation) for k in range(3001)])
+    # the unit forms t_k as (k - 1) H + H: one rounding error of time, times the chirp's 2.5 V/s
+    assert np.abs(open_loop.columns("exciter.v_front", "exciter.v_rear") - expected).max() < 1e-12
+
+
+def test_the_plant_hears_the_exciter_without_delay_and_is_the_offline_plant(open_loop):
+    held = open_loop.columns("exciter.v_front", "exciter.v_rear")
+    _, angles = simulate(held, H, rest_state(TABLE_2), TABLE_2)
+    assert np.abs(open_loop.columns(*ANGLES) - angles).max() < EXACT
+
+
+def test_the_identifier_shows_at_each_point_what_the_library_knows_from_the_samples_before_it(open_loop):
+    plan = prepare(IdentifierSettings(hold_time=2.0))
+    samples = open_loop.columns("exciter.v_front", "exciter.v_rear", *ANGLES)
+    state = start(plan, *samples[0])
+    expected = [estimate_of(state, plan).parameters]
+    for sample in samples[1:-1]:
+        state, estimate = step(state, *sample, plan)
+        expected.append(estimate.parameters)
+    names = [f"identifier.{name}" for name in estimate.parameters._fields]
+    assert np.array_equal(open_loop.columns(*names)[1:], np.array(expected))
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {"effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.1},
+        {"effects.input_delay.rotors": 0.034, "motor.time_constant": 0.05},
+        {"effects.arm_bending.elevation": 0.02, "effects.moving_mass.elevation": 0.1},
+        {"general.enabled": 1.0},
+    ],
+    ids=lambda effects: next(iter(effects)),
+)
+def test_a_corrected_plant_under_a_log_is_the_offline_plant(fmus, log, effects):
+    path, held = log
+    parameters = from_names(effects)
+    first = start_state(0.1, 0.05, 0.3, held[0, 0], held[0, 1], (0.02, -0.03, 0.04))
+    initial = {
+        "initial.pitch": 0.1, "initial.elevation": 0.05, "initial.travel": 0.3,
+        "initial.pitch_rate": 0.02, "initial.elevation_rate": -0.03, "initial.travel_rate": 0.04,
+        "initial.v_front": held[0, 0], "initial.v_rear": held[0, 1],
+    }  # fmt: skip
+    given = {f"plant.{name}": value for name, value in {**initial, **effects}.items()}
+    result = run_apart(
+        "plant_beside_log",
+        20.0,
+        H,
+        {"player.log.path": str(path), **given},
+        units(fmus, player="LogPlayer", plant="HelicopterPlant"),
+    )
+    assert np.array_equal(result.columns("player.v_front", "player.v_rear"), held)
+    _, angles = simulate(held, H, first, parameters)
+    # the delayed voltage is a mean over a window here and a weighted pair there: rounding only
+    assert np.abs(result.columns(*ANGLES) - angles).max() < EXACT
+
+
+def test_encoders_show_whole_counts_of_the_same_motion(fmus, log):
+    path, held = log
+    files = units(fmus, player="LogPlayer", plant="HelicopterPlant")
+    order = {"player.log.path": str(path), "plant.encoder.enabled": True}
+    seen = run_apart("plant_beside_log", 5.0, H, order, files).columns(*ANGLES)
+    states, angles = simulate(held[:501], H, rest_state(TABLE_2), TABLE_2)
+    expected = [[quantise(a, n) for a, n in zip(row, (4096, 4096, 8192), strict=True)] for row in angles]
+    assert np.abs(seen - np.array(expected)).max() < EXACT
+
+
+def test_the_controllers_voltages_hold_one_step_after_the_angles_that_they_follow_from(fmus):
+    files = units(
+        fmus, exciter="Exciter", controller="PidController", plant="HelicopterPlant", identifier="AdaptiveIdentifier"
+    )
+    order = {
+        "controller.reference.step_pitch": 0.2,
+        "controller.reference.step_time": 1.0,
+        "exciter.excitation.experiment": 0,
+    }
+    result = run_apart("closed_loop", 10.0, H, order, files)
+    settings = PidSettings()
+    plant, controller = rest_state(TABLE_2), None
+    shown = (0.5 * settings.trim, 0.5 * settings.trim)
+    for k in range(1001):
+        angles = measured_angles(plant)
+        assert result.columns(*ANGLES)[k] == pytest.approx(angles, abs=EXACT)
+        assert result.columns("controller.v_front", "controller.v_rear")[k] == pytest.approx(shown, abs=1e-9)
+        plant = plant_step(plant, *shown, 0.0, k * H, H, TABLE_2)
+        controller = controller or start_pid(*angles)
+        reference = 0.2 if k >= 100 else 0.0
+        controller, shown = pid_step(controller, *angles, (reference, 0.0, 0.0), H, settings)
+
+
+def test_the_closed_loop_follows_a_pitch_step(fmus):
+    files = units(
+        fmus, exciter="Exciter", controller="PidController", plant="HelicopterPlant", identifier="AdaptiveIdentifier"
+    )
+    order = {"controller.reference.step_pitch": 0.2, "exciter.excitation.experiment": 0}
+    pitch = run_apart("closed_loop", 60.0, H, order, files).column("plant.pitch")
+    # the integral's closed-loop pole is near k_i/k_p = .5 1/s: 55 s after the step nothing is left of it
+    assert pitch[-1] == pytest.approx(0.2, abs=1e-3)
+
+
+def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
+    path, held = log
+    files = units(fmus, player="LogPlayer", plant="HelicopterPlant")
+    seen = run_apart("plant_beside_log", 19.8, 0.03, {"player.log.path": str(path)}, files)
+    # the voltage of t_k holds over .03 s, three inner steps of .01 s each
+    stretched = np.repeat(held[:1981:3], 3, axis=0)[:1981]
+    _, angles = simulate(stretched, H, rest_state(TABLE_2), TABLE_2)
+    # inner steps are H/3: t + .03/3 is .01 to one rounding error
+    assert np.abs(seen.columns(*ANGLES) - angles[::3]).max() < 1e-10
+
+
+def test_a_held_voltages_mean_is_exact_for_uneven_steps():
+    history = []
+    for time, front in ((0.0, 1.0), (0.01, 2.0), (0.04, 4.0)):
+        history = remember(history, time, front, -front, reach=0.1)
+    # over [-.01, .05]: .02 s of 1 (held before the record as well), .03 s of 2, .01 s of 4
+    front, rear = mean_between(history, -0.01, 0.05)
+    assert front == pytest.approx((0.02 * 1.0 + 0.03 * 2.0 + 0.01 * 4.0) / 0.06, rel=1e-14)
+    assert rear == -front
+    assert remember(history, 0.2, 0.0, 0.0, reach=0.1)[0][0] == 0.04  # older rows ended before .1 s
+
+
+def test_results_read_back_from_csv_to_the_bit(open_loop, tmp_path):
+    path = open_loop.write_csv(tmp_path / "run.csv")
+    header = path.read_text().splitlines()[0].split(",")
+    assert header[:3] == ["time [s]", "exciter.v_front [V]", "exciter.v_rear [V]"]
+    back = np.loadtxt(path, delimiter=",", skiprows=1)
+    assert np.array_equal(back, np.column_stack([open_loop.time, open_loop.values]))
+
+
+def test_an_unknown_output_is_refused_with_the_nearest_name():
+    result = Result(("plant.pitch",), ("rad",), np.zeros(1), np.zeros((1, 1)))
+    with pytest.raises(WiringError, match="did you mean 'plant.pitch'"):
+        result.column("plant.pich")
+
+
+@pytest.mark.parametrize(
+    ("order", "error", "message"),
+    [
+        ({"plnt.pitch.gain": 1.0}, WiringError, "has no unit 'plnt'; did you mean 'plant'"),
+        ({"plant.pitch.gian": 1.0}, MasterError, "plant has no variable 'pitch.gian'; did you mean 'pitch.gain'"),
+        ({"plant.v_front": 1.0}, MasterError, "plant.v_front is no parameter"),
+        ({"plant.motor.time_constant": -0.03}, MasterError, r"motor.time_constant = -0.03 s must lie in \[0, 5\] s"),
+        ({"plant.pitch.gain": float("nan")}, MasterError, "plant.set pitch.gain at t = 0 s.*pitch.gain = nan"),
+        ({"identifier.filter.frequency": 90.0}, MasterError, r"identifier.*filter.frequency = 90.0 rad/s"),
+    ],
+)
+def test_a_bad_parameter_is_refused_by_name(fmus, order, error, message):
+    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    with pytest.raises(error, match=message):
+        run_apart("open_loop", 1.0, H, order, files)
+
+
+def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
+    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    # damping of -10 1/s grows as exp(10 t): the angle leaves the identifier's range, 1e4 rad, within 2 s
+    order = {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": -100.0}
+    with pytest.raises(MasterError, match=r"identifier.setReal at t = [0-9.]+ s answered discard: .*pitch = "):
+        run_apart("open_loop", 20.0, H, order, files)
+
+
+@pytest.mark.parametrize(
+    ("duration", "step", "message"),
+    [(1.0, 0.0, "0 < step"), (0.001, 0.01, "0 < step <= duration"), (1.0, 0.03, "no whole number of steps")],
+)
+def test_a_duration_that_is_no_whole_number_of_steps_is_refused(duration, step, message):
+    with pytest.raises(WiringError, match=message):
+        run_apart("open_loop", duration, step)
+
+
+def test_a_missing_fmu_and_one_too_many_are_refused(fmus, tmp_path):
+    with pytest.raises(MasterError, match="FMU of plant is missing"):
+        run_apart("plant_beside_log", 1.0, H, {}, {"player": fmus["LogPlayer"], "plant": tmp_path / "none.fmu"})
+    with pytest.raises(WiringError, match="an FMU is given for 'pilot'"):
+        run_apart("plant_beside_log", 1.0, H, {}, {"pilot": fmus["Exciter"]})
+
+
+def test_a_unit_without_an_fmu_is_built_afresh_from_the_project():
+    order = {"plant.pitch.gain": 0.2}
+    result = run_apart("open_loop", 0.1, H, order)
+    assert "identifier.a_wx" in result.names
+
+
+def test_an_unknown_unit_in_a_scenario_of_ones_own_is_a_build_error():
+    from fmu_src.wiring import Scenario
+
+    with pytest.raises(BuildError, match="no unit is called 'Nothing'"):
+        run_apart(Scenario("own", "", (("a", "Nothing"),), ()), 1.0)
+
+
+def test_a_child_that_dies_is_reported_with_its_code(monkeypatch):
+    monkeypatch.setattr("sys.executable", "/bin/false")
+    with pytest.raises(MasterError, match="ended with code 1 and no result"):
+        run_apart("open_loop", 1.0)
+
+
+def test_the_progress_bar_goes_to_the_error_stream_and_reaches_its_end(fmus, capfd):
+    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    run_apart("open_loop", 1.0, H, {}, files, progress=True)
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert "100%" in err
