@@ -4,16 +4,20 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7).
 """
 
+from .candidates import WATCHABLE
 from .identifier import Estimate, IdentifierState, Plan, estimate_of, prepare, restored, start, step
 from .parameters import ModelParameters
+from .score import Score
 from .settings import IdentifierSettings
 
 __all__ = [
+    "WATCHABLE",
     "Estimate",
     "IdentifierSettings",
     "IdentifierState",
     "ModelParameters",
     "Plan",
+    "Score",
     "estimate_of",
     "prepare",
     "restored",

@@ -12,6 +12,7 @@ that five samples per 1/omega_f are taken.
 Beside the blocks runs one exponentially weighted mean of z z^T, the window in which excitation is judged.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import exp
 from operator import mul
@@ -110,7 +111,7 @@ def dot(a, b) -> float:
     return sum(map(mul, a, b))
 
 
-def bilinear_form(u: tuple[float, ...], v: tuple[float, ...]) -> list[float]:
+def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     """Return the coefficients that make u^T A v, A symmetric and packed, an inner product with its triangle."""
     size = len(u)
     return [

@@ -1,10 +1,10 @@
 """Settings of the on-line identifier; the defaults are the paper's (section on the estimator)."""
 
 from dataclasses import dataclass, field
-from math import isinf, isnan, pi
+from math import inf, pi
 
 from ..bounds import require_positive, require_range
-from ..errors import ConfigurationError
+from .candidates import candidate
 from .parameters import ModelParameters
 
 _SAMPLES_PER_RADIAN = 5.0
@@ -26,7 +26,8 @@ class IdentifierSettings:
     initial_gain : float
         Gamma(0) = initial_gain I.
     gain_limit : float
-        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed.
+        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. At Gamma(0) the unit never
+        becomes less certain than it was at its start.
     forgetting : float
         alpha [1/s].
     hold_time : float or None
@@ -43,6 +44,8 @@ class IdentifierSettings:
         Time between two evaluations of standard errors, excitation levels and scores [s].
     initial : ModelParameters
         Omega(0); its theta0 counts only where theta0 is estimated.
+    watched : tuple of (name, axis)
+        Effects of the catalogue whose running score is wanted (:data:`heli_identifier.online.WATCHABLE`).
 
     Raises
     ------
@@ -54,7 +57,7 @@ class IdentifierSettings:
     filter_frequency: float = 1.0
     filter_damping: float = 0.7
     initial_gain: float = 1e3
-    gain_limit: float = 1e4
+    gain_limit: float = 1e3
     forgetting: float = 0.001
     hold_time: float | None = None
     rest_angle: float | None = None
@@ -63,6 +66,7 @@ class IdentifierSettings:
     excitation_window: float = 20.0
     report_interval: float = 2.0
     initial: ModelParameters = field(default_factory=ModelParameters)
+    watched: tuple[tuple[str, str], ...] = ()
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
@@ -71,20 +75,19 @@ class IdentifierSettings:
         require_range("filter.frequency", self.filter_frequency, "rad/s", upper=fastest)
         require_range("filter.damping", self.filter_damping, "1", 0.1, 10.0)
         require_positive("adaptation.initial_gain", self.initial_gain, "1")
-        if isnan(self.gain_limit) or self.gain_limit < self.initial_gain:
-            raise ConfigurationError(
-                f"adaptation.gain_limit = {self.gain_limit!r} must be at least adaptation.initial_gain = "
-                f"{self.initial_gain!r}"
-            )
+        if self.gain_limit != inf:
+            require_positive("adaptation.gain_limit", self.gain_limit, "1")
         require_range("adaptation.forgetting", self.forgetting, "1/s", 0.0, 0.2 / self.sample_time)
         if self.hold_time is not None:
             require_range("adaptation.hold_time", self.hold_time, "s", lower=0.0)
         if self.rest_angle is not None:
             require_range("pitch.rest_angle", self.rest_angle, "rad", -pi, pi)
         require_range("motor.time_constant", self.motor_time_constant, "s", lower=0.0)
-        if not isinf(self.voltage_limit):
+        if self.voltage_limit != inf:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
         require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
         for name, value in self.initial._asdict().items():
             require_range(f"initial.{name}", value, "(SI)")
+        for name, axis in self.watched:
+            candidate(name, axis)

@@ -25,7 +25,8 @@ from .moments import Moments, bilinear_form, dot, weighted_blocks
 OVERLAP = 1.5
 """Blocks' worth of freedom that a parameter takes when neighbouring blocks are judged in pairs."""
 
-_LEAST_FREEDOM = 4.0
+LEAST_FREEDOM = 4.0
+"""Freedom below which nothing is said of the residual."""
 
 
 def freedom(weights: list[float], parameters: int) -> float:
@@ -67,7 +68,7 @@ def standard_errors(
     directions = [[dot(j, column) for column in gain] for j in combinations]
     weights, blocks = weighted_blocks(m, alpha, interval)
     left = freedom(weights, n)
-    if left < _LEAST_FREEDOM:
+    if left < LEAST_FREEDOM:
         return tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
     correction = 1.0 + OVERLAP * n / left
     candidates = _size(len(m.current)) - n - 1

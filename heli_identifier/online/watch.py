@@ -1,0 +1,93 @@
+"""The watched effects' signals: rates without delay, laws of the catalogue, and the common filter behind them.
+
+A nonlinear law needs the rate itself, not the filtered one. It comes from a faster state filter of its own,
+omega_d = 20 rad/s, whose delay of 2 rho / omega_d is taken back with the acceleration that the filter has as well:
+
+    w = s F_d theta + (2 rho / omega_d) s^2 F_d theta = (1 - s^2 / omega_d^2 + ...) theta'
+
+so that what is left is of second order in s / omega_d (.3 % at 1 rad/s). Encoder steps leave some 5e-3 rad/s of noise,
+against .06 rad/s of single slopes. The law of that motion is a signal at the sampling instants, and passes F as a
+straight line between them.
+"""
+
+from typing import NamedTuple
+
+from .candidates import Candidate, Motion, candidate_value
+from .signals import Signals
+from .state_filter import FilterCoefficients, discretise, filter_line, second_derivative
+
+_RATE_BANDWIDTH = 20.0
+"""omega_d [rad/s]."""
+
+_RATE_DAMPING = 0.7
+
+
+class WatchCoefficients(NamedTuple):
+    """The ``candidates``, the filter that rates come from, and that filter's delay [s]."""
+
+    candidates: tuple[Candidate, ...]
+    rate_filter: FilterCoefficients
+    delay: float
+
+
+class WatchState(NamedTuple):
+    """(xi_1, xi_2) of the three angles' rate filters and, with its last value, of each candidate.
+
+    ``cable_rest`` [rad] is the travel at sample 0.
+    """
+
+    pitch_d: tuple[float, float]
+    elevation_d: tuple[float, float]
+    travel_d: tuple[float, float]
+    cable_rest: float
+    values: tuple[float, ...]
+    filtered: tuple[tuple[float, float], ...]
+
+
+def watch_coefficients(candidates: tuple[Candidate, ...], h: float) -> WatchCoefficients:
+    """Return the coefficients for ``candidates`` sampled every ``h`` [s]."""
+    rate_filter = discretise(_RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
+    return WatchCoefficients(candidates, rate_filter, 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH)
+
+
+def rate(
+    filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients
+) -> float:
+    """Return w [rad/s] from the state of an angle's rate filter and its last three samples [rad], newest first."""
+    xi_1, xi_2 = filtered
+    return xi_2 + c.delay * second_derivative(xi_1, xi_2, angle, angle_1, angle_2, c.rate_filter)
+
+
+def settled_watch(s: Signals, c: WatchCoefficients) -> WatchState:
+    """Return the state at sample 0, at rest in the angles of ``s``."""
+    at_rest = Motion(s.pitch, s.elevation, s.travel, 0.0, 0.0, 0.0, s.nu_front, s.nu_rear, s.travel)
+    values = tuple([candidate_value(candidate, at_rest) for candidate in c.candidates])
+    settled = tuple([(value, 0.0) for value in values])
+    return WatchState((s.pitch, 0.0), (s.elevation, 0.0), (s.travel, 0.0), s.travel, values, settled)
+
+
+def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoefficients) -> WatchState:
+    """Return the state at the sample that ``s`` has just taken in; ``f`` is the common filter."""
+    d = c.rate_filter
+    pitch_d = filter_line(w.pitch_d[0], w.pitch_d[1], s.pitch_1, s.pitch, d)
+    elevation_d = filter_line(w.elevation_d[0], w.elevation_d[1], s.elevation_1, s.elevation, d)
+    travel_d = filter_line(w.travel_d[0], w.travel_d[1], s.travel_1, s.travel, d)
+    motion = Motion(
+        s.pitch,
+        s.elevation,
+        s.travel,
+        rate(pitch_d, s.pitch, s.pitch_1, s.pitch_2, c),
+        rate(elevation_d, s.elevation, s.elevation_1, s.elevation_2, c),
+        rate(travel_d, s.travel, s.travel_1, s.travel_2, c),
+        s.nu_front,
+        s.nu_rear,
+        w.cable_rest,
+    )
+    values = tuple([candidate_value(candidate, motion) for candidate in c.candidates])
+    filtered = tuple(
+        [
+            filter_line(xi_1, xi_2, before, now, f)
+            for (xi_1, xi_2), before, now in zip(w.filtered, w.values, values, strict=True)
+        ]
+    )
+    return WatchState(pitch_d, elevation_d, travel_d, w.cable_rest, values, filtered)
