@@ -64,6 +64,7 @@ class SlaveBase(Fmi2Slave):
             self._stores[variable.type][reference] = kind() if start is None else kind(start)
         self._refused: dict[int, str] = {}
         self._stale = False
+        self._prepared_for: list[Any] | None = None
         self._open_settings(("input", "parameter"))
         self._keep_one_path_entry()
 
@@ -138,7 +139,20 @@ class SlaveBase(Fmi2Slave):
     def _prepare(self) -> None:
         """Bring the state and the outputs up to date with what was set during initialisation."""
         self._stale = False
+        self._prepared_for = None
         self.initialise(self.start_time)
+        self._prepared_for = self._settings()
+
+    def _settings(self) -> list[Any]:
+        """Return the start time and the value of every parameter: what ``initialise`` depends on."""
+        return [
+            self.start_time,
+            *(
+                self._stores[variable.type][reference]
+                for reference, variable in enumerate(self.variables)
+                if variable.causality == "parameter"
+            ),
+        ]
 
     def terminate(self) -> None:
         """Take no further steps."""
@@ -268,9 +282,10 @@ class SlaveBase(Fmi2Slave):
             self._open_settings(("input", "parameter") if early else ("input",))
             self._stale = self.phase is INITIALISING
             if not early:
-                self.initialise(self.start_time)
+                if self._prepared_for != self._settings():
+                    self._prepare()
+                    self._restore(state["stores"])  # since ``initialise`` has shown the outputs of the start
                 self.thaw(state["hidden"])
-                self._restore(state["stores"])  # ``initialise`` has shown the outputs of the start
         except BaseException as problem:
             self._tell("setFMUstate", problem)
 

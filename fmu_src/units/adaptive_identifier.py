@@ -136,8 +136,12 @@ the angles on the straight line and the voltages as held.</p>"""
         period = plan.settings.sample_time
         estimate = None
         due = self.first + (state.samples + 1) * period
-        while due <= time + _INSTANT * period:
-            v_front, v_rear, pitch, elevation, travel = self._sample(due, now, _INSTANT * period)
+        instant = _INSTANT * period
+        while due <= time + instant:
+            if due >= time - instant:
+                _, v_front, v_rear, pitch, elevation, travel = now
+            else:
+                v_front, v_rear, pitch, elevation, travel = self._between(due, now)
             state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
             due = self.first + (state.samples + 1) * period
         if estimate is not None:
@@ -146,10 +150,8 @@ the angles on the straight line and the voltages as held.</p>"""
             self._show(estimate)
         self.state, self.previous = state, now
 
-    def _sample(self, due: float, now: tuple[float, ...], instant: float) -> tuple[float, ...]:
+    def _between(self, due: float, now: tuple[float, ...]) -> tuple[float, ...]:
         """Voltages and angles at the time ``due`` [s] between the previous communication point and this one."""
-        if due >= now[0] - instant:
-            return now[1:]
         before = self.previous
         share = (due - before[0]) / (now[0] - before[0])
         angles = (a + share * (b - a) for a, b in zip(before[3:], now[3:], strict=True))
