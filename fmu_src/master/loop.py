@@ -16,9 +16,10 @@ import numpy as np
 
 from ..builder import build
 from ..errors import MasterError, WiringError
-from ..variables import Value, nearest
+from ..variables import Value
 from ..wiring import Scenario, scenario
 from .instance import Instance, address
+from .order import parameters_by_unit, whole_steps
 from .result import Result
 
 
@@ -58,34 +59,10 @@ def run(
         An unknown name, a value that a unit refuses, a status other than fmi2OK: with unit, call and time.
     """
     wiring = scenario(scenario_name) if isinstance(scenario_name, str) else scenario_name
-    steps = _whole_steps(duration, step)
-    per_unit = _by_unit(wiring, {**dict(wiring.parameters), **(parameters or {})})
+    steps = whole_steps(duration, step)
+    per_unit = parameters_by_unit(wiring, parameters or {})
     with _instances(wiring, dict(fmus or {})) as units:
         return _stepped(wiring, units, per_unit, steps, step, progress)
-
-
-def _whole_steps(duration: float, step: float) -> int:
-    if not (0.0 < step < float("inf") and step <= duration < float("inf")):
-        raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
-    steps = round(duration / step)
-    if abs(steps * step - duration) > 1e-6 * step:
-        raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")
-    return steps
-
-
-def _by_unit(wiring: Scenario, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
-    """Sort ``unit.parameter`` by unit."""
-    names = tuple(name for name, _ in wiring.units)
-    sorted_out: dict[str, dict[str, Value]] = {name: {} for name in names}
-    for full, value in parameters.items():
-        unit, _, name = full.partition(".")
-        if unit not in sorted_out:
-            raise WiringError(
-                f"parameter {full!r}: scenario {wiring.name} has no unit {unit!r}{nearest(unit, names)}; "
-                f"its units are {', '.join(names)}"
-            )
-        sorted_out[unit][name] = value
-    return sorted_out
 
 
 @contextmanager

@@ -89,14 +89,14 @@ def _scalar_variable(reference: int, variable: Variable, start: Value | None) ->
             attributes["displayUnit"] = DISPLAY[variable.unit][0][0]
     for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
         if value is not None and abs(value) < LARGEST:
-            attributes[name] = _text(value, variable.type)
+            attributes[name] = value_text(value, variable.type)
     if variable.causality != "output" and start is not None:
-        attributes["start"] = _text(start, variable.type)
+        attributes["start"] = value_text(start, variable.type)
     SubElement(node, variable.type, attributes)
     return node
 
 
-def _text(value: Value, kind: str) -> str:
+def value_text(value: Value, kind: str) -> str:
     """Return a value as XML text that reads back to the same bits."""
     if kind == "Real":
         return repr(float(value))
