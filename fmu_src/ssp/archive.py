@@ -16,6 +16,9 @@ from ..wiring import Scenario, scenario
 from .parameter_set import parameter_set
 from .system import system_structure
 
+PARAMETERS = "parameters"
+"""Name of every unit's parameter set in an .ssp: Ecos applies, on demand, all sets of one name."""
+
 
 def write_ssp(
     scenario_name: str | Scenario,
@@ -55,5 +58,5 @@ def write_ssp(
         for name, kind in wiring.units:
             file = Path(files[name]) if name in files else build(kind, fresh)
             entries[f"resources/{name}.fmu"] = file.read_bytes()
-            entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), name, given[name])
+            entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), PARAMETERS, given[name])
     return write_atomically(Path(path), zip_bytes(entries))
