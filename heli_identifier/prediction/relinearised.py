@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.prediction.fit import Fit
-from heli_identifier.prediction.whitening import fit_axis
+from heli_identifier.prediction.whitening import Whitener, fit_axis
 
 ITERATIONS = 5
 """Alternations of least squares and whitening; the gain has settled to a few per cent by then."""
@@ -42,7 +42,14 @@ class Gain:
     white: list[NDArray[np.float64]]
 
 
-def linear_gain(fit: Fit, columns: Sequence[NDArray[np.float64]], axes: Sequence[int] = (0, 1, 2)) -> Gain:
+def linear_gain(
+    fit: Fit,
+    columns: Sequence[NDArray[np.float64]],
+    axes: Sequence[int] = (0, 1, 2),
+    whitener: Whitener | None = None,
+    iterations: int = ITERATIONS,
+    contraction: float = 1.0,
+) -> Gain:
     """Refit the free parameters of ``fit`` and ``columns`` linearly on some axes.
 
     Parameters
@@ -51,6 +58,11 @@ def linear_gain(fit: Fit, columns: Sequence[NDArray[np.float64]], axes: Sequence
         Raw responses of the innovations to unit coefficients.
     axes : sequence of int
         Axes on which the columns act.
+    whitener : Whitener, optional
+        Where the alternation begins; that of the fit by default.
+    iterations : int
+    contraction : float
+        Of the whitening that is fitted on the way, see :func:`heli_identifier.prediction.whitening.fit_axis`.
     """
     own = list(axes)
     order = fit.whitener.order
@@ -61,14 +73,15 @@ def linear_gain(fit: Fit, columns: Sequence[NDArray[np.float64]], axes: Sequence
     scale = np.sqrt(sum((x * x).sum(axis=(0, 1)) for x in regressors))
     scale[scale == 0.0] = 1.0
     regressors = [x / scale for x in regressors]
-    filters = [(fit.whitener.filters[a], float(fit.whitener.scales[a])) for a in own]
+    begin = whitener or fit.whitener
+    filters = [(begin.filters[a], float(begin.scales[a])) for a in own]
     residuals, count = used, sum(fit.problem.lengths)
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         whitened = np.concatenate([_whiten(regressors, i, f, order) for i, f in enumerate(filters)])
         target = np.concatenate([_whiten(used, i, f, order) for i, f in enumerate(filters)])
-        solution, *_ = np.linalg.lstsq(whitened, -target, rcond=1e-9)
+        solution, *_ = np.linalg.lstsq(whitened, -target, rcond=1e-8)
         residuals = [r + x @ solution for r, x in zip(used, regressors, strict=True)]
-        filters = [fit_axis([r[:, i] for r in residuals], order) for i in range(len(own))]
+        filters = [fit_axis([r[:, i] for r in residuals], order, contraction) for i in range(len(own))]
     k = columns[0].shape[2]
     before = sum(float(np.log(fit.whitener.scales[a])) for a in own)
     after = sum(float(np.log(scale_)) for _, scale_ in filters)

@@ -55,13 +55,26 @@ class Whitener:
         return np.concatenate([lfilter(taps, 1.0, s, axis=0)[self.order :] / scale for s in signals])
 
 
-def fit_axis(signals: Sequence[NDArray[np.float64]], order: int = ORDER) -> tuple[NDArray[np.float64], float]:
+def fit_axis(
+    signals: Sequence[NDArray[np.float64]], order: int = ORDER, contraction: float = 1.0
+) -> tuple[NDArray[np.float64], float]:
     """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,) joined end to end.
 
-    A joint spoils ``order`` samples of thousands.
+    A joint spoils ``order`` samples of thousands. The mean is taken off: left in, it would drive the filter towards a
+    unit root, behind which the constant torque that caused it can no longer be estimated.
+
+    Parameters
+    ----------
+    contraction : float
+        Factor on the radius of the autoregression's poles. Below 1 no step, drift or line can hide behind a pole on
+        the unit circle, at the price of a residual that is not quite white (bandwidth expansion, Tohkura 1978).
     """
-    coefficients, variance = burg(np.concatenate(list(signals)), order, demean=False)
-    return np.concatenate(([1.0], -coefficients)), float(np.sqrt(variance))
+    joined = np.concatenate(list(signals))
+    coefficients, variance = burg(joined, order, demean=True)
+    taps = np.concatenate(([1.0], -coefficients)) * contraction ** np.arange(order + 1)
+    if contraction != 1.0:
+        variance = float(np.var(lfilter(taps, 1.0, joined - joined.mean())[order:]))
+    return taps, float(np.sqrt(variance))
 
 
 def fit_whitener(residuals: Sequence[NDArray[np.float64]], order: int = ORDER) -> Whitener:

@@ -4,17 +4,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
-import numpy as np
-
 from heli_identifier.prediction.record import Record
-from heli_plant.effects import CATALOGUE, Effect
+from heli_plant.effects import CATALOGUE, Effect, effect
 from heli_plant.parameters import PlantParameters
 
 SMALL = 1e-3
 """Share of its plausible range that a coefficient moves by where its law is linear in it."""
 
-STEP_TIMES = 24
-"""Number of step times that the search for a moving mass starts from."""
+STEP_SPACING = 0.4
+"""Spacing [s] of the step times that are tried for a moving mass: a tenth of what the slowest filter smears it over."""
 
 
 @dataclass(frozen=True)
@@ -35,46 +33,32 @@ class Candidate:
         return {self.effect.field: coefficient, **self.shapes}
 
 
-@dataclass(frozen=True)
-class Setting:
-    """What a data set fixes for the candidates' shapes.
-
-    Attributes
-    ----------
-    lowest_elevation : float
-        Lowest elevation [rad] in the logs: the ground effect's coefficient is stated there.
-    step_times : tuple of float
-        Times [s] at which a moving mass is tried.
-    """
-
-    lowest_elevation: float
-    step_times: tuple[float, ...]
-
-    @classmethod
-    def of(cls, records: Sequence[Record]) -> "Setting":
-        """Read the setting off the records."""
-        longest = max(record.duration for record in records)
-        lowest = min(float(record.angles[:, 1].min()) for record in records)
-        times = np.linspace(0.0, longest, STEP_TIMES + 2)[1:-1]
-        return cls(round(lowest, 2), tuple(float(round(t, 2)) for t in times))
-
-
 def candidates(records: Sequence[Record], parameters: PlantParameters) -> list[Candidate]:
-    """Every move of the catalogue that is open at ``parameters``: effects that are on already are left out."""
-    setting = Setting.of(records)
+    """Every move of the catalogue that is open at ``parameters``: effects that are on already are left out.
+
+    The moving mass waits until its times are known, see :func:`moving_mass_at`.
+    """
+    lowest = round(min(float(record.angles[:, 1].min()) for record in records), 2)
     return [
         candidate
-        for effect in CATALOGUE
-        if getattr(parameters, effect.field) == 0.0
-        for candidate in _moves(effect, parameters, setting)
+        for entry in CATALOGUE
+        if getattr(parameters, entry.field) == 0.0 and entry.name != "moving_mass"
+        for candidate in _moves(entry, parameters, lowest)
     ]
 
 
-def _moves(effect: Effect, parameters: PlantParameters, setting: Setting) -> Iterator[Candidate]:
-    fixed = {"ground_elevation": setting.lowest_elevation} if effect.name == "ground_effect" else {}
+def moving_mass_at(times: Sequence[float], parameters: PlantParameters) -> list[Candidate]:
+    """Moves that let a mass step at each of ``times`` [s]; none where one is in the model already."""
+    entry = effect("moving_mass", "elevation")
+    if getattr(parameters, entry.field) != 0.0:
+        return []
+    return [Candidate(entry, SMALL, {"moving_mass_time": time}) for time in times]
+
+
+def _moves(effect: Effect, parameters: PlantParameters, lowest_elevation: float) -> Iterator[Candidate]:
+    # the ground effect's coefficient is stated at the lowest elevation in the logs
+    fixed = {"ground_elevation": lowest_elevation} if effect.name == "ground_effect" else {}
     grids = {shape.field: shape.grid for shape in effect.shapes if shape.grid}
-    if effect.name == "moving_mass":
-        grids["moving_mass_time"] = setting.step_times
     sizes = effect.grid or (SMALL * min(effect.upper, 1.0),)
     for size in sizes:
         if effect.name == "motor_lag" and parameters.T_m + size <= 0.0:

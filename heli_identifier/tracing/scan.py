@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import Residuals
+from heli_identifier.prediction.whitening import Whitener
 from heli_identifier.tracing.candidates import Candidate
+from heli_plant.effects import Effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +26,10 @@ class Scan:
     Attributes
     ----------
     fit : Fit
+    whitener : Whitener
+        Under which the columns below stand: that of the fit, or of the noise proper.
+    white : NDArray, shape (M,)
+        Whitened residual z.
     candidates : tuple of Candidate, length K
     raw : list of NDArray, shape (n_i, 3, K)
         Secants of the reduced innovations, before whitening.
@@ -37,6 +43,8 @@ class Scan:
     """
 
     fit: Fit
+    whitener: Whitener
+    white: NDArray[np.float64]
     candidates: tuple[Candidate, ...]
     raw: Residuals
     directions: NDArray[np.float64]
@@ -47,13 +55,17 @@ class Scan:
 
     def allowed(self) -> NDArray[np.bool_]:
         """Where the estimated coefficient obeys its sign and range rule, shape (K,)."""
-        # a secant over a strongly curved law may overshoot the range that the refit then respects
         return np.array(
-            [
-                c.effect.lower - 0.5 * abs(c.effect.lower) <= value <= 1.5 * c.effect.upper
-                for c, value in zip(self.candidates, self.coefficients, strict=True)
-            ]
+            [admissible(c.effect, float(v)) for c, v in zip(self.candidates, self.coefficients, strict=True)]
         )
+
+
+def admissible(effect: Effect, coefficient: float) -> bool:
+    """Whether a linear estimate of an effect's coefficient obeys its sign and range.
+
+    A secant over a curved law may overshoot the range that the refit then respects: half the range is granted.
+    """
+    return effect.lower - 0.5 * abs(effect.lower) <= coefficient <= 1.5 * effect.upper
 
 
 def basis_of(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -64,22 +76,43 @@ def basis_of(jacobian: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def scan(fit: Fit, candidates: Sequence[Candidate]) -> Scan:
-    """Score ``candidates`` at ``fit``."""
+    """Score ``candidates`` at ``fit``, under the fit's own whitening."""
+    return scored(fit, fit.whitener, candidates, raw_columns(fit, candidates))
+
+
+def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
+    """``scanned`` with further candidates."""
+    raw = [np.concatenate(pair, axis=2) for pair in zip(scanned.raw, raw_columns(scanned.fit, candidates), strict=True)]
+    return scored(scanned.fit, scanned.whitener, (*scanned.candidates, *candidates), raw)
+
+
+def raw_columns(fit: Fit, candidates: Sequence[Candidate]) -> Residuals:
+    """Secants of the innovations along each candidate's move, (n_i, 3, K); zero where the plant diverges."""
+    if not candidates:
+        return [np.empty((n, 3, 0)) for n in fit.problem.lengths]
     moves = [candidate.move(fit.parameters) for candidate in candidates]
-    raw = fit.problem.responses(fit.parameters, moves, fit.model_residuals, [candidate.size for candidate in candidates])
-    columns = fit.whitener.apply(raw)
-    finite = np.isfinite(columns).all(axis=0)
-    columns[:, ~finite] = 0.0
-    basis = basis_of(fit.jacobian)
+    sizes = [candidate.size for candidate in candidates]
+    raw = fit.problem.responses(fit.parameters, moves, fit.model_residuals, sizes)
+    finite = np.all([np.isfinite(r).all(axis=(0, 1)) for r in raw], axis=0)
+    return [np.where(finite, r, 0.0) for r in raw]
+
+
+def scored(fit: Fit, whitener: Whitener, candidates: Sequence[Candidate], raw: Residuals) -> Scan:
+    """Score candidates from their raw columns under a given whitening."""
+    white = whitener.apply(fit.residuals)
+    columns = whitener.apply(raw)
+    basis = basis_of(whitener.apply(fit.raw_jacobian))
     projected = columns - basis @ (basis.T @ columns)
     full, left = np.linalg.norm(columns, axis=0), np.linalg.norm(projected, axis=0)
     seen = left > 1e-9 * np.maximum(full, 1e-300)
     length = np.where(seen, left, 1.0)
     directions = np.where(seen, projected / length, 0.0)
-    scores = -(directions.T @ fit.white)
+    scores = -(directions.T @ white)
     standard_errors = np.where(seen, 1.0 / length, np.inf)
     return Scan(
         fit,
+        whitener,
+        white,
         tuple(candidates),
         raw,
         directions,

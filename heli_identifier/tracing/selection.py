@@ -14,8 +14,10 @@ import numpy as np
 from heli_identifier.prediction.fit import BASE, Fit, fit
 from heli_identifier.prediction.problem import Problem, Residuals
 from heli_identifier.prediction.relinearised import linear_gain
-from heli_identifier.tracing.candidates import Candidate, candidates, shape_fields
-from heli_identifier.tracing.scan import Scan, scan
+from heli_identifier.tracing.candidates import Candidate, candidates, moving_mass_at, shape_fields
+from heli_identifier.tracing.noise import noise_whitener
+from heli_identifier.tracing.scan import Scan, admissible, extended, scan, scored
+from heli_identifier.tracing.steps import step_times
 from heli_identifier.tracing.threshold import largest_scores, quantile
 from heli_identifier.tracing.unknown import Unknown, search
 from heli_plant.effects import AXES, Effect
@@ -134,32 +136,38 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
     return Trial(effect, fitted, gain, effect_score(fitted, effect))
 
 
-def contenders(scanned: Scan, floor: float, shortlist: int) -> list[int]:
-    """Indices of the candidates to refit: one per effect, those with the largest relinearised gain."""
-    allowed = scanned.allowed()
-    largest = max((abs(s) for s, ok in zip(scanned.scores, allowed, strict=True) if ok), default=0.0)
-    level = max(floor, 0.25 * largest)
-    picked = [i for i in np.argsort(-np.abs(scanned.scores)) if allowed[i] and abs(scanned.scores[i]) >= level]
-    best: dict[str, tuple[float, int]] = {}
-    for index in picked[:16]:
-        axes = [AXES.index(axis) for axis in scanned.candidates[index].effect.axes]
+def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float]]:
+    """Candidates to refit as (index, coefficient): one per effect, those with the largest relinearised gain.
+
+    Looked at are those that score well under either whitening, the fit's own or the noise's (``sharp``).
+    """
+    best: dict[str, tuple[float, int, float]] = {}
+    for index in promising(scanned, floor) | promising(sharp, floor):
+        candidate = scanned.candidates[index]
+        axes = [AXES.index(axis) for axis in candidate.effect.axes]
         columns = [raw[:, axes, index : index + 1] for raw in scanned.raw]
-        gain = linear_gain(scanned.fit, columns, axes).value
-        field = scanned.candidates[index].effect.field
-        if field not in best or gain > best[field][0]:
-            best[field] = (gain, int(index))
+        gain = linear_gain(scanned.fit, columns, axes, sharp.whitener)
+        value = float(gain.coefficients[0])
+        if admissible(candidate.effect, value) and gain.value > best.get(candidate.effect.field, (0.0,))[0]:
+            best[candidate.effect.field] = (gain.value, int(index), value)
     ranked = sorted(best.values(), reverse=True)
-    return [index for gain, index in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
+    return [(index, value) for gain, index, value in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
 
 
-def named_trials(model: Model, scanned: Scan, threshold: float, settings: SelectionSettings) -> list[Trial]:
-    """Refits of the round's contenders, largest gain first; empty where no score passes ``threshold``."""
-    allowed = scanned.allowed()
-    if not np.any(np.abs(scanned.scores[allowed]) >= threshold):
-        return []
+def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
+    """Admissible candidates above ``floor`` and a quarter of the best, at most ``most`` of them."""
+    scores = np.where(scanned.allowed(), np.abs(scanned.scores), 0.0)
+    level = max(floor, 0.25 * float(scores.max(initial=0.0)))
+    return {int(i) for i in np.argsort(-scores)[:most] if scores[i] >= level}
+
+
+def named_trials(
+    model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings
+) -> list[Trial]:
+    """Refits of the round's contenders that pass ``threshold``, largest gain first."""
     trials = [
-        trial(model, scanned.candidates[i], float(scanned.coefficients[i]), settings)
-        for i in contenders(scanned, 0.8 * threshold, settings.shortlist)
+        trial(model, scanned.candidates[index], value, settings)
+        for index, value in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist)
     ]
     return sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain)
 
@@ -245,16 +253,27 @@ def select(problem: Problem, start: PlantParameters, settings: SelectionSettings
     """Search the catalogue for what ``problem``'s records hold beyond the simplified model."""
     settings = settings or SelectionSettings()
     bare = model = Model(fit(problem, start))
-    scanned = first = scan(model.fit, candidates(problem.records, model.fit.parameters))
-    surrogates = largest_scores(scanned)
-    threshold, hint = quantile(surrogates, settings.significance), quantile(surrogates, 10.0 * settings.significance)
+    first = None
     level = unknown_level(settings)
-    while len(model.effects) + len(model.unknowns) < settings.most:
-        trials = named_trials(model, scanned, threshold, settings)
+    while True:
+        scanned = scan(model.fit, candidates(problem.records, model.fit.parameters))
+        colour = noise_whitener(model.fit, scanned.raw)
+        times = {t for whitener in (colour, model.fit.whitener) for t in step_times(model.fit, whitener)}
+        scanned = extended(scanned, moving_mass_at(sorted(times), model.fit.parameters))
+        first = first or scanned
+        surrogates = largest_scores(scanned)
+        threshold, hint = (quantile(surrogates, p * settings.significance) for p in (1.0, 10.0))
+        if len(model.effects) + len(model.unknowns) == settings.most:
+            break
+        sharp = scored(model.fit, colour, scanned.candidates, scanned.raw)
+        trials = named_trials(model, scanned, sharp, threshold, settings)
         best_gain = trials[0].gain if trials else 0.0
-        unknowns = search(model.fit)
         bar = max(level, settings.unknown_factor * best_gain + settings.unknown_margin)
-        unknowns = [u for u in unknowns if u.surplus > max(bar, leftover_bar(bare, model, u, settings))]
+        unknowns = [
+            unknown
+            for unknown in search(model.fit, sharp.whitener)
+            if unknown.surplus > max(bar, leftover_bar(bare, model, unknown, settings))
+        ]
         if unknowns:
             model = with_unknown(model, unknowns[0])
         elif trials:
@@ -262,6 +281,4 @@ def select(problem: Problem, start: PlantParameters, settings: SelectionSettings
             model = eliminated(model, threshold)
         else:
             break
-        scanned = scan(model.fit, candidates(problem.records, model.fit.parameters))
-        threshold = max(threshold, quantile(largest_scores(scanned), settings.significance))
     return Selection(bare, model, first, scanned, threshold, hint)

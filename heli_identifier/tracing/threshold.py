@@ -26,7 +26,7 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
     labels = block_labels(scan.fit.problem, scan.fit.whitener.order)
     count = int(labels.max()) + 1
     sums = np.zeros((count, len(scan.candidates)))
-    np.add.at(sums, labels, -scan.directions * scan.fit.white[:, None])
+    np.add.at(sums, labels, -scan.directions * scan.white[:, None])
     # the mean over blocks is the candidate's own score; what is left is noise
     sums -= scan.scores / count
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])

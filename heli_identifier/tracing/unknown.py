@@ -18,6 +18,7 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.relinearised import Gain, linear_gain
 from heli_identifier.prediction.torque import torque_responses
+from heli_identifier.prediction.whitening import Whitener
 from heli_identifier.tracing.scan import basis_of
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -127,13 +128,19 @@ def spline_basis(x: NDArray[np.float64], knots: NDArray[np.float64], periodic: b
     return basis
 
 
+def centred(bases: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    """Bases without their mean over all records and without one column: a constant torque belongs to the model."""
+    mean = np.concatenate(bases).mean(axis=0)
+    return [(basis - mean)[:, :-1] for basis in bases]
+
+
 def curve_columns(
     fit: Fit, axis: int, variable: str, values: list[NDArray[np.float64]]
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:
     """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``, and their knots."""
     periodic = variable == "travel"
     knots = spline_knots(values, periodic)
-    bases = [spline_basis(x, knots, periodic) for x in values]
+    bases = centred([spline_basis(x, knots, periodic) for x in values])
     return [-r[:, None, :] for r in torque_responses(fit.problem, axis, fit.parameters, bases)], knots
 
 
@@ -199,27 +206,29 @@ def _background(frequencies: NDArray[np.float64], power: NDArray[np.float64], le
     return np.exp(np.interp(frequencies, centres, np.log(levels)))
 
 
-def screened(fit: Fit, values: dict[str, list[NDArray[np.float64]]], axis: int) -> list[tuple[float, str]]:
-    """Variables of one axis by the gain that their curve has under the present whitening, largest first."""
-    rows = slice(axis * len(fit.white) // 3, (axis + 1) * len(fit.white) // 3)
-    known = fit.jacobian[rows]
+def screened(
+    fit: Fit, whitener: Whitener, values: dict[str, list[NDArray[np.float64]]], axis: int
+) -> list[tuple[float, str]]:
+    """Variables of one axis by the gain that their curve has under ``whitener``, largest first."""
+    known = whitener.apply_axis(axis, [j[:, axis] for j in fit.raw_jacobian])
     basis = basis_of(known[:, np.linalg.norm(known, axis=0) > 0.0])
-    white = fit.white[rows] - basis @ (basis.T @ fit.white[rows])
+    white = whitener.apply_axis(axis, [r[:, axis] for r in fit.residuals])
+    white = white - basis @ (basis.T @ white)
     found = []
     for variable in VARIABLES:
         columns, _ = curve_columns(fit, axis, variable, values[variable])
-        whitened = fit.whitener.apply_axis(axis, [c[:, 0, :] for c in columns])
+        whitened = whitener.apply_axis(axis, [c[:, 0, :] for c in columns])
         directions = basis_of(whitened - basis @ (basis.T @ whitened))
         found.append((float(((directions.T @ white) ** 2).sum()), variable))
     return sorted(found, reverse=True)
 
 
-def search(fit: Fit, shortlist: int = 2) -> list[Unknown]:
-    """Unknown torques by falling surplus: per axis the best few curves and lines."""
+def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
+    """Unknown torques by falling surplus: per axis the best few curves and lines, found under ``whitener``."""
     values = variables(fit)
     found = []
     for axis in range(3):
-        for _, variable in screened(fit, values, axis)[:shortlist]:
+        for _, variable in screened(fit, whitener, values, axis)[:shortlist]:
             found.append(curve_of(fit, axis, variable, values[variable]))
         found.extend(line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis))
     return sorted(found, key=lambda unknown: -unknown.surplus)
