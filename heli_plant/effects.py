@@ -1,7 +1,8 @@
 """The catalogue: every physical effect that the simplified model may lack, one entry per name and axis.
 
 The plant adds an effect when its coefficient is not zero; an identifier tries them one by one. The names are a
-contract: they stand in parameter sets, FMU variables and reports. The laws are in :mod:`heli_plant.laws`.
+contract: they stand in parameter sets, FMU variables and reports. The laws themselves are in
+:mod:`heli_plant.neglected` (axes), :mod:`heli_plant.rotors` and :mod:`heli_plant.bending`.
 Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
@@ -48,15 +49,26 @@ _NEGLECTS = "paper, section 2.3 (neglected)"
 _OMEGA_K = "paper, eq. (1), omega x K"
 
 
-def _on_axis(name, axis, law, unit, upper, source, lower=0.0, shapes=(), grid=()):
-    return Effect(name, axis, f"{name}_{axis}", law, unit, lower, upper, (axis,), source, shapes, grid)
+def _on_axis(
+    name: str,
+    axis: str,
+    law: str,
+    unit: str,
+    upper: float,
+    source: str,
+    lower: float = 0.0,
+    shapes: tuple[Shape, ...] = (),
+) -> Effect:
+    return Effect(name, axis, f"{name}_{axis}", law, unit, lower, upper, (axis,), source, shapes)
 
 
-def _on_rotors(name, law, unit, lower, upper, source, axes=AXES, grid=()):
-    return Effect(name, "rotors", f"{name}_rotors", law, unit, lower, upper, axes, source, (), grid)
+def _on_rotors(
+    name: str, law: str, unit: str, lower: float, upper: float, source: str, grid: tuple[float, ...] = ()
+) -> Effect:
+    return Effect(name, "rotors", f"{name}_rotors", law, unit, lower, upper, AXES, source, (), grid)
 
 
-def _stribeck(axis):
+def _stribeck(axis: str) -> Shape:
     return Shape(
         "stribeck_rate", f"stribeck_rate_{axis}", "rad/s", 0.05, 0.005, 1.0, (0.02, 0.06, 0.18),
         "rate over which the breakaway friction fades",
@@ -144,7 +156,7 @@ CATALOGUE: tuple[Effect, ...] = (
 )  # fmt: skip
 
 
-def effect(name, axis):
+def effect(name: str, axis: str) -> Effect:
     """Return the catalogue entry of an effect.
 
     Raises

@@ -19,7 +19,7 @@ from heli_identifier.tracing.noise import noise_whitener
 from heli_identifier.tracing.scan import Scan, admissible, extended, scan, scored
 from heli_identifier.tracing.steps import step_times
 from heli_identifier.tracing.threshold import largest_scores, quantile
-from heli_identifier.tracing.unknown import Unknown, search
+from heli_identifier.tracing.unknown import Unknown, refined_line, search
 from heli_plant.effects import AXES, Effect
 from heli_plant.parameters import PlantParameters
 
@@ -181,6 +181,8 @@ def passes(candidate: Trial, threshold: float) -> bool:
 
 def with_unknown(model: Model, unknown: Unknown) -> Model:
     """Refit ``model`` with an unknown torque beside it."""
+    if unknown.frequency is not None:
+        unknown = refined_line(model.fit, AXES.index(unknown.axis), unknown.frequency)
     unknowns = (*model.unknowns, unknown)
     columns = unknown_columns(model.fit.problem, unknowns)
     weights = np.concatenate((model.fit.linear, unknown.gain.coefficients))
@@ -217,10 +219,20 @@ def unknown_level(settings: SelectionSettings) -> float:
 
 
 def leftover_bar(bare: Model, model: Model, unknown: Unknown, settings: SelectionSettings) -> float:
-    """Surplus that an unknown torque must reach where named effects act on its axis already."""
-    if not any(unknown.axis in effect.axes for effect in model.effects):
-        return 0.0
+    """Surplus that an unknown torque must reach beside what is in the model already.
+
+    Beside named effects on its axis, a share of what they gained. A line of a frequency that is known on another axis
+    is that line seen through the coupling of the axes, and never a discovery.
+    """
+    resolution = 2.0 / max(record.duration for record in model.fit.problem.records)
+    for known in model.unknowns:
+        if None not in (known.frequency, unknown.frequency) and abs(known.frequency - unknown.frequency) < resolution:
+            return np.inf
     axis = AXES.index(unknown.axis)
+    if not any(unknown.axis in effect.axes for effect in model.effects) and not any(
+        unknown.axis == known.axis for known in model.unknowns
+    ):
+        return 0.0
     ratio = bare.fit.whitener.scales[axis] / model.fit.whitener.scales[axis]
     return settings.unknown_share * 2.0 * sum(model.fit.problem.lengths) * float(np.log(ratio))
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.optimize import minimize_scalar
 from scipy.special import gammaln
 from scipy.stats import chi2
 
@@ -168,6 +169,18 @@ def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
     columns = line_columns(fit.problem, fit.parameters, axis, frequency)
     gain = linear_gain(fit, columns, (axis,))
     return Unknown(AXES[axis], "time", frequency, gain, columns[0].shape[2], columns, np.empty(0))
+
+
+def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
+    """The line of largest gain within one bin of ``frequency`` [Hz]."""
+    bin_width = 1.0 / max(record.duration for record in fit.problem.records)
+    found = minimize_scalar(
+        lambda f: -line_of(fit, axis, float(f)).gain.value,
+        bounds=(max(frequency - bin_width, 0.5 * bin_width), frequency + bin_width),
+        method="bounded",
+        options={"xatol": 0.02 * bin_width, "maxiter": 14},
+    )
+    return line_of(fit, axis, float(found.x))
 
 
 def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
