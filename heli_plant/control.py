@@ -4,14 +4,21 @@ Pitch law of the paper, with gains 8.35, 4.25, 8.76:
 
     v_f - v_r = -(8.35 (theta - theta_ref) + 4.25 integral + 8.76 theta').
 
-As printed the law has the other sign, which makes the loop unstable (a pole at +2.7 rad/s for k_x > 0).
+As printed the law has the other sign, which makes the loop unstable (a pole at +2.7 rad/s for k_x > 0). Gains of
+elevation and travel were chosen on Table 2 with motor lag, filtered rates, 10 ms sampling and one period of delay:
+steps settle to 2 % in about 2 s (elevation) and 14 s (travel, at .2 rad of elevation) without notable overshoot.
+
+The travel loop needs lift: the pitched thrust drives it, so nu_f + nu_r must be positive, which at Table 2 an
+elevation reference above a_1/a_e = .055 rad provides. Its loop gain is proportional to the lift.
 
 Angles alone are measured; a rate is the filtered difference (theta - xi) / tau with xi' = (theta - xi) / tau, held
-over the control period and advanced exactly. Integrals stop while their output saturates (conditional integration).
+over the control period and advanced exactly. An integral stops while it would drive its output further beyond a limit.
 """
 
 from math import exp
 from typing import NamedTuple
+
+from .motor import saturate as clip
 
 
 class AxisGains(NamedTuple):
@@ -25,15 +32,16 @@ class AxisGains(NamedTuple):
 class PidSettings(NamedTuple):
     """Settings of the three loops.
 
-    The elevation's output is a voltage sum [V] added to ``trim`` [V], the pitch's a voltage difference [V], the
-    travel's a pitch reference [rad] clipped to plus or minus ``pitch_limit`` [rad].
+    The elevation's output is a voltage sum [V] added to ``trim`` [V] (the default carries the arm of Table 2 at
+    elevation 0), the pitch's a voltage difference [V], the travel's a pitch reference [rad] clipped to plus or minus
+    ``pitch_limit`` [rad]. ``rate_time_constant`` [s] is tau.
     """
 
     pitch: AxisGains = AxisGains(8.35, 4.25, 8.76)
-    elevation: AxisGains = AxisGains(12.0, 6.0, 14.0)
-    travel: AxisGains = AxisGains(0.12, 0.0, 0.6)
+    elevation: AxisGains = AxisGains(25.0, 22.0, 20.0)
+    travel: AxisGains = AxisGains(0.25, 0.0, 1.0)
     travel_enabled: bool = False
-    trim: float = 2.4
+    trim: float = -0.9
     pitch_limit: float = 0.5
     rate_time_constant: float = 0.05
     voltage_limit: float = 5.0
@@ -50,55 +58,18 @@ class PidState(NamedTuple):
     filtered_travel: float
 
 
+Voltages = tuple[float, float]
+Three = tuple[float, float, float]
+
+
 def start_pid(pitch: float, elevation: float, travel: float) -> PidState:
     """State without a history: integrals zero, rates zero."""
     return PidState(0.0, 0.0, 0.0, pitch, elevation, travel)
 
 
-def clip(value, limit):
-    """``value`` clipped to plus or minus ``limit``."""
-    return min(max(value, -limit), limit)
-
-
-def pid_voltages(state, pitch, elevation, travel, references, settings):
-    """Return (v_front, v_rear) [V] for angles and ``references`` (pitch, elevation, travel) [rad]."""
-    v_front, v_rear, _, _ = _outputs(state, pitch, elevation, travel, references, settings)
-    return v_front, v_rear
-
-
-def _outputs(state, pitch, elevation, travel, references, settings):
-    """Voltages [V], the pitch reference in force [rad], and whether each of the three outputs is within its limit."""
-    tau = settings.rate_time_constant
-    g = settings.travel
-    pitch_reference, travel_free = references[0], True
-    if settings.travel_enabled:
-        # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
-        wanted = (
-            g.proportional * (travel - references[2])
-            + g.integral * state.integral_travel
-            + g.derivative * (travel - state.filtered_travel) / tau
-        )
-        pitch_reference = clip(wanted, settings.pitch_limit)
-        travel_free = pitch_reference == wanted
-    g = settings.pitch
-    difference = -(
-        g.proportional * (pitch - pitch_reference)
-        + g.integral * state.integral_pitch
-        + g.derivative * (pitch - state.filtered_pitch) / tau
-    )
-    g = settings.elevation
-    total = settings.trim - (
-        g.proportional * (elevation - references[1])
-        + g.integral * state.integral_elevation
-        + g.derivative * (elevation - state.filtered_elevation) / tau
-    )
-    wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
-    v_front, v_rear = clip(wanted_front, settings.voltage_limit), clip(wanted_rear, settings.voltage_limit)
-    free = v_front == wanted_front and v_rear == wanted_rear
-    return v_front, v_rear, pitch_reference, (free, free, travel_free)
-
-
-def pid_step(state, pitch, elevation, travel, references, h, settings):
+def pid_step(
+    state: PidState, pitch: float, elevation: float, travel: float, references: Three, h: float, settings: PidSettings
+) -> tuple[PidState, Voltages]:
     """Return (state after ``h`` [s], (v_front, v_rear) [V] held over it).
 
     Parameters
@@ -108,10 +79,47 @@ def pid_step(state, pitch, elevation, travel, references, h, settings):
         Measured angles [rad].
     references : tuple of float
         Pitch, elevation, travel [rad]; the pitch's is ignored while the travel loop is on.
+    h : float
+        Control period [s].
+    settings : PidSettings
     """
-    v_front, v_rear, pitch_reference, free = _outputs(state, pitch, elevation, travel, references, settings)
-    kept = exp(-h / settings.rate_time_constant)
+    angles = (pitch, elevation, travel)
+    voltages, pitch_reference, beyond = _outputs(state, angles, references, settings)
     errors = (pitch - pitch_reference, elevation - references[1], travel - references[2])
-    integrals = [i + h * e if ok else i for i, e, ok in zip(state[:3], errors, free, strict=True)]
-    filtered = [a + (f - a) * kept for a, f in zip((pitch, elevation, travel), state[3:], strict=True)]
-    return PidState(*integrals, *filtered), (v_front, v_rear)
+    integrals = [
+        integral if excess * error > 0.0 else integral + h * error
+        for integral, error, excess in zip(state[:3], errors, beyond, strict=True)
+    ]
+    kept = exp(-h / settings.rate_time_constant)
+    filtered = [angle + (xi - angle) * kept for angle, xi in zip(angles, state[3:], strict=True)]
+    return PidState(*integrals, *filtered), voltages
+
+
+def _outputs(state: PidState, angles: Three, references: Three, settings: PidSettings) -> tuple[Voltages, float, Three]:
+    """Voltages [V], the pitch reference in force [rad], and each output's excess over its limit.
+
+    An excess has the sign of the errors that would make it grow, and is zero within the limits.
+    """
+    pitch, elevation, travel = angles
+    tau = settings.rate_time_constant
+    pitch_reference, excess_travel = references[0], 0.0
+    if settings.travel_enabled:
+        # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
+        rate = (travel - state.filtered_travel) / tau
+        wanted = _weighted(settings.travel, travel - references[2], state.integral_travel, rate)
+        pitch_reference = clip(wanted, settings.pitch_limit)
+        excess_travel = wanted - pitch_reference
+    rate = (pitch - state.filtered_pitch) / tau
+    difference = -_weighted(settings.pitch, pitch - pitch_reference, state.integral_pitch, rate)
+    rate = (elevation - state.filtered_elevation) / tau
+    correction = _weighted(settings.elevation, elevation - references[1], state.integral_elevation, rate)
+    total = settings.trim - correction
+    wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
+    v_front, v_rear = clip(wanted_front, settings.voltage_limit), clip(wanted_rear, settings.voltage_limit)
+    over_front, over_rear = v_front - wanted_front, v_rear - wanted_rear
+    return (v_front, v_rear), pitch_reference, (over_front - over_rear, over_front + over_rear, excess_travel)
+
+
+def _weighted(gains: AxisGains, error: float, integral: float, rate: float) -> float:
+    """Sum of error [rad], integral [rad s] and rate [rad/s], weighted by the gains."""
+    return gains.proportional * error + gains.integral * integral + gains.derivative * rate

@@ -4,10 +4,11 @@ On a uniform grid of step h with c = (n + f) h, 0 <= f < 1, the mean over step k
 Before the record begins the first voltage is taken to have been held.
 """
 
+from collections.abc import Iterable
 from math import floor
 
 
-def whole_and_fraction(delay, h):
+def whole_and_fraction(delay: float, h: float) -> tuple[int, float]:
     """Split ``delay`` [s] into whole steps of ``h`` [s] and the fraction of one: returns (n, f)."""
     steps = delay / h
     whole = int(floor(steps + 1e-9))
@@ -15,7 +16,7 @@ def whole_and_fraction(delay, h):
     return whole, max(fraction, 0.0)
 
 
-def delayed(recent, older, fraction):
+def delayed(recent: float, older: float, fraction: float) -> float:
     """Mean voltage [V] over a step of which the ``older`` value fills the first ``fraction``."""
     return (1.0 - fraction) * recent + fraction * older
 
@@ -26,10 +27,10 @@ class DelayLine:
     The history is a list of past voltage pairs, newest last; it holds as many steps as the delay needs.
     """
 
-    def __init__(self, history=()):
-        self.history = [tuple(pair) for pair in history]
+    def __init__(self, history: Iterable[tuple[float, float]] = ()):
+        self.history = [(front, rear) for front, rear in history]
 
-    def push(self, v_front, v_rear, delay, h):
+    def push(self, v_front: float, v_rear: float, delay: float, h: float) -> tuple[float, float]:
         """Take in the voltages [V] of this step of ``h`` [s], return those that arrive after ``delay`` [s]."""
         whole, fraction = whole_and_fraction(delay, h)
         self.history.append((v_front, v_rear))

@@ -12,7 +12,7 @@ class EncoderCounts(NamedTuple):
     travel: int = 8192
 
 
-def quantise(angle, counts):
+def quantise(angle: float, counts: int) -> float:
     """``angle`` [rad] rounded to the encoder's grid of 2 pi / ``counts`` [rad]; ``counts`` of 0 leaves it as it is."""
     if counts == 0:
         return angle

@@ -1,9 +1,11 @@
 """A record simulated off line: :func:`heli_plant.plant.step` looped over held voltages, compiled."""
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .compiled import compiled, parameter_record
 from .delay import delayed, whole_and_fraction
+from .parameters import PlantParameters
 from .plant import measured_angles, rigid_start, step
 from .state import PlantState
 
@@ -15,7 +17,7 @@ def _loop(voltages, mass_commands, start, h, p, states, angles):
     whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
     state = start
     for k in range(len(states)):
-        for i in range(12):
+        for i in range(STATES):
             states[k, i] = state[i]
         angles[k, 0], angles[k, 1], angles[k, 2] = measured_angles(state)
         recent, older = max(k - whole, 0), max(k - whole - 1, 0)
@@ -24,7 +26,13 @@ def _loop(voltages, mass_commands, start, h, p, states, angles):
         state = step(state, v_front, v_rear, mass_commands[k], k * h, h, p)
 
 
-def simulate(voltages, h, start, parameters, mass_commands=None):
+def simulate(
+    voltages: ArrayLike,
+    h: float,
+    start: PlantState,
+    parameters: PlantParameters,
+    mass_commands: ArrayLike | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Simulate the plant over a record.
 
     Parameters
@@ -45,10 +53,20 @@ def simulate(voltages, h, start, parameters, mass_commands=None):
         Columns are the fields of :class:`heli_plant.state.PlantState`.
     angles : ndarray, shape (N, 3)
         Pitch, elevation, travel [rad] as the encoders' shafts turn, without quantisation.
+
+    Raises
+    ------
+    ValueError
+        Shapes do not fit; compiled code would read past the arrays.
     """
     voltages = np.ascontiguousarray(voltages, dtype=float)
-    commands = np.zeros(len(voltages)) if mass_commands is None else np.asarray(mass_commands, dtype=float)
-    states, angles = np.empty((len(voltages), STATES)), np.empty((len(voltages), 3))
+    count = len(voltages)
+    commands = np.zeros(count) if mass_commands is None else np.ascontiguousarray(mass_commands, dtype=float)
+    if voltages.shape != (count, 2) or commands.shape != (count,):
+        raise ValueError(
+            f"voltages of shape {voltages.shape} and mass_commands of shape {commands.shape} must be (N, 2) and (N,)"
+        )
+    states, angles = np.empty((count, STATES)), np.empty((count, 3))
     start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
     compiled(_loop)(voltages, commands, start, float(h), parameter_record(parameters), states, angles)
     return states, angles

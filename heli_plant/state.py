@@ -37,13 +37,14 @@ def start_state(
     rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> PlantState:
     """State at the start of a record: motors settled at the first voltages [V], cable slack at the first travel."""
-    return PlantState(
-        pitch, elevation, travel, rates[0], rates[1], rates[2], v_front, v_rear, cable_rest=travel
-    )  # fmt: skip
+    return PlantState(pitch, elevation, travel, rates[0], rates[1], rates[2], v_front, v_rear, cable_rest=travel)
 
 
 def rest_state(parameters: PlantParameters, mu_sum: float = 0.0) -> PlantState:
-    """Equilibrium of the simplified model under equal rotors with nu_f + nu_r = ``mu_sum`` [V]: theta = theta0."""
+    """Rest of pitch and elevation in the simplified model under equal rotors with nu_f + nu_r = ``mu_sum`` [V].
+
+    Pitch hangs at theta0; the travel rests as well where ``mu_sum`` is zero, else it accelerates from here.
+    """
     lift = parameters.k_z * mu_sum * cos(parameters.theta0)
     elevation = (lift - parameters.a_1) / parameters.a_e
     return start_state(parameters.theta0, elevation, 0.0, 0.5 * mu_sum, 0.5 * mu_sum)
