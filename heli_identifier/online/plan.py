@@ -3,6 +3,8 @@
 from math import cos, sin
 from typing import NamedTuple
 
+from heli_plant.motor import kept
+
 from .adaptation import AdaptationCoefficients, adaptation_coefficients
 from .candidates import candidate
 from .moments import MomentCoefficients, moment_coefficients
@@ -50,7 +52,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
     return Plan(
         settings,
         SignalCoefficients(
-            discretise(omega, settings.filter_damping, h, lag), h, lag, settings.voltage_limit
+            discretise(omega, settings.filter_damping, h, lag), h, kept(h, lag), settings.voltage_limit
         ),
         adaptation_coefficients(settings.forgetting, h, settings.gain_limit),
         moment_coefficients(spacing * h, settings.forgetting, settings.excitation_window),

@@ -24,17 +24,21 @@ t_k follows from sample k - 1 and the angles of sample k.
 from math import cos, sin
 from typing import NamedTuple
 
-from heli_plant.motor import advance, saturate
+from heli_plant.motor import saturate, toward
 
 from .state_filter import FilterCoefficients, filter_held, filter_lagged, filter_line, second_derivative
 
 
 class SignalCoefficients(NamedTuple):
-    """What the signals need to know: the filter, h [s], T_m [s] and the voltages' bound [V]."""
+    """What the signals need to know.
+
+    The filter; h [s]; the share of a lagged voltage's distance from the held one that is left after h, eq. (9) [1]; the
+    voltages' bound [V].
+    """
 
     filter: FilterCoefficients
     sample_time: float
-    motor_time_constant: float
+    share: float
     voltage_limit: float
 
 
@@ -106,15 +110,15 @@ def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
 
     ``s`` is :class:`Signals`, ``c`` :class:`SignalCoefficients`; voltages [V], angles [rad].
     """
-    f, h, lag, limit = c
+    f, h, share, limit = c
     sine_0, cosine_0, sine_1, cosine_1 = sin(s.pitch), cos(s.pitch), sin(pitch), cos(pitch)
     held_total, lagged_total = s.v_front + s.v_rear, s.nu_front + s.nu_rear
     rate_product = (pitch - s.pitch) * (travel - s.travel) / (h * h)
     return Signals(
         saturate(v_front, limit),
         saturate(v_rear, limit),
-        advance(s.nu_front, s.v_front, h, lag),
-        advance(s.nu_rear, s.v_rear, h, lag),
+        toward(s.nu_front, s.v_front, share),
+        toward(s.nu_rear, s.v_rear, share),
         pitch,
         elevation,
         travel,

@@ -1,0 +1,40 @@
+"""A record of the paper's plant, Table 2, for the tests of the on-line identifier."""
+
+from math import cos
+
+import numpy as np
+
+from heli_identifier.excitation import Excitation, Multisine, voltages
+from heli_plant.encoders import EncoderCounts, quantise
+from heli_plant.parameters import TABLE_2
+from heli_plant.simulation import simulate
+from heli_plant.state import start_state
+
+H = 0.01
+"""Sampling period of every record [s]."""
+
+
+def multisines(seed, period, difference_rms=0.4, total_rms=0.9, base=1.0):
+    """Multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
+    return Excitation(
+        base=base,
+        difference=Multisine(difference_rms, 0.03, 0.6, 12, period, seed, draws=1),
+        total=Multisine(total_rms, 0.15, 0.5, 12, period, seed + 1000, draws=1),
+    )
+
+
+def record(seconds, excitation, parameters=TABLE_2, encoders=True, h=H):
+    """Voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
+    count = round(seconds / h)
+    held = np.array([voltages(k * h, excitation) for k in range(count)])
+    total = held[0].sum()
+    elevation = (parameters.k_z * total * cos(parameters.theta0) - parameters.a_1) / parameters.a_e
+    rest = start_state(parameters.theta0, elevation, 0.0, 0.5 * total, 0.5 * total)
+    states, angles = simulate(held, h, rest, parameters)
+    return held, read(angles) if encoders else angles, states
+
+
+def read(angles):
+    """``angles`` (N, 3) as the rig's encoders give them [rad]."""
+    columns = [np.array([quantise(x, n) for x in c]) for c, n in zip(angles.T, EncoderCounts(), strict=True)]
+    return np.column_stack(columns)

@@ -1,0 +1,179 @@
+"""The adaptation (7): its exact step against the differential equation and against batch least squares."""
+
+from math import exp, inf
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from heli_identifier.online.adaptation import (
+    adapt,
+    adaptation_coefficients,
+    gain_matrix,
+    initial_factor,
+    measure,
+)
+from heli_plant.compiled import compiled
+
+H = 0.01
+
+
+def data(n, count, seed=0):
+    random = np.random.default_rng(seed)
+    phi = random.standard_normal((count, n)) * np.geomspace(0.1, 2.0, n)
+    y = phi @ np.linspace(-1.0, 1.0, n) + 0.1 * random.standard_normal(count)
+    return phi, y
+
+
+def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
+    n = phi.shape[1]
+    factor, omega = initial_factor(n, gain), list(omega_0 if omega_0 is not None else [0.0] * n)
+    coefficients = adaptation_coefficients(alpha, h, limit)
+    for k, (row, value) in enumerate(zip(phi.tolist(), y.tolist(), strict=True)):
+        adapt(factor, omega, row, value, k, coefficients, [0.0] * n)
+    return np.array(gain_matrix(factor, n)), np.array(omega)
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 5])
+@pytest.mark.parametrize("alpha", [0.0, 0.001, 0.5])
+def test_the_recursion_ends_at_weighted_least_squares_in_closed_form(n, alpha):
+    phi, y = data(n, 500)
+    gain, omega_0 = 1e3, np.full(n, 0.3)
+    beta = exp(-alpha * H)
+    w = (1.0 - beta) / alpha if alpha else H
+    weights = w * beta ** np.arange(499, -1, -1)
+    information = (phi * weights[:, None]).T @ phi + beta**500 / gain * np.eye(n)
+    reference = np.linalg.solve(information, (phi * weights[:, None]).T @ y + beta**500 / gain * omega_0)
+    found_gain, found = run(phi, y, alpha, gain, omega_0=omega_0)
+    # The closed form inverts a matrix of condition some 1e3, at 1e-16 each: 1e-11 leaves two digits.
+    np.testing.assert_allclose(found, reference, rtol=1e-11)
+    np.testing.assert_allclose(found_gain, np.linalg.inv(information), rtol=1e-10, atol=1e-12)
+
+
+def test_one_step_is_the_exact_flow_of_the_differential_equation():
+    n, alpha, gain = 3, 0.05, 20.0
+    phi, y = data(n, 40, seed=4)
+
+    def flow(row, value):
+        def right_hand_side(_, x):
+            g, omega = x[: n * n].reshape(n, n), x[n * n :]
+            turned = g @ row
+            return np.concatenate(
+                [(alpha * g - np.outer(turned, turned)).ravel(), turned * (value - row @ omega)]
+            )
+
+        return right_hand_side
+
+    x = np.concatenate([(gain * np.eye(n)).ravel(), np.zeros(n)])
+    for row, value in zip(phi, y, strict=True):
+        x = solve_ivp(flow(row, value), (0.0, H), x, rtol=1e-11, atol=1e-13, method="DOP853").y[:, -1]
+    found_gain, found = run(phi, y, alpha, gain)
+    # The integrator's tolerance, added up over 40 steps.
+    np.testing.assert_allclose(found_gain.ravel(), x[: n * n], atol=1e-8)
+    np.testing.assert_allclose(found, x[n * n :], atol=1e-8)
+
+
+def test_two_half_steps_under_the_same_signals_are_one_step():
+    phi, y = data(4, 50, seed=5)
+    once = run(phi, y, 0.2, 1e3, h=H)
+    twice = run(np.repeat(phi, 2, axis=0), np.repeat(y, 2), 0.2, 1e3, h=H / 2)
+    # Gamma's meaning does not hang on h: equal but for rounding.
+    np.testing.assert_allclose(once[0], twice[0], rtol=1e-9, atol=1e-13)
+    np.testing.assert_allclose(once[1], twice[1], rtol=1e-9)
+
+
+def test_sigma_is_the_error_of_the_estimate_before_the_step():
+    factor, omega = initial_factor(2, 1e3), [0.5, -1.0]
+    sigma = measure(factor, omega, (2.0, 1.0), 3.0, 100.0, 1.0, [0.0, 0.0])
+    assert sigma == 3.0 - (2.0 * 0.5 - 1.0)
+
+
+def test_the_gain_and_signals_that_blow_up_explicit_euler_do_no_harm():
+    # h phi^T Gamma phi = .01 * 1e6 * 9 >> 2: explicit Euler on (7) turns Gamma negative in the first step.
+    phi, y = np.full((1000, 1), 3.0), np.full(1000, 1.5)
+    gain, omega = run(phi, y, 0.001, 1e6)
+    assert 0.0 < gain[0, 0] < 1.0
+    assert omega[0] == pytest.approx(0.5, rel=1e-6)
+
+
+def test_without_excitation_the_gain_follows_the_logistic_curve_to_its_limit():
+    alpha, gain, limit = 0.01, 10.0, 1e3
+    silence = np.zeros((50_000, 2))
+    found, _ = run(silence, np.zeros(50_000), alpha, gain, limit)
+    t = 50_000 * H
+    reference = 1.0 / (1.0 / limit + (1.0 / gain - 1.0 / limit) * exp(-alpha * t))
+    # Information is restored in steps of 1 %, one direction at a time.
+    np.testing.assert_allclose(np.diag(found), reference, rtol=0.011)
+
+
+def test_restoring_information_never_moves_the_estimate():
+    phi, y = data(3, 200, seed=6)
+    factor, omega = initial_factor(3, 1e3), [0.0] * 3
+    coefficients = adaptation_coefficients(0.001, H, 1e3)
+    for row, value in zip(phi.tolist(), y.tolist(), strict=True):
+        adapt(factor, omega, row, value, 500, coefficients, [0.0] * 3)
+    before = list(omega)
+    for k in range(100_000):
+        adapt(factor, omega, (0.0, 0.0, 0.0), 0.0, k, coefficients, [0.0] * 3)
+    assert omega == before
+
+
+def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_on_forgetting():
+    alpha, limit = 0.01, 1e3
+    random = np.random.default_rng(7)
+    moving = random.standard_normal(100_000)
+    phi = np.column_stack([moving, np.zeros_like(moving)])
+    truth = np.where(np.arange(100_000) < 50_000, 1.0, 2.0)
+    gain, omega = run(phi, truth * moving, alpha, 1e3, limit)
+    # Excited with power 1: Gamma tends to alpha; 500 s after the change exp(-5) of the old value is left.
+    assert gain[0, 0] == pytest.approx(alpha, rel=0.2)
+    assert omega[0] == pytest.approx(2.0 - exp(-5.0), abs=0.003)
+    assert limit * 0.98 < gain[1, 1] < limit * 1.011
+
+
+def _long_run(steps, every, factor, omega, direction, coefficients, snapshots):
+    """By turns of 1000 s: excited; silent for two hours; noise at the level of an encoder for an hour."""
+    seed = 1
+    phi = [0.0] * 5
+    for k in range(steps):
+        phase = (k // 100_000) % 12
+        scale = 1.0 if phase == 0 else (1e-4 if phase > 8 else 0.0)
+        for i in range(5):
+            seed = (seed * 1103515245 + 12345) % 2147483648
+            phi[i] = scale * (seed / 1073741824.0 - 1.0)
+        phi[2] = -1.0
+        y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
+        adapt(factor, omega, phi, y, k, coefficients, direction)
+        if k % every == 0:
+            for i in range(15):
+                snapshots[k // every, i] = factor[i]
+
+
+def test_the_gain_stays_positive_definite_and_bounded_through_ten_million_steps():
+    steps, every, limit = 10_000_000, 997, 1e3
+    snapshots = np.zeros((steps // every + 1, 15))
+    _long_run.__module__ = "heli_identifier.long_run"  # so that it is compiled with the functions it calls
+    coefficients = adaptation_coefficients(0.001, H, limit)
+    compiled(_long_run)(
+        steps, every, np.array(initial_factor(5, limit)), np.zeros(5), np.zeros(5), coefficients, snapshots
+    )
+    eigenvalues = np.linalg.eigvalsh([gain_matrix(row.tolist(), 5) for row in snapshots])
+    # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here. Bounded but for
+    # the 1 % that may be forgotten before information is restored.
+    assert snapshots[:, [0, 2, 5, 9, 14]].min() > 0.0
+    assert eigenvalues.min() > 1e-12
+    assert limit * 0.9 < eigenvalues.max() < limit * 1.011
+
+
+def test_the_compiled_step_and_the_interpreted_one_agree():
+    phi, y = data(5, 3000, seed=8)
+    coefficients = adaptation_coefficients(0.001, H, 1e3)
+    plain, omega = initial_factor(5, 1e3), [0.0] * 5
+    packed, omega_c, scratch = np.array(plain), np.zeros(5), np.zeros(5)
+    fast = compiled(adapt)
+    for k in range(3000):
+        adapt(plain, omega, phi[k].tolist(), float(y[k]), k, coefficients, [0.0] * 5)
+        fast(packed, omega_c, phi[k], y[k], k, coefficients, scratch)
+    # The compiler may contract a product and a sum into one rounding.
+    np.testing.assert_allclose(packed, plain, rtol=1e-9)
+    np.testing.assert_allclose(omega_c, omega, rtol=1e-11)
