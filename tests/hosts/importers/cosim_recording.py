@@ -15,14 +15,17 @@ def record(execution, steps, out, names):
     """Step ``steps`` times and save the outputs ``names``, rows 1 .. steps, as .npy; leave the process."""
     observer = CosimObserver.create_last_value()
     assert execution.add_observer(observer)
-    wanted = []
-    for full in names:
+    wanted = {}
+    for column, full in enumerate(names):
         unit, _, variable = full.partition(".")
         index = execution.slave_index_from_instance_name(unit)
-        wanted.append((index, references(execution, index)[variable]))
+        columns, wished = wanted.setdefault(index, ([], []))
+        columns.append(column)
+        wished.append(references(execution, index)[variable])
     rows = np.empty((steps, len(names)))
     for row in rows:
         assert execution.step()
-        row[:] = [observer.last_real_values(index, [reference])[0] for index, reference in wanted]
+        for index, (columns, wished) in wanted.items():
+            row[columns] = observer.last_real_values(index, wished)
     np.save(out, rows)
     os._exit(0)
