@@ -1,0 +1,144 @@
+"""Parameters: one list of fields, names, units and ranges; the catalogue agrees with it; errors say what is wrong."""
+
+import pickle
+from dataclasses import FrozenInstanceError
+from math import inf, nan, radians
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heli_plant.effects import AXES, CATALOGUE, effect
+from heli_plant.errors import ParameterError
+from heli_plant.parameters import (
+    BY_FIELD,
+    BY_NAME,
+    PARAMETERS,
+    TABLE_2,
+    PlantParameters,
+    checked,
+    from_names,
+    to_names,
+)
+
+DESIGN = {
+    "dry_friction": "pitch elevation travel",
+    "breakaway_friction": "pitch elevation travel",
+    "quadratic_drag": "pitch elevation travel",
+    "constant_torque": "pitch travel",
+    "rotor_mismatch": "pitch",
+    "quadratic_thrust": "rotors",
+    "reverse_thrust_loss": "rotors",
+    "dead_zone": "rotors",
+    "motor_lag": "rotors",
+    "input_delay": "rotors",
+    "thrust_fade": "rotors",
+    "airspeed_thrust_loss": "pitch elevation",
+    "gyroscopic_coupling": "pitch elevation",
+    "rotor_drag_torque": "travel",
+    "cable_stiffness": "travel",
+    "inertial_coupling": "elevation travel",
+    "large_angle_gravity": "elevation",
+    "pitch_gravity_coupling": "pitch",
+    "ground_effect": "elevation",
+    "arm_bending": "elevation",
+    "moving_mass": "elevation",
+}
+"""The contract: every effect's name and the axes it may act on."""
+
+NOT_NEGATIVE = {
+    "dry_friction", "breakaway_friction", "quadratic_drag", "reverse_thrust_loss", "dead_zone", "input_delay",
+    "airspeed_thrust_loss", "cable_stiffness", "large_angle_gravity", "pitch_gravity_coupling", "ground_effect",
+}  # fmt: skip
+
+
+def test_table_2_is_the_papers():
+    p = TABLE_2
+    assert (p.a_wx, p.a_th, p.k_x, p.theta0) == (0.060, 0.664, 0.293, radians(-7.8))
+    assert (p.a_wz, p.a_e, p.a_1, p.a_lt, p.k_z) == (0.032, 2.59, -0.142, 0.026, 0.157)
+    assert (p.a_wy, p.k_y, p.T_m, p.v_max) == (0.114, -0.112, 0.08, 5.0)
+
+
+def test_every_field_has_one_row_and_one_name():
+    assert sorted(BY_FIELD) == sorted(PlantParameters._fields)
+    assert len(PARAMETERS) == len(BY_FIELD) == len(BY_NAME)
+
+
+def test_every_row_has_a_unit_a_description_and_a_default_in_its_range():
+    for row in PARAMETERS:
+        assert row.unit and row.description, row.name
+        assert row.minimum <= row.default <= row.maximum, row.name
+    assert checked(TABLE_2) is TABLE_2
+
+
+def test_catalogue_holds_exactly_the_effects_of_the_contract():
+    assert [(e.name, e.axis) for e in CATALOGUE] == [(name, a) for name in DESIGN for a in DESIGN[name].split()]
+
+
+@pytest.mark.parametrize("e", CATALOGUE, ids=lambda e: e.field)
+def test_effect_is_off_by_default_and_described_as_its_parameter(e):
+    row = BY_FIELD[e.field]
+    assert getattr(TABLE_2, e.field) == 0.0
+    assert (row.name, row.unit, row.minimum, row.maximum) == (f"effects.{e.name}.{e.axis}", e.unit, e.lower, e.upper)
+    assert (e.lower >= 0.0) == (e.name in NOT_NEGATIVE)
+    assert all(e.lower <= c <= e.upper for c in e.grid)
+    assert set(e.axes) == (set(AXES) if e.axis == "rotors" else {e.axis})
+
+
+@pytest.mark.parametrize("shape", [s for e in CATALOGUE for s in e.shapes], ids=lambda s: s.field)
+def test_shape_is_described_as_its_parameter(shape):
+    row = BY_FIELD[shape.field]
+    assert row.default == shape.default
+    assert (row.unit, row.minimum, row.maximum) == (shape.unit, shape.lower, shape.upper)
+    assert all(shape.lower <= value <= shape.upper for value in shape.grid)
+
+
+def test_effect_is_found_by_name_and_axis_and_a_wrong_one_is_named():
+    assert effect("dry_friction", "travel").field == "dry_friction_travel"
+    with pytest.raises(KeyError, match="no effect 'dry_friction' on axis 'rotors'"):
+        effect("dry_friction", "rotors")
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf, -0.03])
+def test_impossible_value_is_refused_with_name_value_bound_and_unit(value):
+    with pytest.raises(ParameterError) as caught:
+        checked(TABLE_2._replace(T_m=value))
+    assert str(caught.value) == f"motor.time_constant = {value!r} s must lie in [0, 5] s"
+
+
+@pytest.mark.parametrize("row", PARAMETERS, ids=lambda row: row.field)
+def test_each_parameter_is_refused_beyond_either_bound(row):
+    for beyond in (row.minimum - 1.0, row.maximum + 1.0):
+        with pytest.raises(ParameterError, match=row.name):
+            checked(TABLE_2._replace(**{row.field: beyond}))
+
+
+def test_motor_lag_may_not_make_the_time_constant_negative():
+    with pytest.raises(ParameterError, match=r"effects\.motor_lag\.rotors = -0\.01 s must not be negative"):
+        checked(TABLE_2._replace(T_m=0.04, motor_lag_rotors=-0.05))
+
+
+def test_unknown_name_is_refused_with_the_nearest_one():
+    with pytest.raises(ParameterError, match=r"'effects.dry_frction.pitch'; did you mean 'effects.dry_friction.pitch'"):
+        from_names({"effects.dry_frction.pitch": 0.1})
+
+
+@given(st.data())
+def test_names_go_there_and_back(data):
+    rows = data.draw(st.lists(st.sampled_from(PARAMETERS), max_size=8, unique=True))
+    values = {row.field: data.draw(st.floats(row.minimum, row.maximum)) for row in rows}
+    p = TABLE_2._replace(**values)
+    if p.T_m + p.motor_lag_rotors < 0.0:
+        return  # refused, see above
+    assert from_names(to_names(p), start=TABLE_2._replace(k_x=1.0)) == p
+
+
+def test_parameters_are_a_frozen_value_with_a_named_tuples_vocabulary():
+    p = TABLE_2._replace(k_x=0.3)
+    assert tuple(p) == tuple(p._asdict().values()) and list(p._asdict()) == list(PlantParameters._fields)
+    assert PlantParameters(*p) == p == pickle.loads(pickle.dumps(p)) and hash(PlantParameters(*p)) == hash(p)
+    assert TABLE_2.k_x == 0.293
+    with pytest.raises(FrozenInstanceError):
+        p.k_x = 0.1
+    with pytest.raises(TypeError, match="k_q"):
+        p._replace(k_q=0.1)
