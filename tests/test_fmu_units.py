@@ -25,9 +25,7 @@ def started(kind, **parameters):
 
 def put(unit, name, value):
     reference = unit.references[name]
-    {"Real": unit.set_real, "Integer": unit.set_integer, "Boolean": unit.set_boolean}[unit.variables[reference].type](
-        [reference], [value]
-    )
+    getattr(unit, f"set_{unit.variables[reference].type.lower()}")([reference], [value])
 
 
 def got(unit, *names):
@@ -152,3 +150,51 @@ def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_ju
     prompt, _ = driven(0.0, [0.02, 0.03, 0.05, *[0.01] * round((end - 0.15) / 0.01)])
     # Runge-Kutta of order 4 at .001 s: 1e-12; at rest before the step the plant sits in its equilibrium to 1e-17
     assert late == pytest.approx(prompt, rel=1e-9)
+
+
+WATCHED = {"watch__pitch": "dry_friction, quadratic_thrust", "watch__travel": "cable_stiffness"}
+
+
+def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
+    fast = {"adaptation__hold_time": 1.0, "report__interval": 0.5}
+    unit = started(AdaptiveIdentifier, **fast, **WATCHED)
+    fed(unit, [k * 0.01 for k in range(3000)], 0.01)
+    settings = IdentifierSettings(
+        hold_time=1.0,
+        report_interval=0.5,
+        watched=(("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("cable_stiffness", "travel")),
+    )
+    plan = prepare(settings)
+    state = start(plan, *map(float, motion(0.0)))
+    for k in range(1, 3000):
+        state, estimate = step(state, *map(float, motion(k * 0.01)), plan)
+    shown = got(unit, "score.pitch[1]", "score.pitch[2]", "score.travel[1]")
+    assert shown == [score.score for score in estimate.scores]
+    assert any(score != 0.0 for score in shown)
+    assert got(unit, "score.pitch[3]", "score.elevation[1]") == [0.0, 0.0]
+
+    other = started(AdaptiveIdentifier)
+    other._set_fmu_state(other._fmu_state_from_bytes(unit._fmu_state_to_bytes(unit._get_fmu_state())))
+    later = [k * 0.01 for k in range(3000, 3200)]
+    fed(unit, later, 0.01)
+    fed(other, later, 0.01)
+    assert got(unit, *(v.name for v in unit.variables if v.causality == "output")) == got(
+        other, *(v.name for v in unit.variables if v.causality == "output")
+    )
+
+
+@pytest.mark.parametrize(
+    ("listed", "said"),
+    [
+        ("dry_frictoin", "effect 'dry_frictoin' cannot be watched on pitch"),
+        ("dry_friction,constant_torque,rotor_mismatch,quadratic_drag", "names 4 effects, at most 3"),
+    ],
+)
+def test_an_effect_that_cannot_be_watched_is_refused_by_name(listed, said):
+    unit = AdaptiveIdentifier(instance_name="unit", resources="")
+    put(unit, "watch.pitch", listed)
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    assert said in unit.log_queue[-1].msg
+    assert not unit.do_step(0.0, 0.01)

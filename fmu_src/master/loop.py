@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from time import perf_counter
 
 import numpy as np
 
@@ -127,6 +128,7 @@ def _stepped(
     for unit in everyone:
         unit.fetch(0.0)
     values[0] = shown
+    began = perf_counter()
     for k in _counted(steps, progress, wiring.title):
         time = k * step
         shown.take(wired, out=fed, mode="clip")
@@ -137,9 +139,10 @@ def _stepped(
         for unit in everyone:
             unit.fetch(time + step)
         values[k + 1] = shown
+    seconds = perf_counter() - began
     names = tuple(f"{unit}.{variable}" for unit, variable in place)
     physical = tuple(variable.unit or "1" for unit in everyone for variable in unit.outputs)
-    return Result(names, physical, np.arange(steps + 1, dtype=np.float64) * step, values)
+    return Result(names, physical, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:

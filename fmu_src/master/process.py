@@ -60,10 +60,10 @@ def run_apart(
         if not answer.is_file():
             said = (child.stderr or b"").decode("utf-8", "replace").strip()[-2000:]
             raise MasterError(f"the master's process ended with code {child.returncode} and no result: {said}")
-        names, units, time, values = pickle.loads(answer.read_bytes())
-    if names == "error":
-        raise getattr(errors, units)(time)
-    return Result(names, units, time, values)
+        problem, content = pickle.loads(answer.read_bytes())
+    if problem is not None:
+        raise getattr(errors, problem)(content)
+    return Result(*content)
 
 
 def main(answer: Path) -> NoReturn:
@@ -73,9 +73,9 @@ def main(answer: Path) -> NoReturn:
     scenario_name, duration, step, parameters, fmus, progress = pickle.loads(sys.stdin.buffer.read())
     try:
         result = run(scenario_name, duration, step, parameters, fmus, progress)
-        content = result.names, result.units, result.time, result.values
+        content = None, (result.names, result.units, result.time, result.values, result.seconds)
     except FmuError as problem:
-        content = "error", type(problem).__name__, str(problem), None  # type: ignore[assignment]
+        content = type(problem).__name__, str(problem)  # type: ignore[assignment]
     answer.write_bytes(pickle.dumps(content))
     leave(0)
 

@@ -28,12 +28,15 @@ class Result:
         Communication points k H [s].
     values : ndarray, shape (N, M)
         Row k holds what the units show at ``time[k]``.
+    seconds : float
+        Wall time of the steps, without building, loading and initialising the units [s].
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     time: NDArray[np.float64]
     values: NDArray[np.float64]
+    seconds: float = 0.0
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Return one output, shape (N,).

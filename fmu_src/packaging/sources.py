@@ -32,9 +32,10 @@ _NEWER_FORMS = (
         re.compile(r"(@dataclass\([^)]*)\bslots=True"),
         r'\1**({"slots": True} if __import__("sys").version_info >= (3, 10) else {})',
     ),
+    (re.compile(r"(\bisinstance\([^()]+), (\w+) \| (\w+)\)"), r"\1, (\2, \3))"),
 )
 """What Python 3.10 brought: a vendored copy does without zip's check, which the project's own tests run with, and
-takes slots where there are any."""
+takes slots where there are any and a pair of types for their union."""
 
 
 def _package_folder(package: str) -> Path:

@@ -12,7 +12,7 @@ from heli_identifier.online.settings import IdentifierSettings
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
-from ..variables import Variable, boolean_parameter, real_output, real_parameter
+from ..variables import Variable, boolean_parameter, real_output, real_parameter, string_parameter
 from .signals import AXES, PAPER, angle_inputs, voltage_inputs
 
 _NAMES = ModelParameters._fields
@@ -31,6 +31,8 @@ _TABLE = (
 )
 """Name, unit and meaning of each parameter, in the order of :class:`ModelParameters`."""
 _DEFAULT = IdentifierSettings()
+SLOTS = 3
+"""Effects of the catalogue that can be watched on each axis at a time."""
 _FIRST_OUTPUT = 5
 """Outputs follow the two voltages and three angles."""
 _INSTANT = 1e-6
@@ -49,6 +51,11 @@ _OUTPUTS = (
     ),
     *(_output(f"sigma.{axis}", "rad/s^2", f"adaptation error of the {axis}") for axis in AXES),
     *(_output(f"excitation.{axis}", "1", f"excitation level of the {axis}, 0 to 1") for axis in AXES),
+    *(
+        _output(f"score.{axis}[{slot}]", "1", f"score of the effect named at place {slot} of watch.{axis}")
+        for axis in AXES
+        for slot in range(1, SLOTS + 1)
+    ),
 )
 _SETTINGS = (
     real_parameter("sample.time", "s", _DEFAULT.sample_time, 1e-5, 1.0, "sampling period"),
@@ -67,6 +74,10 @@ _SETTINGS = (
     *(
         real_parameter(f"initial.{name}", unit, value, -1e6, 1e6, f"estimate of the {text} before the first sample")
         for (name, unit, text), value in zip(_TABLE, _DEFAULT.initial, strict=True)
+    ),
+    *(
+        string_parameter(f"watch.{axis}", "", f"up to {SLOTS} effects to watch, separated by commas: dry_friction, ...")
+        for axis in AXES
     ),
 )  # fmt: skip
 
@@ -87,7 +98,10 @@ adaptation:     Omega' = Gamma phi sigma,  Gamma' = alpha Gamma - Gamma phi phi^
 <p>The adaptation takes its exact step (least squares with forgetting on a factored gain), so that Gamma stays positive
 definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point have used
 the samples before it. A communication step that is no sampling period is bridged: samples between two points take
-the angles on the straight line and the voltages as held.</p>"""
+the angles on the straight line and the voltages as held.</p>
+<p><code>watch.pitch</code>, <code>watch.elevation</code> and <code>watch.travel</code> name effects of the catalogue
+that the model may lack; <code>score.*</code> tells how surely each explains what the model leaves (beyond 3 in about 1 % of
+the cases where it is absent), with the sign of its coefficient.</p>"""
     source = f"{PAPER}, eqs (7), (11); the last term of (11) is omega_f^2 theta, not omega_f theta"
 
     def initialise(self, time: float) -> None:
@@ -95,6 +109,7 @@ the angles on the straight line and the voltages as held.</p>"""
         at, reals = self.references, self.reals
         hold = reals[at["adaptation.hold_time"]]
         known = self.booleans[at["pitch.rest_angle_known"]]
+        self.slots = {axis: self._watched_on(axis) for axis in AXES}
         try:
             self.plan = prepare(
                 IdentifierSettings(
@@ -111,6 +126,7 @@ the angles on the straight line and the voltages as held.</p>"""
                     excitation_window=reals[at["excitation.window"]],
                     report_interval=reals[at["report.interval"]],
                     initial=ModelParameters(*(reals[at[f"initial.{name}"]] for name in _NAMES)),
+                    watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
                 )
             )
         except ConfigurationError as problem:
@@ -120,6 +136,14 @@ the angles on the straight line and the voltages as held.</p>"""
         gain = self.plan.settings.initial_gain
         errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
         self._show(Estimate(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
+
+    def _watched_on(self, axis: str) -> list[str]:
+        """Return the names listed in ``watch.<axis>``."""
+        text = self.strings[self.references[f"watch.{axis}"]]
+        names = [name.strip() for name in text.split(",") if name.strip()]
+        if len(names) > SLOTS:
+            raise Refusal(f"watch.{axis} = {text!r} names {len(names)} effects, at most {SLOTS} can be watched")
+        return names
 
     def advance(self, time: float, step_size: float) -> None:
         """Take the samples that are due up to ``time`` [s], the inputs being those of ``time``."""
@@ -160,6 +184,11 @@ the angles on the straight line and the voltages as held.</p>"""
     def _show(self, estimate: Estimate) -> None:
         shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
         self.reals.update(enumerate(shown, _FIRST_OUTPUT))
+        if estimate.scores:
+            scores = iter(estimate.scores)
+            for axis in AXES:
+                for slot, _ in enumerate(self.slots[axis], 1):
+                    self.reals[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
         """State of filters and adaptation, the previous inputs, the time of sample 0."""

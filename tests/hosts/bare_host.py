@@ -68,6 +68,14 @@ def run(path, log):
     outputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "output"]
     values = (double * len(outputs))()
     for k in range(50):
+        if k == 25:  # through a state and its bytes: the second half must be as if nothing had happened
+            state, size = ctypes.c_void_p(), ctypes.c_size_t()
+            checked(fmu.fmi2GetFMUstate(component, ctypes.byref(state)))
+            checked(fmu.fmi2SerializedFMUstateSize(component, state, ctypes.byref(size)))
+            raw, back = ctypes.create_string_buffer(size.value), ctypes.c_void_p()
+            checked(fmu.fmi2SerializeFMUstate(component, state, raw, size))
+            checked(fmu.fmi2DeSerializeFMUstate(component, raw, size, ctypes.byref(back)))
+            checked(fmu.fmi2SetFMUstate(component, back))
         fed = (double * len(inputs))(*(0.01 * k * (i + 1) for i in range(len(inputs))))
         count = ctypes.c_size_t(len(inputs))
         checked(fmu.fmi2SetReal(component, (ctypes.c_uint * len(inputs))(*inputs), count, fed))
