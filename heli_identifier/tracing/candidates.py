@@ -73,5 +73,5 @@ def shape_fields(effect: Effect) -> tuple[str, ...]:
     The ground effect's two shapes and coefficient hold one redundancy, the elevation at which c is stated; the
     horizontal offset acts on the coefficient's size only as long as the elevation stays small.
     """
-    fixed = {"ground_elevation", "horizontal_offset", "bending_damping"}
+    fixed = {"ground_elevation", "horizontal_offset"}
     return tuple(shape.field for shape in effect.shapes if shape.field not in fixed)

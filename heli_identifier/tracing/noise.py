@@ -34,7 +34,7 @@ def noise_whitener(fit: Fit, candidate_columns: Sequence[NDArray[np.float64]]) -
     start = Whitener(np.array([taps for taps, _ in begin]), np.array([scale for _, scale in begin]))
     filters, scales = [], []
     for axis in range(3):
-        drift, _ = curve_columns(fit, axis, "time", time)
+        drift, _, _ = curve_columns(fit, axis, "time", time)
         columns = [
             np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in zip(candidate_columns, drift, strict=True)
         ]

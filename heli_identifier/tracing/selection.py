@@ -54,7 +54,7 @@ class SelectionSettings:
     unknown_factor: float = 1.2
     unknown_margin: float = 10.0
     unknown_share: float = 0.25
-    unknown_significance: float = 0.002
+    unknown_significance: float = 1e-5
     most: int = 6
 
 
@@ -136,8 +136,8 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
     return Trial(effect, fitted, gain, effect_score(fitted, effect))
 
 
-def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float]]:
-    """Candidates to refit as (index, coefficient): one per effect, those with the largest relinearised gain.
+def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float, float]]:
+    """Candidates to refit as (index, coefficient, gain): one per effect, those with the largest relinearised gain.
 
     Looked at are those that score well under either whitening, the fit's own or the noise's (``sharp``).
     """
@@ -151,7 +151,7 @@ def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list
         if admissible(candidate.effect, value) and gain.value > best.get(candidate.effect.field, (0.0,))[0]:
             best[candidate.effect.field] = (gain.value, int(index), value)
     ranked = sorted(best.values(), reverse=True)
-    return [(index, value) for gain, index, value in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
+    return [(index, value, gain) for gain, index, value in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
 
 
 def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
@@ -167,16 +167,27 @@ def named_trials(
     """Refits of the round's contenders that pass ``threshold``, largest gain first."""
     trials = [
         trial(model, scanned.candidates[index], value, settings)
-        for index, value in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist)
+        for index, value, _ in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist)
     ]
     return sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain)
 
 
 def passes(candidate: Trial, threshold: float) -> bool:
-    """Whether a refitted effect is inside its range and both its score and its gain pass."""
+    """Whether a refitted effect is inside its range, large enough to be meant, and both score and gain pass."""
     effect = candidate.effect
     value = getattr(candidate.fit.parameters, effect.field)
-    return effect.lower <= value <= effect.upper and abs(candidate.score) >= threshold and candidate.gain >= threshold**2
+    inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
+    return inside and abs(candidate.score) >= threshold and candidate.gain >= threshold**2
+
+
+def smallest(fit_: Fit, effect: Effect) -> float:
+    """Smallest abs(coefficient) that is claimed: of lags and delays half a sample of the logs.
+
+    Below that the instant at which a log's row was taken is not known well enough.
+    """
+    if effect.name in ("motor_lag", "input_delay"):
+        return 0.5 * min(record.step for record in fit_.problem.records)
+    return 0.0
 
 
 def with_unknown(model: Model, unknown: Unknown) -> Model:

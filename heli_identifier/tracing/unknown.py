@@ -59,6 +59,10 @@ class Unknown:
     gain : Gain
     degrees : int
         Columns of its model.
+    columns : list of NDArray, shape (n_i, 1, degrees)
+        Their responses in the innovations of the axis.
+    knots, mean : NDArray
+        Of a curve's splines, empty for a line.
     """
 
     axis: str
@@ -68,6 +72,11 @@ class Unknown:
     degrees: int
     columns: list[NDArray[np.float64]]
     knots: NDArray[np.float64]
+    mean: NDArray[np.float64]
+
+    def curve(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Basis (len(x), degrees) of the torque at values ``x`` of its variable."""
+        return centred(spline_basis(x, self.knots, self.variable == "travel"), self.mean)
 
     @property
     def surplus(self) -> float:
@@ -129,27 +138,28 @@ def spline_basis(x: NDArray[np.float64], knots: NDArray[np.float64], periodic: b
     return basis
 
 
-def centred(bases: list[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
-    """Bases without their mean over all records and without one column: a constant torque belongs to the model."""
-    mean = np.concatenate(bases).mean(axis=0)
-    return [(basis - mean)[:, :-1] for basis in bases]
+def centred(basis: NDArray[np.float64], mean: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A basis (N, k) without its mean over all records and without one column: a constant belongs to the model."""
+    return (basis - mean)[:, :-1]
 
 
 def curve_columns(
     fit: Fit, axis: int, variable: str, values: list[NDArray[np.float64]]
-) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:
-    """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``, and their knots."""
+) -> tuple[list[NDArray[np.float64]], NDArray[np.float64], NDArray[np.float64]]:
+    """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``, their knots and means."""
     periodic = variable == "travel"
     knots = spline_knots(values, periodic)
-    bases = centred([spline_basis(x, knots, periodic) for x in values])
-    return [-r[:, None, :] for r in torque_responses(fit.problem, axis, fit.parameters, bases)], knots
+    bases = [spline_basis(x, knots, periodic) for x in values]
+    mean = np.concatenate(bases).mean(axis=0)
+    responses = torque_responses(fit.problem, axis, fit.parameters, [centred(basis, mean) for basis in bases])
+    return [-r[:, None, :] for r in responses], knots, mean
 
 
 def curve_of(fit: Fit, axis: int, variable: str, values: list[NDArray[np.float64]]) -> Unknown:
     """Fit an unknown torque of ``variable`` on ``axis``."""
-    columns, knots = curve_columns(fit, axis, variable, values)
+    columns, knots, mean = curve_columns(fit, axis, variable, values)
     gain = linear_gain(fit, columns, (axis,))
-    return Unknown(AXES[axis], variable, None, gain, columns[0].shape[2], columns, knots)
+    return Unknown(AXES[axis], variable, None, gain, columns[0].shape[2], columns, knots, mean)
 
 
 def line_columns(problem: Problem, parameters: PlantParameters, axis: int, frequency: float) -> list[NDArray[np.float64]]:
@@ -168,7 +178,7 @@ def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
     """Fit a line of ``frequency`` [Hz] on ``axis``."""
     columns = line_columns(fit.problem, fit.parameters, axis, frequency)
     gain = linear_gain(fit, columns, (axis,))
-    return Unknown(AXES[axis], "time", frequency, gain, columns[0].shape[2], columns, np.empty(0))
+    return Unknown(AXES[axis], "time", frequency, gain, columns[0].shape[2], columns, np.empty(0), np.empty(0))
 
 
 def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
@@ -229,7 +239,7 @@ def screened(
     white = white - basis @ (basis.T @ white)
     found = []
     for variable in VARIABLES:
-        columns, _ = curve_columns(fit, axis, variable, values[variable])
+        columns, _, _ = curve_columns(fit, axis, variable, values[variable])
         whitened = whitener.apply_axis(axis, [c[:, 0, :] for c in columns])
         directions = basis_of(whitened - basis @ (basis.T @ whitened))
         found.append((float(((directions.T @ white) ** 2).sum()), variable))

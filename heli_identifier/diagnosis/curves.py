@@ -1,0 +1,136 @@
+"""A found effect drawn: the partial residual against the effect's variable, and the fitted law with its band.
+
+The partial residual is the smoothed acceleration less what the model gives without the effect, averaged over bins of the
+variable; the law's curve is the model with the effect less the model without, averaged the same way. No law is written
+again here: both come from the plant.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.diagnosis.result import EffectCurve
+from heli_identifier.evaluation.smoothed_state import smoothed_motion
+from heli_identifier.prediction.record import Record
+from heli_identifier.tracing.selection import Model
+from heli_plant.compiled import compiled, parameter_record
+from heli_plant.delay import delayed, whole_and_fraction
+from heli_plant.effects import AXES, Effect
+from heli_plant.motor import advance
+from heli_plant.neglected import switched_on
+from heli_plant.parameters import PlantParameters
+from heli_plant.plant import accelerations
+from heli_plant.rotors import motor_input, thrust_voltage
+
+BINS = 32
+"""Bins of the variable, of equal population."""
+
+SHOWN_ON = {"rotors": "elevation"}
+"""Axis on which an effect of the rotors is drawn."""
+
+VARIABLE = {
+    "dry_friction": "rate", "breakaway_friction": "rate", "quadratic_drag": "rate", "airspeed_thrust_loss": "rate",
+    "cable_stiffness": "travel", "large_angle_gravity": "elevation", "pitch_gravity_coupling": "elevation",
+    "ground_effect": "elevation", "quadratic_thrust": "mu_sum", "reverse_thrust_loss": "mu_sum", "dead_zone": "mu_sum",
+    "rotor_mismatch": "mu_sum", "rotor_drag_torque": "mu_sum", "thrust_fade": "time", "moving_mass": "time",
+    "gyroscopic_coupling": "other_rate", "inertial_coupling": "other_rate", "motor_lag": "mu_rate",
+    "input_delay": "mu_rate", "constant_torque": "time",
+}  # fmt: skip
+"""What each effect is drawn against; the bending mode, which acts through no torque, is not drawn."""
+
+
+def _along(time, motion, voltages, h, p, out, mu):
+    """Fill ``out`` (N, 3) [rad/s^2] with accelerations at a given motion and ``mu`` (N, 2) with mu_d, mu_s [V]."""
+    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
+    nu_front, nu_rear = voltages[0, 0], voltages[0, 1]
+    time_constant = p.T_m + p.motor_lag_rotors
+    switches = switched_on(p)
+    for k in range(len(time)):
+        front, rear = thrust_voltage(nu_front, time[k], p), thrust_voltage(nu_rear, time[k], p)
+        mu[k, 0], mu[k, 1] = front - rear, front + rear
+        m = motion[k]
+        out[k, 0], out[k, 1], out[k, 2] = accelerations(
+            time[k], m[0], m[1], m[2], m[3], m[4], m[5], front - rear, front + rear, 0.0, motion[0, 2], switches, p
+        )
+        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
+        u_front = motor_input(delayed(voltages[recent, 0], voltages[older, 0], fraction), p)
+        u_rear = motor_input(delayed(voltages[recent, 1], voltages[older, 1], fraction), p)
+        nu_front = advance(nu_front, u_front, h, time_constant)
+        nu_rear = advance(nu_rear, u_rear, h, time_constant)
+
+
+def accelerations_along(
+    record: Record, parameters: PlantParameters
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
+    motion = np.column_stack((smoothed_motion(record), smoothed_motion(record, 1)))
+    out, mu = np.empty((record.samples, 3)), np.empty((record.samples, 2))
+    time = np.arange(record.samples) * record.step
+    compiled(_along)(time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
+    return out, mu
+
+
+def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> EffectCurve | None:
+    """Draw one named effect of a model; None for the bending mode."""
+    if effect.name not in VARIABLE:
+        return None
+    shown = SHOWN_ON.get(effect.axis, effect.axis)
+    axis = AXES.index(shown)
+    parameters = model.fit.parameters
+    bare = parameters._replace(**{effect.field: 0.0})
+    xs, points, laws = [], [], []
+    for record in records:
+        without, mu = accelerations_along(record, bare)
+        with_effect, _ = accelerations_along(record, parameters)
+        cut = slice(int(1.0 / record.step), -int(1.0 / record.step))
+        xs.append(_variable(record, VARIABLE[effect.name], axis, mu)[cut])
+        points.append((smoothed_motion(record, 2)[:, axis] - without[:, axis])[cut])
+        laws.append((with_effect[:, axis] - without[:, axis])[cut])
+    x, point, law = (np.concatenate(parts) for parts in (xs, points, laws))
+    order = np.argsort(x)
+    bins = np.array_split(order, BINS)
+    value, error = getattr(parameters, effect.field), model.fit.standard_error(effect.field)
+    spread = 1.96 * abs(error / value)
+    centres = np.array([x[b].mean() for b in bins])
+    drawn = np.array([law[b].mean() for b in bins])
+    name, unit = _label(VARIABLE[effect.name], axis)
+    return EffectCurve(
+        effect.name,
+        shown,
+        name,
+        unit,
+        np.column_stack((centres, [point[b].mean() for b in bins])),
+        np.column_stack((centres, drawn, drawn - spread * np.abs(drawn), drawn + spread * np.abs(drawn))),
+    )
+
+
+def _variable(record: Record, kind: str, axis: int, mu: NDArray[np.float64]) -> NDArray[np.float64]:
+    angles, rates = smoothed_motion(record), smoothed_motion(record, 1)
+    if kind == "rate":
+        return rates[:, axis]
+    if kind == "other_rate":
+        return rates[:, _other(axis)]
+    if kind == "mu_sum":
+        return mu[:, 1]
+    if kind == "mu_rate":
+        return np.gradient(mu[:, 1], record.step)
+    if kind == "time":
+        return np.arange(record.samples) * record.step
+    return angles[:, AXES.index(kind)]
+
+
+def _other(axis: int) -> int:
+    """The axis whose rate a coupling torque follows: elevation's for pitch and travel, pitch's for elevation."""
+    return (1, 0, 1)[axis]
+
+
+def _label(kind: str, axis: int) -> tuple[str, str]:
+    """Name and unit of a variable."""
+    return {
+        "rate": (f"{AXES[axis]} rate", "rad/s"),
+        "other_rate": (f"{AXES[_other(axis)]} rate", "rad/s"),
+        "mu_sum": ("mu_s", "V"),
+        "mu_rate": ("d mu_s / dt", "V/s"),
+        "time": ("time", "s"),
+    }.get(kind, (kind, "rad"))

@@ -1,0 +1,287 @@
+"""Close the loop with measured data: fit, residual, trace, refit, judge on held-out logs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
+
+import numpy as np
+
+from heli_identifier.diagnosis.curves import effect_curve
+from heli_identifier.diagnosis.result import (
+    AMBIGUOUS,
+    EFFECTS_SHOWN,
+    MODEL_ADEQUATE,
+    SHOWN,
+    UNKNOWN,
+    UNKNOWN_EFFECT,
+    CatalogueVerdict,
+    DataEntry,
+    Diagnosis,
+    EffectCurve,
+    Estimate,
+    FoundEffect,
+    HeldOutSeries,
+)
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.evaluation.free_run import run_start
+from heli_identifier.evaluation.judgement import judged
+from heli_identifier.prediction.fit import BASE, Fit
+from heli_identifier.prediction.problem import REDUCED_RATE, Problem
+from heli_identifier.prediction.record import reduce_log
+from heli_identifier.prediction.start import first_estimate
+from heli_identifier.records.log import Log
+from heli_identifier.tracing.agreement import agreement
+from heli_identifier.tracing.ambiguity import alternatives
+from heli_identifier.tracing.candidates import shape_fields
+from heli_identifier.tracing.description import described
+from heli_identifier.tracing.experiments import separating
+from heli_identifier.tracing.held_out import borne_out
+from heli_identifier.tracing.scan import Scan
+from heli_identifier.tracing.selection import Model, Selection, effect_score, select
+from heli_identifier.tracing.verdicts import open_verdicts, upper_bound
+from heli_plant.effects import Effect
+from heli_plant.parameters import BY_FIELD
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the share that is done."""
+
+
+def diagnose(
+    training: Sequence[Log],
+    validation: Sequence[Log],
+    settings: DiagnosisSettings | None = None,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Diagnose one rig.
+
+    Parameters
+    ----------
+    training : sequence of Log
+        Logs that the models are fitted to and effects are searched in.
+    validation : sequence of Log
+        Logs of the same rig that neither fit nor search sees; errors are judged on them.
+    settings : DiagnosisSettings, optional
+    progress : callable, optional
+        Told what is being done.
+
+    Returns
+    -------
+    Diagnosis
+    """
+    began, settings, tell = perf_counter(), settings or DiagnosisSettings(), progress or (lambda what, share: None)
+    problem = Problem(tuple(reduce_log(log) for log in training), settings.bandwidth)
+    held = Problem(tuple(reduce_log(log) for log in validation), settings.bandwidth)
+    tell("searching the catalogue", 0.05)
+    selection = select(problem, first_estimate(problem.records, settings.base_parameters()), settings.selection)
+    tell("checking at other filter frequencies", 0.6)
+    model, agreed, unstable = agreement(selection.model, settings.agreement)
+    tell("checking on the held-out logs", 0.75)
+    model, unborne = borne_out(model, held)
+    withdrawn = tuple((effect.name, effect.axis, why) for effect, why in (*unstable, *unborne))
+    rivals = _rivals(selection, model, settings)
+    tell("judging before and after", 0.85)
+    axes, runs = judged(validation, held, selection.bare.fit, model.fit, model.fit.parameters)
+    effects = _found(model, agreed, rivals)
+    return Diagnosis(
+        verdict=_verdict(model),
+        effects=effects,
+        withdrawn=withdrawn,
+        catalogue=_catalogue(selection, model, effects, withdrawn),
+        parameters_before=_parameters(selection.bare.fit),
+        parameters_after=_parameters(model.fit),
+        plant_before=selection.bare.fit.parameters,
+        plant_after=model.fit.parameters,
+        axes=axes,
+        series=_series(validation, held, selection.bare.fit, model.fit, runs),
+        curves=_curves(model, effects),
+        correlation_names=_labels(selection.last_scan),
+        correlation=_correlation(selection.last_scan),
+        data=(*_entries(training, "training"), *_entries(validation, "held out")),
+        settings=_settings(settings, selection),
+        notes=_notes(model, settings),
+        seconds=perf_counter() - began,
+    )
+
+
+def _verdict(model: Model) -> str:
+    if model.effects:
+        return EFFECTS_SHOWN
+    return UNKNOWN_EFFECT if model.unknowns else MODEL_ADEQUATE
+
+
+def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> dict[str, list[Effect]]:
+    """Per found effect's field what could stand in its place."""
+    return {e.field: alternatives(model, e, settings.selection, selection.threshold) for e in model.effects}
+
+
+def _found(
+    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]]
+) -> tuple[FoundEffect, ...]:
+    """Named and unknown effects, strongest evidence first."""
+    found = []
+    for effect in model.effects:
+        others = rivals[effect.field]
+        found.append(
+            FoundEffect(
+                effect.name,
+                effect.axis,
+                _estimate(model.fit, effect.field),
+                AMBIGUOUS if others else SHOWN,
+                tuple((other.name, other.axis) for other in others),
+                _shape(model.fit, effect),
+                effect_score(model.fit, effect),
+                agreed[effect.field],
+                separating(effect.name, others[0].name) if others else "",
+            )
+        )
+    for index, unknown in enumerate(model.unknowns):
+        shape = described(model, index)
+        found.append(FoundEffect("unknown", unknown.axis, None, UNKNOWN, (), shape, float(np.sqrt(unknown.surplus))))
+    return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def _estimate(fit: Fit, field: str) -> Estimate:
+    return Estimate(getattr(fit.parameters, field), fit.standard_error(field), BY_FIELD[field].unit)
+
+
+def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]:
+    """Shape parameters of an effect; those that were not estimated have no standard error."""
+    estimated = shape_fields(effect)
+    return {
+        shape.name: {
+            "value": getattr(fit.parameters, shape.field),
+            "standard_error": fit.standard_error(shape.field) if shape.field in estimated else None,
+            "unit": shape.unit,
+        }
+        for shape in effect.shapes
+    }
+
+
+def _parameters(fit: Fit) -> dict[str, Estimate]:
+    """The simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
+    return {
+        **{field: _estimate(fit, field) for field in BASE},
+        "T_m": Estimate(fit.parameters.T_m, None, "s"),
+    }
+
+
+def _catalogue(
+    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
+) -> tuple[CatalogueVerdict, ...]:
+    """One verdict per entry: those in the model first, then what the last scan says of the others."""
+    in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
+    verdicts = []
+    for effect in model.effects:
+        found = in_model[(effect.name, effect.axis)]
+        estimate = found.coefficient
+        assert estimate is not None
+        why = f"score {found.score:+.1f}, {selection.threshold:.1f} needed"
+        verdicts.append(
+            CatalogueVerdict(
+                effect.name, effect.axis, found.verdict, estimate, found.score, _visibility(selection, effect),
+                upper_bound(effect, estimate), why, found.experiment,
+            )
+        )  # fmt: skip
+    reasons = {(name, axis): why for name, axis, why in withdrawn}
+    for verdict in open_verdicts(selection.last_scan, selection.threshold, selection.hint):
+        verdicts.append(verdict)
+    listed = {(v.name, v.axis) for v in verdicts}
+    for verdict in open_verdicts(selection.first_scan, selection.threshold, selection.hint):
+        key = (verdict.name, verdict.axis)
+        if key not in listed:
+            why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
+            verdicts.append(
+                CatalogueVerdict(
+                    verdict.name, verdict.axis, "not shown", verdict.estimate, verdict.score, verdict.visibility,
+                    verdict.upper_bound, why, verdict.experiment,
+                )
+            )  # fmt: skip
+    return tuple(verdicts)
+
+
+def _visibility(selection: Selection, effect: Effect) -> float:
+    """Visibility of an effect at the bare model."""
+    scanned = selection.first_scan
+    own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
+    return float(max(own, default=0.0))
+
+
+def _series(
+    logs: Sequence[Log], held: Problem, before: Fit, after: Fit, runs: Mapping[str, list]
+) -> tuple[HeldOutSeries, ...]:
+    residuals = {"before": held.residuals(before.parameters), "after": held.residuals(after.parameters)}
+    out = []
+    for i, log in enumerate(logs):
+        start = run_start(log)
+        out.append(
+            HeldOutSeries(
+                log.name, log.step, log.voltages, log.angles, runs["before"][i], runs["after"][i], start._asdict(),
+                residuals["before"][i], residuals["after"][i], 1.0 / REDUCED_RATE,
+            )
+        )  # fmt: skip
+    return tuple(out)
+
+
+def _curves(model: Model, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+    """Curves of the found effects that can be drawn."""
+    curves = [effect_curve(model, effect, model.fit.problem.records) for effect in model.effects]
+    for found in effects:
+        if found.coefficient is None and "curve" in found.shape:
+            curve, band = np.array(found.shape["curve"]), np.array(found.shape["band"])
+            curves.append(
+                EffectCurve(
+                    "unknown", found.axis, found.shape["variable"], found.shape["unit"],
+                    np.empty((0, 2)), np.column_stack((curve, band[:, 1:])),
+                )
+            )  # fmt: skip
+    return tuple(curve for curve in curves if curve is not None)
+
+
+def _representatives(scanned: Scan) -> list[int]:
+    """One candidate per entry: the one with the largest score."""
+    best: dict[str, int] = {}
+    for index, candidate in enumerate(scanned.candidates):
+        field = candidate.effect.field
+        if field not in best or abs(scanned.scores[index]) > abs(scanned.scores[best[field]]):
+            best[field] = index
+    return list(best.values())
+
+
+def _labels(scanned: Scan) -> tuple[str, ...]:
+    entries = [scanned.candidates[i].effect for i in _representatives(scanned)]
+    return tuple(f"{entry.name} {entry.axis}" for entry in entries)
+
+
+def _correlation(scanned: Scan) -> np.ndarray:
+    columns = scanned.directions[:, _representatives(scanned)]
+    return columns.T @ columns
+
+
+def _entries(logs: Sequence[Log], used_for: str) -> tuple[DataEntry, ...]:
+    return tuple(
+        DataEntry(log.path or log.name, log.sha256, len(log.time), log.rate_hz, used_for, tuple(log.notes)) for log in logs
+    )
+
+
+def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, object]:
+    return {
+        "filter_frequency_rad_s": settings.bandwidth,
+        "agreement_frequencies_rad_s": list(settings.agreement),
+        "motor_time_constant_s": settings.motor_time_constant,
+        "voltage_limit_V": settings.voltage_limit,
+        "significance": settings.selection.significance,
+        "threshold": selection.threshold,
+        "hint": selection.hint,
+    }
+
+
+def _notes(model: Model, settings: DiagnosisSettings) -> tuple[str, ...]:
+    notes = []
+    highest = max(float(np.abs(record.voltages).max()) for record in model.fit.problem.records)
+    if highest > settings.voltage_limit:
+        notes.append(
+            f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
+            "(set the rig's limit in its configuration)"
+        )
+    if not model.fit.converged:
+        notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
+    return tuple(notes)

@@ -1,0 +1,1 @@
+"""How well a model predicts logs that it never saw."""

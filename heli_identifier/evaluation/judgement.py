@@ -1,0 +1,116 @@
+"""Before and after on held-out logs: prediction, free run, acceleration, noise floor, whiteness."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.diagnosis.result import AxisError, AxisReport, ErrorFigure
+from heli_identifier.evaluation.bootstrap import rms_figures
+from heli_identifier.evaluation.free_run import free_run, stable_axes
+from heli_identifier.evaluation.noise_floor import synthetic_record
+from heli_identifier.evaluation.prediction import SPACING, prediction_errors
+from heli_identifier.evaluation.whiteness import input_correlation, ljung_box_p
+from heli_identifier.prediction.fit import Fit
+from heli_identifier.prediction.problem import REDUCED_RATE, Problem
+from heli_identifier.prediction.record import Record
+from heli_identifier.prediction.start import lagged_voltages
+from heli_identifier.records.log import Log
+from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
+
+
+@dataclass(frozen=True, eq=False)
+class Figures:
+    """Errors of one model, one figure per axis; ``free_run`` holds None where the axis is not stable."""
+
+    prediction_1s: list[ErrorFigure]
+    prediction_2s: list[ErrorFigure]
+    free_run: list[ErrorFigure | None]
+    acceleration: list[ErrorFigure]
+
+    def axis(self, index: int) -> AxisError:
+        """Figures of one axis."""
+        return AxisError(
+            self.prediction_1s[index], self.prediction_2s[index], self.free_run[index], self.acceleration[index]
+        )
+
+
+def figures(
+    problem: Problem, parameters: PlantParameters, free_errors: Sequence[NDArray[np.float64]], step: float
+) -> Figures:
+    """Errors of one model on the records of ``problem``; ``free_errors`` (N_i, 3) [rad] of its free runs."""
+    one = rms_figures([prediction_errors(r, parameters, 1.0) for r in problem.records], SPACING)
+    two = rms_figures([prediction_errors(r, parameters, 2.0) for r in problem.records], SPACING)
+    acceleration = rms_figures(problem.residuals(parameters), 1.0 / REDUCED_RATE)
+    run = rms_figures(free_errors, step) if all(np.isfinite(e).all() for e in free_errors) else [None] * 3
+    stable = stable_axes(parameters)
+    return Figures(one, two, [f if ok else None for f, ok in zip(run, stable, strict=True)], acceleration)
+
+
+def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
+    """Figures of a model on records that it generated itself."""
+    made = tuple(synthetic_record(r, parameters, problem.bandwidth, seed) for seed, r in enumerate(problem.records))
+    synthetic = Problem(made, problem.bandwidth)
+    logs = [_as_log(record) for record in made]
+    errors = [log.angles - free_run(log, parameters) for log in logs]
+    return figures(synthetic, parameters, errors, made[0].step)
+
+
+def _as_log(record: Record) -> Log:
+    time = np.arange(record.samples) * record.step
+    return Log(record.name, "", "", 1.0 / record.step, time, record.voltages, record.angles)
+
+
+def judged(
+    logs: Sequence[Log], held: Problem, before: Fit, after: Fit, plant_after: PlantParameters
+) -> tuple[dict[str, AxisReport], dict[str, list[NDArray[np.float64]]]]:
+    """Reports of the three axes, and the free runs "before" and "after" on the logs' own grids (N_i, 3) [rad].
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Held-out logs.
+    held : Problem
+        The same, reduced.
+    before, after : Fit
+        Fits to the training logs.
+    """
+    sets = {"before": before.parameters, "after": plant_after}
+    runs = {name: [free_run(log, p) for log in logs] for name, p in sets.items()}
+    step = logs[0].step
+    found = {
+        name: figures(held, p, [log.angles - run for log, run in zip(logs, runs[name], strict=True)], step)
+        for name, p in sets.items()
+    }
+    floor = noise_floor(held, plant_after)
+    tests = {
+        "before": _residual_tests(held, before, before.parameters),
+        "after": _residual_tests(held, after, plant_after),
+    }
+    reports = {
+        axis: AxisReport(
+            found["before"].axis(i),
+            found["after"].axis(i),
+            floor.axis(i),
+            {name: tests[name][axis][0] for name in tests},
+            {name: tests[name][axis][1] for name in tests},
+        )
+        for i, axis in enumerate(AXES)
+    }
+    return reports, runs
+
+
+def _residual_tests(held: Problem, fit: Fit, parameters: PlantParameters) -> Mapping[str, tuple[float, float]]:
+    """Ljung-Box p value and input correlation per axis, residuals whitened as the training logs' were."""
+    order = fit.whitener.order
+    residuals = held.residuals(parameters)
+    voltages = [lagged_voltages(record, parameters.T_m) for record in held.records]
+    out = {}
+    for i, axis in enumerate(AXES):
+        white = [fit.whitener.apply_axis(i, [r[:, i]]) for r in residuals]
+        signs = (1.0, -1.0) if axis == "pitch" else (1.0, 1.0)
+        inputs = [held.reduce(record, v @ np.array(signs))[order:] for record, v in zip(held.records, voltages, strict=True)]
+        out[axis] = (ljung_box_p(np.concatenate(white)), input_correlation(white, inputs))
+    return out

@@ -1,0 +1,37 @@
+"""Tests of what is left: is it white, and does it still follow the inputs?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from statsmodels.stats.diagnostic import acorr_ljungbox
+
+LAGS = 50
+"""Lags of the portmanteau test: two seconds at the reduced rate."""
+
+
+def ljung_box_p(white: NDArray[np.float64]) -> float:
+    """P value of Ljung and Box's portmanteau test over :data:`LAGS` lags, for a whitening fitted elsewhere."""
+    return float(acorr_ljungbox(white, lags=[LAGS])["lb_pvalue"].iloc[0])
+
+
+def input_correlation(white: Sequence[NDArray[np.float64]], inputs: Sequence[NDArray[np.float64]]) -> float:
+    """Largest absolute cross-correlation of white residuals with past inputs, over its 95 % bound.
+
+    Parameters
+    ----------
+    white, inputs : sequence of NDArray, shape (n_i,)
+        Per record, on the same reduced grid.
+
+    Returns
+    -------
+    float
+        Above 1 some lag is significant by itself; over 50 lags a clean record reaches about 1.6.
+    """
+    total, count = np.zeros(LAGS), 0
+    for z, u in zip(white, inputs, strict=True):
+        centred = (u - u.mean()) / max(float(u.std()), 1e-12)
+        total += [float(z[lag:] @ centred[: len(z) - lag]) for lag in range(LAGS)]
+        count += len(z)
+    scale = float(np.sqrt(np.mean(np.concatenate(list(white)) ** 2)))
+    return float(np.abs(total / np.sqrt(count)).max() / (1.96 * scale))

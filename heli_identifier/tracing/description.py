@@ -1,0 +1,92 @@
+"""An unknown torque in numbers and words: its curve with a band, or its line, and what shape that is."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.tracing.selection import Model
+from heli_identifier.tracing.unknown import DEGREE, UNITS, Unknown
+
+POINTS = 121
+"""Points of a drawn curve."""
+
+
+def described(model: Model, index: int) -> dict[str, Any]:
+    """Shape of the unknown torque number ``index`` of a model, as the report and diagnosis.json state it.
+
+    Returns
+    -------
+    dict
+        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], or
+        "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
+    """
+    unknown = model.unknowns[index]
+    first = sum(u.degrees for u in model.unknowns[:index])
+    rows = slice(len(model.fit.free) + first, len(model.fit.free) + first + unknown.degrees)
+    weights = model.fit.linear[first : first + unknown.degrees]
+    covariance = model.fit.covariance[rows, rows]
+    if unknown.frequency is not None:
+        return _line(unknown, weights, covariance)
+    x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
+    basis = unknown.curve(x)
+    y = basis @ weights
+    half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, covariance, basis))
+    return {
+        "variable": unknown.variable,
+        "unit": UNITS[unknown.variable],
+        "description": _words(unknown, x, y, half),
+        "curve": [[float(a), float(b)] for a, b in zip(x, y, strict=True)],
+        "band": [[float(a), float(b - h), float(b + h)] for a, b, h in zip(x, y, half, strict=True)],
+    }
+
+
+def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> dict[str, Any]:
+    """A line's frequency and its mean amplitude over the records."""
+    amplitudes = np.hypot(weights[0::2], weights[1::2])
+    error = float(np.sqrt(np.trace(covariance) / 2.0) / len(amplitudes))
+    amplitude = float(amplitudes.mean())
+    return {
+        "variable": "time",
+        "unit": "s",
+        "description": f"periodic in time at {unknown.frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2",
+        "frequency_hz": float(unknown.frequency or 0.0),
+        "amplitude": amplitude,
+        "amplitude_standard_error": error,
+    }
+
+
+def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
+    """What kind of curve it is."""
+    swing = float(y.max() - y.min())
+    words = [f"a torque of {unknown.variable}, {swing:.2g} rad/s^2 from lowest to highest"]
+    if unknown.variable == "travel":
+        spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
+        waves = int(np.argmax(spectrum[1:9])) + 1
+        if spectrum[waves] ** 2 > 0.5 * float((spectrum[1:] ** 2).sum()):
+            return f"{words[0]}, periodic with {waves} wave{'s' if waves > 1 else ''} per turn"
+        return words[0]
+    known = half < 0.25 * swing
+    if known.sum() > 10:
+        level = float(np.median(y[known]))
+        peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
+        wide = np.abs(y - level) > 0.5 * abs(y[peak] - level)
+        if wide[known].mean() < 0.25:
+            width = float(x[1] - x[0]) * int((wide & known).sum())
+            unit = UNITS[unknown.variable]
+            words.append(f"localised near {x[peak]:.3g} {unit}, about {width:.2g} {unit} wide")
+            return ", ".join(words)
+    inner = (x >= max(x[0], -x[-1])) & (x <= min(x[-1], -x[0]))
+    if inner.sum() > 20:
+        centred = y[inner] - y[inner].mean()
+        odd = 0.5 * (centred - centred[::-1])
+        share = float((odd**2).sum() / max((centred**2).sum(), 1e-30))
+        if share > 0.8:
+            words.append("odd")
+        elif share < 0.2:
+            words.append("even")
+    slope = np.abs(np.gradient(y, x))
+    ends = np.concatenate((slope[:12], slope[-12:])).mean()
+    if ends < 0.3 * slope[len(slope) // 3 : -len(slope) // 3].mean():
+        words.append("saturating")
+    return ", ".join(words)
