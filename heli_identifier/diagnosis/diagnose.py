@@ -215,10 +215,16 @@ def _series(
         out.append(
             HeldOutSeries(
                 log.name, log.step, log.voltages, log.angles, runs["before"][i], runs["after"][i], start._asdict(),
-                residuals["before"][i], residuals["after"][i], 1.0 / REDUCED_RATE,
+                residuals["before"][i], residuals["after"][i], _white(before, residuals["before"][i]),
+                _white(after, residuals["after"][i]), 1.0 / REDUCED_RATE,
             )
         )  # fmt: skip
     return tuple(out)
+
+
+def _white(fit: Fit, residuals: np.ndarray) -> np.ndarray:
+    """Residuals (n, 3) of one held-out record behind the whitening of a fit."""
+    return np.column_stack([fit.whitener.apply_axis(axis, [residuals[:, axis]]) for axis in range(3)])
 
 
 def _curves(model: Model, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:

@@ -165,9 +165,11 @@ class HeldOutSeries:
     free_run_before, free_run_after : NDArray, shape (N, 3)
         Simulated from ``start`` under the voltages [rad].
     start : mapping
-        Start state by the plant's ``initial.*`` parameters, so that the FMU repeats the run.
+        Start state by the fields of :class:`heli_plant.state.PlantState`, so that the FMU repeats the run.
     residual_before, residual_after : NDArray, shape (n, 3)
         Reduced innovations [rad/s^2] every ``residual_step`` [s].
+    white_before, white_after : NDArray, shape (m, 3)
+        The same behind the whitening that the training logs taught, of unit variance if the model is right.
     residual_step : float
     """
 
@@ -180,6 +182,8 @@ class HeldOutSeries:
     start: Mapping[str, float]
     residual_before: NDArray[np.float64]
     residual_after: NDArray[np.float64]
+    white_before: NDArray[np.float64]
+    white_after: NDArray[np.float64]
     residual_step: float
 
 
