@@ -1,0 +1,310 @@
+"""Every effect of the catalogue: its law, its sign, what it does at rest, that off is off, both ways of running.
+
+``LAWS`` is written from the catalogue's table alone, so that it can contradict the plant.
+"""
+
+from math import cos, exp, sin, tan, tanh
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heli_plant.delay import DelayLine
+from heli_plant.effects import AXES, CATALOGUE
+from heli_plant.friction import SMOOTHING_RATE, friction
+from heli_plant.neglected import switched_on
+from heli_plant.parameters import PARAMETERS, TABLE_2
+from heli_plant.plant import accelerations, rigid_start, step
+from heli_plant.rotors import motor_input, thrust_voltage
+from heli_plant.simulation import simulate
+from heli_plant.state import PlantState, start_state
+
+BY_AXIS = [e for e in CATALOGUE if e.axis != "rotors" and e.name != "arm_bending"]
+ROTORS = [e for e in CATALOGUE if e.axis == "rotors"]
+ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
+h = 0.01
+
+
+def on(e, c, **shapes):
+    """Table 2 with one effect switched on."""
+    return TABLE_2._replace(**{e.field: c, **shapes})
+
+
+def by_id(e):
+    return e.field
+
+
+@st.composite
+def situations(draw, fastest=2.0):
+    """Time, angles, rates up to the fastest, voltages anywhere in the rig's range."""
+    angles, rates = st.floats(-0.9, 0.9), st.floats(-fastest, fastest)
+    s = SimpleNamespace(t=draw(st.floats(0, 100)), th=draw(angles), ep=draw(angles), la=draw(st.floats(-9, 9)))
+    s.w_th, s.w_ep, s.w_la = draw(rates), draw(rates), draw(rates)
+    s.mu_diff, s.mu_sum = draw(st.floats(-10, 10)), draw(st.floats(-10, 10))
+    s.mass_position, s.cable_rest = 0.0, draw(st.floats(-1, 1))
+    return s
+
+
+def added(s, p):
+    """Accelerations that the effects of ``p`` add to the bare model's."""
+    with_effects = accelerations(**vars(s), switches=switched_on(p), p=p)
+    bare = accelerations(**vars(s), switches=(False, False, False), p=TABLE_2)
+    return dict(zip(AXES, np.subtract(with_effects, bare), strict=True))
+
+
+RATE = {"pitch": "w_th", "elevation": "w_ep", "travel": "w_la"}
+LAWS = {
+    "dry_friction": lambda s, c, w, p: -c * tanh(w / 0.005),
+    "breakaway_friction": lambda s, c, w, p: -c * tanh(w / 0.005) * exp(-((w / 0.05) ** 2)),
+    "quadratic_drag": lambda s, c, w, p: -c * w * abs(w),
+    "constant_torque": lambda s, c, w, p: c,
+    "rotor_mismatch": lambda s, c, w, p: c * s.mu_sum,
+    "airspeed_thrust_loss_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_th,
+    "airspeed_thrust_loss_elevation": lambda s, c, w, p: -c * s.mu_sum * s.w_ep * cos(s.th),
+    "gyroscopic_coupling_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_ep,
+    "gyroscopic_coupling_elevation": lambda s, c, w, p: c * s.mu_sum * s.w_th,
+    "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(s.ep),
+    "cable_stiffness": lambda s, c, w, p: -c * (s.la - s.cable_rest),
+    "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * s.ep) * s.w_la**2,
+    "inertial_coupling_travel": lambda s, c, w, p: 2 * c * tan(s.ep) * s.w_ep * s.w_la,
+    "large_angle_gravity": lambda s, c, w, p: c * ((p.a_e * s.ep + p.a_1) - (p.a_e * sin(s.ep) + p.a_1 * cos(s.ep))),
+    "pitch_gravity_coupling": lambda s, c, w, p: c * p.a_th * sin(s.th - p.theta0) * (1 - cos(s.ep)),
+    "ground_effect": lambda s, c, w, p: p.k_z * s.mu_sum * cos(s.th) * c * exp(-(s.ep + 0.5) / 0.15),
+    "moving_mass": lambda s, c, w, p: -c if s.t >= 30.0 else 0.0,
+}
+"""Added acceleration [rad/s^2] by name, or by name and axis; w is the axis's own rate, p holds Table 2."""
+
+
+# --- laws --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("e", BY_AXIS, ids=by_id)
+@given(s=situations())
+def test_effect_adds_its_law_to_its_axis_and_nothing_to_the_others(e, s):
+    c = 0.3 * e.upper
+    shapes = {"moving_mass_time": 30.0} if e.name == "moving_mass" else {}
+    law = LAWS.get(e.field) or LAWS[e.name]
+    expected = law(s, c, getattr(s, RATE[e.axis]), TABLE_2)
+    change = added(s, on(e, c, **shapes))
+    # the difference of two sums of terms up to 30 rad/s^2
+    assert change.pop(e.axis) == pytest.approx(expected, rel=1e-12, abs=1e-13)
+    assert set(change.values()) == {0.0}
+
+
+@given(s=situations())
+def test_horizontal_offset_moves_the_elevation_that_inertial_coupling_sees(s):
+    on_both = TABLE_2._replace(inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0)
+    offset = on_both._replace(horizontal_offset=0.1)
+    moved = SimpleNamespace(**{**vars(s), "ep": s.ep + 0.1})
+    for axis in ("elevation", "travel"):
+        assert added(s, offset)[axis] == pytest.approx(added(moved, on_both)[axis], rel=1e-9, abs=1e-13)
+
+
+@given(st.floats(-5, 5), st.floats(0, 100))
+def test_rotors_chain_follows_the_catalogues_laws(v, t):
+    rotor = {e.name: e for e in ROTORS}
+    assert thrust_voltage(v, t, on(rotor["quadratic_thrust"], 0.1)) == pytest.approx(v + 0.1 * v * abs(v))
+    assert thrust_voltage(v, t, on(rotor["reverse_thrust_loss"], 0.6)) == pytest.approx(0.4 * v if v < 0 else v)
+    assert thrust_voltage(v, t, on(rotor["thrust_fade"], 0.001)) == pytest.approx((1 - 0.001 * t) * v)
+    left = motor_input(v, on(rotor["dead_zone"], 0.15))
+    assert left == pytest.approx(0.0 if abs(v) < 0.15 else v - 0.15 * np.sign(v), abs=1e-15)
+
+
+def test_motor_lag_is_a_longer_time_constant():
+    lagging, slow = TABLE_2._replace(motor_lag_rotors=0.05), TABLE_2._replace(T_m=0.08 + 0.05)
+    assert step(START, 3.0, -1.0, 0, 0, h, lagging) == step(START, 3.0, -1.0, 0, 0, h, slow)
+
+
+def test_input_delay_shifts_the_whole_response_in_time():
+    V = np.vstack([np.zeros((1, 2)), np.random.default_rng(3).uniform(-3, 3, (400, 2))])
+    rest = start_state(TABLE_2.theta0, -TABLE_2.a_1 / TABLE_2.a_e, 0.0)
+    prompt, _ = simulate(V, h, rest, TABLE_2)
+    late, _ = simulate(V, h, rest, TABLE_2._replace(input_delay_rotors=0.08))
+    # eight steps; the rest's balance holds to a rounding
+    np.testing.assert_allclose(late[8:, :6], prompt[:-8, :6], rtol=0, atol=1e-13)
+
+
+def test_moving_mass_is_a_shift_of_the_offset_from_its_time_on():
+    p = TABLE_2._replace(moving_mass_elevation=0.06, moving_mass_time=1.0)
+    shifted = TABLE_2._replace(a_1=TABLE_2.a_1 + 0.06)
+    assert step(START, 1, 1, 0, 0.5, h, p) == step(START, 1, 1, 0, 0.5, h, TABLE_2)
+    np.testing.assert_allclose(step(START, 1, 1, 0, 2.0, h, p), step(START, 1, 1, 0, 2.0, h, shifted), atol=1e-15)
+
+
+# --- off is off --------------------------------------------------------------------------------------------------
+
+START = PlantState(0.3, 0.2, 0.5, 0.3, -0.4, 0.6, 1.2, -0.8, cable_rest=0.2)
+
+
+def test_effects_that_are_off_leave_the_bare_model_bit_for_bit():
+    """Shapes of effects that are off, however odd, change no bit."""
+    odd = TABLE_2._replace(**{s.field: 0.5 * (s.lower + s.upper) for e in CATALOGUE for s in e.shapes})
+    bare = odd_state = START
+    for k in range(50):
+        bare = step(bare, 3.0, -1.0, 0.0, k * h, h, TABLE_2)
+        odd_state = step(odd_state, 3.0, -1.0, 0.0, k * h, h, odd)
+    assert odd_state == bare
+    assert switched_on(TABLE_2) == (False, False, False)
+
+
+@pytest.mark.parametrize("e", BY_AXIS, ids=by_id)
+def test_switch_of_an_axis_knows_each_of_its_effects(e):
+    assert switched_on(on(e, 1e-9)) == tuple(axis == e.axis for axis in AXES)
+
+
+@pytest.mark.parametrize("e", CATALOGUE, ids=by_id)
+def test_effects_sums_with_a_zero_coefficient_are_the_bare_model_bit_for_bit(e):
+    """Where a neighbour on the same axis is on, this one at zero must not show."""
+    for neighbour in CATALOGUE:
+        if neighbour.axis == e.axis and neighbour is not e:
+            with_neighbour = on(neighbour, 0.5 * neighbour.upper)
+            assert step(START, 2.0, 1.0, 0, 0, h, with_neighbour._replace(**{e.field: 0.0})) == step(
+                START, 2.0, 1.0, 0, 0, h, with_neighbour
+            )
+
+
+@pytest.mark.parametrize("e", CATALOGUE, ids=by_id)
+def test_effect_that_is_on_shows_within_a_second(e):
+    V = np.random.default_rng(1).uniform(-4, 4, (100, 2))
+    shapes = {"moving_mass_time": 0.2} if e.name == "moving_mass" else {}
+    slow = START._replace(pitch_rate=0.03, elevation_rate=-0.04, travel_rate=0.06)  # breakaway friction fades above
+    _, measured_bare = simulate(V, h, slow, TABLE_2)
+    _, measured = simulate(V, h, slow, on(e, 0.1 * e.upper, **shapes))
+    index = [AXES.index(axis) for axis in e.axes]
+    # a tenth of the range is far above rounding, 1e-15
+    assert np.abs(measured - measured_bare)[:, index].max(axis=0).min() > 1e-7
+
+
+# --- sign and dissipation ----------------------------------------------------------------------------------------
+
+DISSIPATIVE = [e for e in BY_AXIS if e.name in ("dry_friction", "breakaway_friction", "quadratic_drag")]
+
+
+@pytest.mark.parametrize("e", DISSIPATIVE, ids=by_id)
+@given(s=situations(), share=st.floats(0.01, 1.0))
+def test_friction_and_drag_never_give_power(e, s, share):
+    assert added(s, on(e, share * e.upper))[e.axis] * getattr(s, RATE[e.axis]) <= 0.0
+
+
+@pytest.mark.parametrize("e", [e for e in BY_AXIS if e.name == "airspeed_thrust_loss"], ids=by_id)
+@given(s=situations())
+def test_lift_lost_to_airspeed_damps_while_the_rotors_pull(e, s):
+    s.mu_sum = abs(s.mu_sum)
+    assert added(s, on(e, 0.1))[e.axis] * getattr(s, RATE[e.axis]) <= 1e-15  # rounding of a difference
+
+
+@given(s=situations())
+def test_gyroscopic_coupling_turns_motion_but_gives_no_power(s):
+    change = added(s, TABLE_2._replace(gyroscopic_coupling_pitch=0.05, gyroscopic_coupling_elevation=0.05))
+    power = change["pitch"] * s.w_th + change["elevation"] * s.w_ep
+    assert power == pytest.approx(0.0, abs=1e-13)
+
+
+@given(s=situations())
+def test_inertial_coupling_gives_the_arm_no_power(s):
+    """With M = diag(1, cos^2 eps) the centrifugal and the Coriolis term keep the kinetic energy."""
+    change = added(s, TABLE_2._replace(inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0))
+    w, v, ce, se = s.w_ep, s.w_la, cos(s.ep), sin(s.ep)
+    power = w * change["elevation"] + v * ce * ce * change["travel"] - ce * se * w * v * v
+    assert power == pytest.approx(0.0, abs=1e-12)
+
+
+def test_cable_swings_about_its_rest_with_the_frequency_of_its_stiffness():
+    p = TABLE_2._replace(a_wy=0.0, cable_stiffness_travel=0.25)
+    states, _ = simulate(np.zeros((1001, 2)), h, START._replace(travel_rate=0.0, nu_front=0.0, nu_rear=0.0), p)
+    t = h * np.arange(1001)
+    # w = .5 rad/s about the rest at .2 rad; order four at w h = .005 leaves 1e-11
+    np.testing.assert_allclose(states[:, 2], 0.2 + 0.3 * np.cos(0.5 * t), rtol=0, atol=1e-10)
+
+
+def test_dry_friction_stops_a_coasting_travel_after_its_time():
+    """Rate w_0 = .3 rad/s, c = .03 rad/s^2: it falls linearly and ends after ten seconds."""
+    p = TABLE_2._replace(a_wy=0.0, dry_friction_travel=0.03)
+    states, _ = simulate(np.zeros((1201, 2)), h, start_state(p.theta0, 0.05, 0.0, rates=(0, 0, 0.3)), p)
+    # the smoothed sign differs from 1 only below a few times w_0 = .005 rad/s
+    assert states[900, 5] == pytest.approx(0.3 - 0.03 * 9.0, abs=1e-4)
+    assert 0.0 <= states[1200, 5] < SMOOTHING_RATE
+
+
+def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():
+    """c = 1 rad/s^2 smoothed over .005 rad/s is a rate of 200 1/s, within Runge-Kutta's 2.78/h at 10 ms."""
+    p = TABLE_2._replace(a_wy=0.0, dry_friction_travel=1.0)
+    states, _ = simulate(np.zeros((400, 2)), h, start_state(p.theta0, 0.05, 0.0, rates=(0, 0, 0.5)), p)
+    assert np.all(states[100:, 5] >= 0.0) and np.all(np.diff(states[:, 5]) <= 0.0)
+
+
+# --- at rest -----------------------------------------------------------------------------------------------------
+
+OF_RATES = [
+    e for e in BY_AXIS
+    if e.name in ("dry_friction", "breakaway_friction", "quadratic_drag", "airspeed_thrust_loss",
+                  "gyroscopic_coupling", "inertial_coupling")
+]  # fmt: skip
+OF_LIFT = [
+    e for e in BY_AXIS
+    if e.name in ("rotor_mismatch", "airspeed_thrust_loss", "gyroscopic_coupling", "rotor_drag_torque", "ground_effect")
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("e", OF_RATES, ids=by_id)
+@given(s=situations(fastest=0.0))
+def test_effect_of_the_rates_is_zero_at_rest(e, s):
+    assert added(s, on(e, e.upper))[e.axis] == 0.0
+
+
+@pytest.mark.parametrize("e", OF_LIFT, ids=by_id)
+@given(s=situations())
+def test_effect_of_the_lift_is_zero_without_it(e, s):
+    s.mu_sum = 0.0
+    assert added(s, on(e, e.upper))[e.axis] == 0.0
+
+
+def test_effect_of_position_is_zero_where_it_has_its_rest():
+    s = SimpleNamespace(
+        t=0.0, th=0.4, ep=0.0, la=0.7, w_th=0.1, w_ep=0.2, w_la=0.3, mu_diff=1.0, mu_sum=2.0,
+        mass_position=0.0, cable_rest=0.7,
+    )  # fmt: skip
+    assert added(s, TABLE_2._replace(cable_stiffness_travel=1.0))["travel"] == 0.0
+    assert added(s, TABLE_2._replace(large_angle_gravity_elevation=1.0))["elevation"] == 0.0
+    assert added(s, TABLE_2._replace(pitch_gravity_coupling_pitch=1.0))["pitch"] == 0.0
+
+
+@pytest.mark.parametrize("e", [e for e in ROTORS if e.name not in ("motor_lag", "input_delay")], ids=by_id)
+def test_rotor_that_stands_still_gives_no_thrust(e):
+    p = on(e, e.upper)
+    assert motor_input(0.0, p) == 0.0 and thrust_voltage(0.0, 50.0, p) == 0.0
+
+
+@given(st.floats(-2, 2), st.floats(0, 1), st.floats(0, 1), st.floats(0.005, 1), st.floats(0, 10))
+def test_friction_of_the_opposite_rate_is_the_opposite(w, dry, breakaway, stribeck, drag):
+    assert friction(-w, dry, breakaway, stribeck, drag) == -friction(w, dry, breakaway, stribeck, drag)
+
+
+# --- both ways of running ----------------------------------------------------------------------------------------
+
+
+def interpreted(V, start, p):
+    """What a unit does: step by step, in plain Python."""
+    state, line, states = rigid_start(start, p), DelayLine(), []
+    for k, (v_front, v_rear) in enumerate(V.tolist()):
+        states.append(state)
+        late = line.push(v_front, v_rear, p.input_delay_rotors, h)
+        state = step(state, *late, 0.1, k * h, h, p)
+    return np.array(states)
+
+
+@pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
+@pytest.mark.parametrize("general", [0.0, 1.0], ids=["simplified", "general"])
+def test_batch_equals_single(e, general):
+    p = (on(e, 0.2 * e.upper) if e else ALL_ON)._replace(general_model=general)
+    V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))
+    batch, _ = simulate(V, h, START, p, mass_commands=np.full(150, 0.1))
+    # the bar is 1e-12; the compiler may reorder nothing, so that only functions of libm could differ
+    np.testing.assert_allclose(batch, interpreted(V, START, p), rtol=0, atol=1e-12)
+
+
+def test_every_coefficient_of_the_parameter_list_belongs_to_an_effect():
+    coefficients = {row.field for row in PARAMETERS if row.symbol == "c"}
+    assert coefficients == {e.field for e in CATALOGUE}

@@ -1,0 +1,184 @@
+"""One step of the plant: its order, an independent integrator, saturation, the ADO, the bending arm."""
+
+from math import exp, log2, pi, sin, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from heli_plant.ado import mass_after
+from heli_plant.neglected import switched_on
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import accelerations, measured_angles, rigid_start, step
+from heli_plant.rotors import motor_input, thrust_voltages
+from heli_plant.simulation import simulate
+from heli_plant.state import PlantState, rest_state, start_state
+
+START = PlantState(0.2, 0.1, 0.3, 0.4, -0.2, 0.3, 1.0, 1.6, cable_rest=0.1)
+SMOOTH = TABLE_2._replace(
+    quadratic_thrust_rotors=0.05, airspeed_thrust_loss_pitch=0.03, gyroscopic_coupling_pitch=0.04,
+    inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0, ground_effect_elevation=0.3,
+    cable_stiffness_travel=0.02, large_angle_gravity_elevation=1.0, arm_bending_elevation=0.004,
+)  # fmt: skip
+MODELS = {"simplified": TABLE_2, "general": TABLE_2._replace(general_model=1.0), "effects": SMOOTH}
+voltage = st.floats(-20.0, 20.0)
+
+
+def run(state, seconds, h, p, v_front=1.5, v_rear=1.1, command=0.0):
+    for k in range(round(seconds / h)):
+        state = step(state, v_front, v_rear, command, k * h, h, p)
+    return state
+
+
+def reference(state, seconds, p, v_front=1.5, v_rear=1.1):
+    """The same motion by scipy's eighth-order method at its tightest, motors and bending integrated along."""
+    u = np.array([motor_input(v_front, p), motor_input(v_rear, p)])
+    T, w_b = p.T_m + p.motor_lag_rotors, 2 * pi * p.bending_frequency
+
+    def slope(t, x):
+        mu_diff, mu_sum = thrust_voltages(x[6], x[7], t, p)
+        a = accelerations(t, *x[:6], mu_diff, mu_sum, state.mass_position, state.cable_rest, switched_on(p), p)
+        bend = w_b**2 * (p.arm_bending_elevation * mu_sum - x[8]) - 2 * p.bending_damping * w_b * x[9]
+        return np.array([*x[3:6], *a, *((u - x[6:8]) / T), x[9], bend])
+
+    return solve_ivp(slope, (0, seconds), list(state[:10]), method="DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_step_is_of_order_four(model):
+    p = MODELS[model]
+    exact = reference(START, 2.0, p)[:6]
+    errors = [np.abs(np.array(run(START, 2.0, h, p)[:6]) - exact).max() for h in (0.04, 0.02, 0.01)]
+    orders = [log2(errors[0] / errors[1]), log2(errors[1] / errors[2])]
+    # the leading error term dominates at these steps to about a fifth of the order
+    assert min(orders) > 3.8 and max(orders) < 5.2, (errors, orders)
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_ten_seconds_at_ten_milliseconds_are_good_to_a_hundred_millionth(model):
+    """Of a radian, or of the angle where the travel has run several."""
+    p = MODELS[model]
+    np.testing.assert_allclose(run(START, 10.0, 0.01, p)[:3], reference(START, 10.0, p)[:3], rtol=1e-8, atol=1e-8)
+
+
+def test_motor_without_a_lag_acts_from_the_steps_start():
+    p = TABLE_2._replace(T_m=0.0)
+    after = step(START, -2.0, 2.0, 0.0, 0.0, 0.01, p)
+    # over so short a step the acceleration is nearly constant: k_x mu_d and little else
+    mu_diff = -4.0
+    expected = p.k_x * mu_diff - p.a_wx * START.pitch_rate - p.a_th * sin(START.pitch - p.theta0)
+    assert (after.pitch_rate - START.pitch_rate) / 0.01 == pytest.approx(expected, rel=0.01)
+    assert (after.nu_front, after.nu_rear) == (-2.0, 2.0)
+
+
+def test_motors_vanishing_lag_is_no_lag():
+    """With T_m = 1 us nothing is left of the old voltage after a microsecond of a step of 10 ms."""
+    none, tiny = (run(START, 0.5, 0.01, TABLE_2._replace(T_m=lag)) for lag in (0.0, 1e-6))
+    np.testing.assert_allclose(none, tiny, atol=1e-12)
+
+
+@given(voltage, voltage)
+def test_voltages_beyond_the_limit_act_as_the_limit(v_front, v_rear):
+    clipped = [min(max(v, -5.0), 5.0) for v in (v_front, v_rear)]
+    assert step(START, v_front, v_rear, 0, 0, 0.01, TABLE_2) == step(START, *clipped, 0, 0, 0.01, TABLE_2)
+
+
+def test_helicopter_at_rest_stays_at_rest():
+    rest = rest_state(TABLE_2)
+    # the elevation's balance holds to a rounding, which swings and does not grow
+    np.testing.assert_allclose(run(rest, 20.0, 0.01, TABLE_2, 0.0, 0.0), rest, atol=1e-15)
+
+
+def test_step_has_no_memory_of_its_own():
+    first = step(START, 1.0, 2.0, 0.0, 0.3, 0.01, SMOOTH)
+    step(first, -3.0, 1.0, 0.1, 0.0, 0.02, TABLE_2)
+    assert step(START, 1.0, 2.0, 0.0, 0.3, 0.01, SMOOTH) == first
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_damped_helicopter_comes_to_rest_without_voltage(model):
+    """After 400 s the slowest mode, the elevation's a_wz/2 = .016 1/s, has left exp(-6.4) of its swing."""
+    states, _ = simulate(np.zeros((40_000, 2)), 0.01, START, MODELS[model])
+    assert np.abs(states[-1, 3:6]).max() < 0.5 * exp(-6.4)
+
+
+# --- ADO ---------------------------------------------------------------------------------------------------------
+
+
+def test_moving_mass_travels_at_the_lead_screws_speed_and_stops_at_its_goal():
+    p = TABLE_2
+    x = [0.0]
+    for _ in range(300):
+        x.append(mass_after(x[-1], 0.1, 0.01, p))
+    assert np.diff(x).max() == pytest.approx(p.ado_speed * 0.01)
+    assert x[100] == pytest.approx(0.05) and x[-1] == 0.1
+
+
+def test_moving_mass_stops_at_the_ends_of_its_travel():
+    p = TABLE_2
+    for goal, end in ((5.0, p.ado_travel), (-5.0, -p.ado_travel)):
+        x = 0.0
+        for _ in range(1000):
+            x = mass_after(x, goal, 0.01, p)
+        assert x == end
+
+
+def test_moving_mass_shifts_the_elevations_rest_as_a_known_disturbance():
+    p, x = TABLE_2._replace(a_wz=2.0), 0.2
+    state = run(rest_state(p), 30.0, 0.01, p, 0.0, 0.0, command=x)
+    assert state.mass_position == x
+    # at 2 1/s of damping the swing is over: exp(-30)
+    assert state.elevation == pytest.approx(-(p.a_1 + p.ado_offset * x) / (p.a_e + p.ado_stiffness * x), abs=1e-9)
+
+
+def test_moving_mass_disturbs_the_general_model_alike():
+    for p in (TABLE_2, MODELS["general"]):
+        at = dict(t=0, th=0.1, ep=0.2, la=0, w_th=0, w_ep=0, w_la=0, mu_diff=0, mu_sum=0, cable_rest=0, p=p)
+        out, centred = (
+            accelerations(**at, mass_position=x, switches=(False, False, False)) for x in (0.1, 0.0)
+        )  # fmt: skip
+        shift = np.array(out) - centred
+        np.testing.assert_allclose(shift, [0.0, -0.1 * (p.ado_offset + p.ado_stiffness * 0.2), 0.0], atol=1e-15)
+
+
+# --- bending -----------------------------------------------------------------------------------------------------
+
+BENDING = TABLE_2._replace(arm_bending_elevation=0.004, bending_frequency=3.0, bending_damping=0.05)
+
+
+def test_encoder_reads_the_rigid_elevation_plus_the_bending():
+    state = START._replace(bending=0.01)
+    assert measured_angles(state) == (START.pitch, START.elevation + 0.01, START.travel)
+
+
+def test_bent_arm_under_constant_lift_deflects_by_the_coefficient_times_the_voltage():
+    state = run(START, 20.0, 0.01, BENDING, 1.0, 1.5)
+    # exp(-zeta w_b t) = exp(-19) is left of the ringing
+    assert state.bending == pytest.approx(0.004 * 2.5, rel=1e-6)
+
+
+def test_struck_arm_rings_at_its_frequency_and_damping():
+    state, q = START._replace(bending=0.01, nu_front=0.0, nu_rear=0.0), [0.01]
+    h, w, z = 0.002, 2 * pi * 3.0, 0.05
+    for k in range(500):
+        state = step(state, 0.0, 0.0, 0.0, k * h, h, BENDING)
+        q.append(state.bending)
+    t = h * np.arange(501)
+    d = w * sqrt(1 - z * z)
+    expected = 0.01 * np.exp(-z * w * t) * (np.cos(d * t) + z * w / d * np.sin(d * t))
+    # order four at w h = .038: t w (w h)^4 / 120 = 3e-7 of the amplitude
+    np.testing.assert_allclose(q, expected, rtol=0, atol=1e-8)
+
+
+def test_record_starts_with_the_arm_settled_and_reads_the_elevation_it_was_given():
+    start = rigid_start(start_state(0.1, 0.2, 0.0, 1.5, 1.5), BENDING)
+    assert measured_angles(start)[1] == pytest.approx(0.2, abs=1e-16)
+    after = run(start, 1.0, 0.01, BENDING, 1.5, 1.5)
+    assert after.bending == pytest.approx(start.bending, rel=1e-12) and abs(after.bending_rate) < 1e-12
+
+
+def test_stiff_arm_does_not_bend():
+    assert rigid_start(START, TABLE_2) is START
+    assert run(START, 1.0, 0.01, TABLE_2).bending == 0.0
