@@ -1,5 +1,11 @@
-"""One axis of the identifier: adaptation (7) of its regression, and what is known about the result."""
+"""One axis of the identifier: adaptation (7) of its regression, and what is known about the result.
 
+The adaptation takes every sample; the moments take means of z = (phi, watched candidates, y) over some twenty. Means
+and not single samples: y passes encoder noise straight through (s^2 F does not fall at high frequency), and a single
+sample in twenty would alias it into standard errors several times too large.
+"""
+
+from operator import add
 from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, adapt, gain_matrix, initial_factor
@@ -12,14 +18,15 @@ from .uncertainty import standard_errors
 class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
-    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``moments`` of (phi,
-    watched candidates, y); and as last evaluated the standard errors of the axis' reported parameters, the
-    excitation level [1] and the scores of the candidates.
+    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z since
+    the ``moments`` last took a mean of it; and as last evaluated the standard errors of the axis' reported
+    parameters, the excitation level [1] and the scores of the candidates.
     """
 
     factor: tuple[float, ...]
     omega: tuple[float, ...]
     sigma: float
+    sums: tuple[float, ...]
     moments: Moments
     standard_errors: tuple[float, ...]
     excitation: float
@@ -30,25 +37,45 @@ def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> 
     """Return the axis before its first sample, with Omega(0), Gamma(0) = ``gain`` I and a number of candidates."""
     n = len(omega)
     certainty = (gain**0.5,) * n
-    moments = no_moments(n + candidates + 1)
+    size = n + candidates + 1
     return AxisState(
-        tuple(initial_factor(n, gain)), omega, 0.0, moments, certainty, 0.0, (NOTHING,) * candidates
+        tuple(initial_factor(n, gain)),
+        omega,
+        0.0,
+        (0.0,) * size,
+        no_moments(size),
+        certainty,
+        0.0,
+        (NOTHING,) * candidates,
     )
 
 
 def adapt_axis(
-    axis: AxisState, y: float, phi: tuple[float, ...], count: int, c: AdaptationCoefficients
+    axis: AxisState,
+    y: float,
+    phi: tuple[float, ...],
+    watched: tuple[float, ...],
+    count: int,
+    c: AdaptationCoefficients,
 ) -> AxisState:
-    """Return ``axis`` after one step of (7); ``count`` numbers the steps."""
-    factor, omega = list(axis.factor), list(axis.omega)
-    sigma = adapt(factor, omega, phi, y, count, c, [0.0] * len(omega))
-    _, _, _, moments, errors, excitation, last_scores = axis
-    return AxisState(tuple(factor), tuple(omega), sigma, moments, errors, excitation, last_scores)
+    """Return ``axis`` after one step of (7); ``watched`` are its candidates' signals, ``count`` numbers the steps."""
+    factor, omega, _, sums, moments, errors, excitation, last_scores = axis
+    factor_now, omega_now = list(factor), list(omega)
+    sigma = adapt(factor_now, omega_now, phi, y, count, c, [0.0] * len(omega))
+    sums = tuple(map(add, sums, (*phi, *watched, y)))
+    return AxisState(
+        tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores
+    )
 
 
-def observe_axis(axis: AxisState, y: float, signals: tuple[float, ...], c: MomentCoefficients) -> AxisState:
-    """Return ``axis`` with the sample z = (``signals``, y) added to its moments; signals are (phi, candidates)."""
-    return axis._replace(moments=add_sample(axis.moments, (*signals, y), c))
+def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
+    """Return ``axis`` with the mean of z over the last ``samples`` added to its moments."""
+    factor, omega, sigma, sums, moments, errors, excitation, last_scores = axis
+    share = 1.0 / samples
+    moments = add_sample(moments, tuple([share * x for x in sums]), c)
+    return AxisState(
+        factor, omega, sigma, (0.0,) * len(sums), moments, errors, excitation, last_scores
+    )
 
 
 def judge_axis(
@@ -58,12 +85,13 @@ def judge_axis(
 
     ``alpha`` [1/s] is the forgetting, ``interval`` [s] that of the samples in the moments.
     """
-    factor, omega, sigma, moments, _, _, last_scores = axis
+    factor, omega, sigma, sums, moments, _, _, last_scores = axis
     n, candidates = len(omega), len(last_scores)
     return AxisState(
         factor,
         omega,
         sigma,
+        sums,
         moments,
         standard_errors(moments, gain_matrix(factor, n), omega, combinations, alpha, interval),
         excitation_level(moments.window, n + candidates + 1, n),

@@ -9,8 +9,8 @@ that it stays above zero: some combination of the parameters is invisible at lev
 from collections.abc import Sequence
 from math import hypot, sqrt
 
-_SILENCE = 1e-3
-"""f: regressors below it [rad/s, rad, V, 1] count as silent; encoder noise behind F is 1e-4 rad/s."""
+_SILENCE = 1e-2
+"""f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise behind F is 1e-4 rad/s."""
 
 _SWEEPS = 12
 """Cyclic Jacobi converges quadratically; five rows need four or five sweeps."""

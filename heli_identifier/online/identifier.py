@@ -75,25 +75,26 @@ def step(
     y_3, phi_3 = travel_regression(signals, f)
 
     watch = state.watch
+    own_1: tuple[float, ...] = ()
+    own_2: tuple[float, ...] = ()
+    own_3: tuple[float, ...] = ()
     if watch is not None:
         watch = advance_watch(watch, signals, plan.watch, f)
+        own_1, own_2, own_3 = [
+            tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns
+        ]
     axis_1, axis_2, axis_3 = state.pitch, state.elevation, state.travel
     samples = state.samples + 1
     count = samples - plan.hold_samples
     if count >= 0:
-        axis_1 = adapt_axis(axis_1, y_1, phi_1, count, plan.adaptation)
-        axis_2 = adapt_axis(axis_2, y_2, phi_2, count, plan.adaptation)
-        axis_3 = adapt_axis(axis_3, y_3, phi_3, count, plan.adaptation)
-        if count % plan.moment_samples == 0:
-            if watch is not None:
-                filtered = watch.filtered
-                own_1, own_2, own_3 = plan.watched_columns
-                phi_1 = (*phi_1, *[filtered[i][0] for i in own_1])
-                phi_2 = (*phi_2, *[filtered[i][0] for i in own_2])
-                phi_3 = (*phi_3, *[filtered[i][0] for i in own_3])
-            axis_1 = observe_axis(axis_1, y_1, phi_1, plan.moments)
-            axis_2 = observe_axis(axis_2, y_2, phi_2, plan.moments)
-            axis_3 = observe_axis(axis_3, y_3, phi_3, plan.moments)
+        axis_1 = adapt_axis(axis_1, y_1, phi_1, own_1, count, plan.adaptation)
+        axis_2 = adapt_axis(axis_2, y_2, phi_2, own_2, count, plan.adaptation)
+        axis_3 = adapt_axis(axis_3, y_3, phi_3, own_3, count, plan.adaptation)
+        averaged = plan.moment_samples
+        if (count + 1) % averaged == 0:
+            axis_1 = observe_axis(axis_1, averaged, plan.moments)
+            axis_2 = observe_axis(axis_2, averaged, plan.moments)
+            axis_3 = observe_axis(axis_3, averaged, plan.moments)
         # One axis a step, so that no step pays for all three.
         turn = count % plan.report_samples
         if turn == 0:

@@ -33,9 +33,9 @@ def restored(saved: Any) -> IdentifierState:
     )
 
 
-def _axis(factor, omega, sigma, moments, errors, excitation, scores) -> AxisState:
+def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:
     of_candidates = tuple(Score(*score) for score in scores)
-    return AxisState(factor, omega, sigma, Moments(*moments), errors, excitation, of_candidates)
+    return AxisState(factor, omega, sigma, sums, Moments(*moments), errors, excitation, of_candidates)
 
 
 def _tuples(value: Any) -> Any:
