@@ -1,0 +1,221 @@
+"""The controller: the paper's sign and its mending, defaults that are stable and damped, limits, filtered rates."""
+
+from math import exp, log
+
+import control
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import step
+from heli_plant.state import PlantState, rest_state
+
+P, H = TABLE_2, 0.01
+PID = PidSettings()
+TRAVEL = PID._replace(travel_enabled=True)
+LEVEL = (0.0, 0.2, 0.0)
+"""References with lift: the arm of Table 2 is carried by nu_f + nu_r = 2.4 V at .2 rad."""
+
+
+# --- the paper's pitch law, linear -------------------------------------------------------------------------------
+
+
+def pitch_loop(sign):
+    """Closed loop of eq. (2), linearised, with the motors' lag and the paper's gains under the given sign."""
+    s = control.tf("s")
+    plant = P.k_x / (P.T_m * s + 1) / (s**2 + P.a_wx * s + P.a_th)
+    g = PID.pitch
+    law = g.proportional + g.integral / s + g.derivative * s
+    return control.poles(control.minreal(1 / (1 + sign * plant * law), verbose=False))
+
+
+def test_printed_sign_puts_a_pole_near_plus_two_point_seven():
+    assert max(pitch_loop(-1.0).real) == pytest.approx(2.7, abs=0.05)
+
+
+def test_mended_sign_is_stable_and_damped():
+    poles = pitch_loop(1.0)
+    assert max(poles.real) < -0.5
+    assert min(-poles.real / np.abs(poles)) > 0.6
+
+
+def test_gains_on_pitch_are_the_papers():
+    assert PID.pitch == AxisGains(8.35, 4.25, 8.76)
+
+
+# --- the whole sampled loop, with one period of delay --------------------------------------------------------------
+
+
+def period(z, references, settings):
+    """One control period: the plant runs under the voltages of the angles one period ago."""
+    plant, pid, (v_front, v_rear) = PlantState(*z[:12]), PidState(*z[12:18]), z[18:]
+    pid, late = pid_step(pid, plant.pitch, plant.elevation, plant.travel, references, H, settings)
+    return np.array([*step(plant, v_front, v_rear, 0.0, 0.0, H, P), *pid, *late])
+
+
+def equilibrium(references, settings):
+    """State at rest on the references, with the integrals that hold it there."""
+    mu_sum = (P.a_e * references[1] + P.a_1) / P.k_z
+    mu_diff = P.a_th * np.sin(references[0] - P.theta0) / P.k_x
+    v = (0.5 * (mu_sum + mu_diff), 0.5 * (mu_sum - mu_diff))
+    integrals = (-mu_diff / settings.pitch.integral, (settings.trim - mu_sum) / settings.elevation.integral, 0.0)
+    plant = PlantState(*references, nu_front=v[0], nu_rear=v[1])
+    return np.array([*plant, *integrals, *references, *v])
+
+
+def fly(z, references, settings, seconds):
+    """Angles (N, 3) [rad] and voltages (N, 2) [V] of the nonlinear loop."""
+    history = [z]
+    for _ in range(round(seconds / H)):
+        history.append(z := period(z, references, settings))
+    Z = np.array(history)
+    return Z[:, :3], Z[:, 18:]
+
+
+def modes(references, settings):
+    """Eigenvalues [1/s] of the loop's period about its equilibrium, those of plain integrators and delays aside."""
+    z, d = equilibrium(references, settings), 1e-6
+    np.testing.assert_allclose(period(z, references, settings), z, atol=1e-14)
+    columns = [
+        (period(z + d * e, references, settings) - period(z - d * e, references, settings)) / (2 * d)
+        for e in np.eye(len(z))
+    ]
+    z_plane = np.linalg.eigvals(np.array(columns).T)
+    s_plane = np.log(z_plane[np.abs(z_plane) > 1e-3].astype(complex)) / H
+    # the bending, the ADO, the cable's rest and an idle integral of the travel neither move nor matter
+    return s_plane[np.abs(s_plane) > 1e-5]
+
+
+def damping(s):
+    return min(-s.real / np.abs(s))
+
+
+def overshoot_and_settling(angle, reference):
+    """Overshoot [share of the step] and time [s] from which the angle stays within 2 % of it."""
+    share = (angle - angle[0]) / (reference - angle[0])
+    outside = np.nonzero(np.abs(share - 1.0) > 0.02)[0]
+    return share.max() - 1.0, (outside[-1] + 1) * H
+
+
+def test_default_loops_of_pitch_and_elevation_are_stable_and_damped():
+    s = modes((0.0, 0.2, 0.0), PID)
+    coasting = np.abs(s + P.a_wy) < 1e-4  # the travel is left alone: it coasts with a_wy
+    assert coasting.sum() == 1
+    assert max(s[~coasting].real) < -0.5 and damping(s[~coasting]) > 0.5
+
+
+@pytest.mark.parametrize("elevation", [0.08, 0.1, 0.2, 0.3, 0.4])
+def test_default_travel_loop_is_stable_wherever_there_is_lift(elevation):
+    s = modes((0.0, elevation, 0.0), TRAVEL)
+    assert max(s.real) < -0.05
+    if elevation <= 0.2:  # its gain grows with the lift, and the damping of the pitch it drives falls
+        assert damping(s) > 0.5
+
+
+def test_travel_loop_needs_lift():
+    """Below .055 rad the rotors pull downwards, and a pitch drives the travel the wrong way."""
+    assert max(modes((0.0, 0.03, 0.0), TRAVEL).real) > 0.0
+
+
+def test_elevation_steps_to_its_reference_in_two_seconds():
+    angles, _ = fly(equilibrium(LEVEL, PID), (0.0, 0.35, 0.0), PID, 10.0)
+    overshoot, settling = overshoot_and_settling(angles[:, 1], 0.35)
+    assert overshoot < 0.05 and settling < 2.5
+
+
+def test_travel_steps_to_its_reference_in_fifteen_seconds():
+    angles, voltages = fly(equilibrium(LEVEL, TRAVEL), (0.0, 0.2, 1.0), TRAVEL, 40.0)
+    overshoot, settling = overshoot_and_settling(angles[:, 2], 1.0)
+    assert overshoot < 0.05 and settling < 15.0
+    assert np.abs(angles[:, 0]).max() < TRAVEL.pitch_limit and np.abs(voltages).max() < TRAVEL.voltage_limit
+
+
+def test_travel_turns_half_round_within_the_limits_of_pitch_and_voltage():
+    angles, voltages = fly(equilibrium(LEVEL, TRAVEL), (0.0, 0.2, np.pi), TRAVEL, 40.0)
+    assert abs(angles[-1, 2] - np.pi) < 0.02
+    # the pitch follows its clipped reference with the overshoot of its own loop, below a fifth
+    assert np.abs(angles[:, 0]).max() < 1.2 * TRAVEL.pitch_limit
+    assert np.abs(voltages).max() <= TRAVEL.voltage_limit
+    assert np.abs(angles[:, 1] - 0.2).max() < 0.02
+
+
+def test_paper_gains_step_the_pitch_with_their_known_overshoot():
+    angles, _ = fly(equilibrium(LEVEL, PID), (0.2, 0.2, 0.0), PID, 20.0)
+    overshoot, settling = overshoot_and_settling(angles[:, 0], 0.2)
+    # the integral acts on an error that the derivative does not see: a slow tail, ten per cent and some above
+    assert 0.05 < overshoot < 0.2 and settling < 8.0
+
+
+def test_printed_sign_throws_the_helicopter_over():
+    printed = PID._replace(pitch=AxisGains(*(-gain for gain in PID.pitch)))
+    z = np.array([*rest_state(P), *start_pid(*rest_state(P)[:3]), 0.0, 0.0])
+    angles, _ = fly(z, (P.theta0 + 0.02, 0.05, 0.0), printed, 5.0)
+    assert np.abs(angles[:, 0]).max() > 1.5
+
+
+def test_default_trim_carries_the_arm_at_zero_elevation():
+    assert PID.trim == pytest.approx(P.a_1 / P.k_z, abs=0.05)
+
+
+# --- the law's parts -----------------------------------------------------------------------------------------------
+
+angle = st.floats(-1.0, 1.0)
+
+
+@given(angle, angle, angle, st.floats(-1, 1), st.floats(-1, 1))
+def test_no_voltage_leaves_its_limit(pitch, elevation, travel, i_p, i_e):
+    state = PidState(i_p, i_e, 0.0, 0.0, 0.0, 0.0)
+    _, voltages = pid_step(state, pitch, elevation, travel, LEVEL, H, TRAVEL)
+    assert np.abs(voltages).max() <= PID.voltage_limit
+
+
+def test_constant_angle_has_no_rate_and_a_moving_one_its_slope():
+    gains = AxisGains(0.0, 0.0, 1.0)
+    only_rates = PID._replace(pitch=gains, elevation=AxisGains(0.0, 0.0, 0.0), trim=0.0)
+    state = start_pid(0.3, 0.0, 0.0)
+    assert pid_step(state, 0.3, 0.0, 0.0, (0, 0, 0), H, only_rates)[1] == (0.0, 0.0)
+    slope, tau = 0.4, PID.rate_time_constant
+    for k in range(100):
+        state, (front, rear) = pid_step(state, 0.3 + slope * k * H, 0.0, 0.0, (0, 0, 0), H, only_rates)
+    # a held ramp of steps slope h: its filtered difference settles at slope (h / tau) / (1 - exp(-h / tau)) of tau
+    settled = slope * H / tau / (1.0 - exp(-H / tau))
+    # and the new sample has just come in, a step h late
+    assert front - rear == pytest.approx(-settled, rel=1e-6)
+
+
+def test_integral_stops_where_it_would_push_beyond_the_limit_and_runs_where_it_leads_back():
+    far = PidState(-9.0, 0.0, 0.0, 0.0, 0.2, 0.0)  # 38 V wanted of the difference
+    outward, _ = pid_step(far, -0.1, 0.2, 0.0, LEVEL, H, PID)
+    assert outward.integral_pitch == far.integral_pitch
+    inward, _ = pid_step(far, 0.1, 0.2, 0.0, LEVEL, H, PID)
+    assert inward.integral_pitch == pytest.approx(far.integral_pitch + H * 0.1)
+
+
+def test_saturated_elevation_recovers_without_windup():
+    """The arm is held down for ten seconds; freed, it overshoots no more than a step of that size does."""
+    z = equilibrium(LEVEL, PID)
+    for _ in range(1000):
+        z = period(z, (0.0, 0.6, 0.0), PID)
+        z[1], z[4] = 0.2, 0.0
+    angles, _ = fly(z, (0.0, 0.6, 0.0), PID, 20.0)
+    held, _ = overshoot_and_settling(angles[:, 1], 0.6)
+    angles, _ = fly(equilibrium(LEVEL, PID), (0.0, 0.6, 0.0), PID, 20.0)
+    free, _ = overshoot_and_settling(angles[:, 1], 0.6)
+    assert held < free + 0.3
+
+
+def test_travel_reference_is_clipped_to_the_pitch_limit():
+    still = start_pid(0.0, 0.2, 0.0)
+    state, _ = pid_step(still, 0.0, 0.2, 0.0, (0.0, 0.2, 50.0), H, TRAVEL)
+    # a wanted travel far ahead asks for a pitch of -.5 rad: the error that the pitch integrates is +.5
+    assert state.integral_pitch == pytest.approx(H * TRAVEL.pitch_limit)
+
+
+def test_filter_of_the_rates_is_exact_over_a_period():
+    state, _ = pid_step(PidState(0, 0, 0, 0.1, 0.2, 0.3), 0.4, 0.2, 0.0, LEVEL, H, PID)
+    kept = exp(-H / PID.rate_time_constant)
+    assert state[3:] == pytest.approx((0.4 - 0.3 * kept, 0.2, 0.3 * kept))
+    assert log(kept) == pytest.approx(-H / PID.rate_time_constant)
