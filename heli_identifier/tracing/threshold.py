@@ -27,8 +27,10 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
     count = int(labels.max()) + 1
     sums = np.zeros((count, len(scan.candidates)))
     np.add.at(sums, labels, -scan.directions * scan.white[:, None])
-    # the mean over blocks is the candidate's own score; what is left is noise
-    sums -= scan.scores / count
+    # what the candidate itself explains is no noise: it leaves each block by the share of the column that lies there
+    shares = np.zeros_like(sums)
+    np.add.at(shares, labels, scan.directions**2)
+    sums -= scan.scores * shares
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
     blocks = random.choice((-1.0, 1.0), size=(DRAWS, count)) @ sums
     gaussian = random.standard_normal((DRAWS, scan.directions.shape[1])) @ _root(scan.directions.T @ scan.directions).T
