@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from ctypes import POINTER, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import POINTER, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -62,6 +62,7 @@ class Instance:
         self.name = name
         self.messages: list[str] = []
         self.worst = OK
+        self._kept: list[Any] = []
         self.description = fmpy.read_model_description(fmu)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.folder = fmpy.extract(fmu)
@@ -80,7 +81,8 @@ class Instance:
         self._callbacks.componentEnvironment = self._key
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
-        self.outputs = [v for v in self.description.modelVariables if v.causality == "output" and v.type == "Real"]
+        variables = self.description.modelVariables
+        self.outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
 
     def hear(self, status: int, message: str) -> None:
         """Keep what the unit says for the next check."""
@@ -142,42 +144,42 @@ class Instance:
         """Leave initialisation mode."""
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
-    def bind(self, inputs: list[str], input_address: int, output_address: int) -> None:
+    def bind(self, inputs: list[str], outputs: list[str], input_address: int, output_address: int) -> None:
         """Lay out the buffers: inputs and outputs lie at these addresses in the master's arrays of doubles."""
         for name in inputs:
             if self.variable(name).causality != "input":
                 raise MasterError(f"{self.name}.{name} is no input")
-        read = [self.variable(name).valueReference for name in inputs]
-        written = [variable.valueReference for variable in self.outputs]
-        library, component = self.slave.dll, c_void_p(self.slave.component)
+        fed, shown = (self._references(names) for names in (inputs, outputs))
+        # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and there is nobody else to run.
+        library = PyDLL(None, handle=self.slave.dll._handle)
         self._set = _raw(library, "fmi2SetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
         self._get = _raw(library, "fmi2GetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
         self._step = _raw(library, "fmi2DoStep", (c_void_p, c_double, c_double, c_int))
-        self._references = (c_uint * len(read))(*read), (c_uint * len(written))(*written)
-        set_references, get_references = (cast(array, c_void_p) for array in self._references)
-        self._set_arguments = (component, set_references, c_size_t(len(read)), c_void_p(input_address))
-        self._get_arguments = (component, get_references, c_size_t(len(written)), c_void_p(output_address))
-        self._component = component
-        self._has_inputs = bool(read)
+        self._component = c_void_p(self.slave.component)
+        self._set_arguments = (self._component, fed, c_size_t(len(inputs)), c_void_p(input_address))
+        self._get_arguments = (self._component, shown, c_size_t(len(outputs)), c_void_p(output_address))
+        self._is_fed, self._is_shown = bool(inputs), bool(outputs)
+
+    def _references(self, names: list[str]) -> c_void_p:
+        """Pointer to an array of value references, which this instance keeps alive."""
+        array = (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
+        self._kept.append(array)
+        return cast(array, c_void_p)
 
     def put(self, time: float) -> None:
         """Hand the inputs over."""
-        if self._has_inputs:
-            status = self._set(*self._set_arguments)
-            if status or self.worst:
-                self._judge("setReal", time, status)
-
-    def step(self, time: float, step: float) -> None:
-        """Step from ``time`` by ``step`` [s]."""
-        status = self._step(self._component, time, step, 1)
-        if status or self.worst:
-            self._judge("doStep", time, status)
+        if self._is_fed and ((status := self._set(*self._set_arguments)) or self.worst):
+            self._judge("setReal", time, status)
 
     def fetch(self, time: float) -> None:
         """Take the outputs."""
-        status = self._get(*self._get_arguments)
-        if status or self.worst:
+        if self._is_shown and ((status := self._get(*self._get_arguments)) or self.worst):
             self._judge("getReal", time, status)
+
+    def step(self, time: float, step: float) -> None:
+        """Step from ``time`` by ``step`` [s]."""
+        if (status := self._step(self._component, time, step, 1)) or self.worst:
+            self._judge("doStep", time, status)
 
     def _judge(self, call: str, time: float, status: int) -> None:
         """Raise for anything worse than a warning."""

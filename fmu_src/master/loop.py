@@ -6,8 +6,7 @@ communication step copies every connection at once and makes three calls per uni
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,6 +19,7 @@ from ..errors import MasterError, WiringError
 from ..variables import Value
 from ..wiring import Scenario, scenario
 from .instance import Instance, address
+from .layout import Layout, laid_out
 from .order import parameters_by_unit, whole_steps
 from .result import Result
 
@@ -31,6 +31,7 @@ def run(
     parameters: Mapping[str, Value] | None = None,
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
+    record: Collection[str] | None = None,
 ) -> Result:
     """Run a scenario in this process.
 
@@ -48,6 +49,8 @@ def run(
         FMU file by unit name (``plant``); those that are not given are built afresh from this project.
     progress : bool
         Show a progress bar.
+    record : collection of str, optional
+        Outputs that are wanted (``identifier.a_wx``); those that feed an input come as well. All by default.
 
     Returns
     -------
@@ -63,7 +66,10 @@ def run(
     steps = whole_steps(duration, step)
     per_unit = parameters_by_unit(wiring, parameters or {})
     with _instances(wiring, dict(fmus or {})) as units:
-        return _stepped(wiring, units, per_unit, steps, step, progress)
+        layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
+        for name, unit in units.items():
+            unit.initialise(per_unit[name], 0.0, steps * step)
+        return _stepped(wiring, layout, units, steps, step, progress)
 
 
 @contextmanager
@@ -88,61 +94,38 @@ def _instances(wiring: Scenario, fmus: dict[str, str | Path]) -> Iterator[dict[s
 
 
 def _stepped(
-    wiring: Scenario,
-    units: dict[str, Instance],
-    parameters: dict[str, dict[str, Value]],
-    steps: int,
-    step: float,
-    progress: bool,
+    wiring: Scenario, layout: Layout, units: dict[str, Instance], steps: int, step: float, progress: bool
 ) -> Result:
-    """Initialise and step the units; the result holds every output."""
-    place: dict[tuple[str, str], int] = {}
-    for name, unit in units.items():
-        for variable in unit.outputs:
-            place[(name, variable.name)] = len(place)
-    inputs: dict[str, list[str]] = defaultdict(list)
-    source = []
-    for name in units:
-        for wire in wiring.connections:
-            if wire.target_unit == name:
-                if (wire.source_unit, wire.source) not in place:
-                    raise WiringError(f"scenario {wiring.name}: {wire.source_unit} has no output {wire.source!r}")
-                inputs[name].append(wire.target)
-                source.append(place[(wire.source_unit, wire.source)])
-    shown, fed = np.zeros(len(place)), np.zeros(len(source))
+    """Bring bound units through initialisation and all steps."""
+    everyone = list(units.values())
+    shown, fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
     first_in = first_out = 0
     for name, unit in units.items():
-        unit.initialise(parameters[name], 0.0, steps * step)
-        unit.bind(inputs[name], address(fed) + 8 * first_in, address(shown) + 8 * first_out)
-        first_in += len(inputs[name])
-        first_out += len(unit.outputs)
-
-    values = np.empty((steps + 1, len(place)))
-    wired, everyone = np.array(source, dtype=np.intp), list(units.values())
-    for unit in everyone:
+        inputs, outputs = layout.inputs[name], layout.outputs[name]
+        unit.bind(inputs, outputs, address(fed) + 8 * first_in, address(shown) + 8 * first_out)
+        first_in, first_out = first_in + len(inputs), first_out + len(outputs)
         unit.fetch(0.0)
-    shown.take(wired, out=fed, mode="clip")
+    shown.take(layout.sources, out=fed, mode="clip")
     for unit in everyone:
         unit.put(0.0)
         unit.finish_initialisation(0.0)
-    for unit in everyone:
         unit.fetch(0.0)
+    values = np.empty((steps + 1, len(shown)))
     values[0] = shown
     began = perf_counter()
     for k in _counted(steps, progress, wiring.title):
         time = k * step
-        shown.take(wired, out=fed, mode="clip")
+        shown.take(layout.sources, out=fed, mode="clip")
         for unit in everyone:
             unit.put(time)
-        for unit in everyone:
             unit.step(time, step)
-        for unit in everyone:
             unit.fetch(time + step)
         values[k + 1] = shown
     seconds = perf_counter() - began
-    names = tuple(f"{unit}.{variable}" for unit, variable in place)
-    physical = tuple(variable.unit or "1" for unit in everyone for variable in unit.outputs)
-    return Result(names, physical, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
+    physical = tuple(
+        unit.variable(output).unit or "1" for name, unit in units.items() for output in layout.outputs[name]
+    )
+    return Result(layout.names, physical, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:

@@ -11,7 +11,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NoReturn
@@ -37,6 +37,7 @@ def run_apart(
     parameters: Mapping[str, Value] | None = None,
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
+    record: Collection[str] | None = None,
 ) -> Result:
     """Run a scenario in a child process; parameters, result and errors are those of :func:`fmu_src.master.run`.
 
@@ -46,7 +47,7 @@ def run_apart(
         As ``run``; MasterError also if the child dies.
     """
     files = {name: str(Path(file).absolute()) for name, file in (fmus or {}).items()}
-    order = (scenario_name, duration, step, dict(parameters or {}), files, progress)
+    order = (scenario_name, duration, step, dict(parameters or {}), files, progress, record)
     with TemporaryDirectory(prefix="heli-run-") as folder:
         answer = Path(folder) / "answer"
         child = subprocess.run(
@@ -70,9 +71,9 @@ def main(answer: Path) -> NoReturn:
     """Child's side: the order comes on standard input, the answer goes to a file."""
     from .loop import run
 
-    scenario_name, duration, step, parameters, fmus, progress = pickle.loads(sys.stdin.buffer.read())
+    order = pickle.loads(sys.stdin.buffer.read())
     try:
-        result = run(scenario_name, duration, step, parameters, fmus, progress)
+        result = run(*order)
         content = None, (result.names, result.units, result.time, result.values, result.seconds)
     except FmuError as problem:
         content = type(problem).__name__, str(problem)  # type: ignore[assignment]

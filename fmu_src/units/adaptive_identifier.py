@@ -100,8 +100,8 @@ definite. Angles are straight lines between samples, voltages are held. The outp
 the samples before it. A communication step that is no sampling period is bridged: samples between two points take
 the angles on the straight line and the voltages as held.</p>
 <p><code>watch.pitch</code>, <code>watch.elevation</code> and <code>watch.travel</code> name effects of the catalogue
-that the model may lack; <code>score.*</code> tells how surely each explains what the model leaves (beyond 3 in about 1 % of
-the cases where it is absent), with the sign of its coefficient.</p>"""
+that the model may lack; <code>score.*</code> tells how surely each explains what the model leaves (beyond 3 in about
+1 % of the cases where it is absent), with the sign of its coefficient.</p>"""
     source = f"{PAPER}, eqs (7), (11); the last term of (11) is omega_f^2 theta, not omega_f theta"
 
     def initialise(self, time: float) -> None:

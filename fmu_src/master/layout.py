@@ -1,0 +1,64 @@
+"""Where every output and input lies in the master's two arrays, and which output feeds which input."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import WiringError
+from ..variables import nearest
+from ..wiring import Scenario
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """The wiring table as places in arrays.
+
+    Attributes
+    ----------
+    names : tuple of str
+        ``unit.variable`` of every output that is fetched, unit by unit; their order in the array of outputs.
+    outputs, inputs : mapping
+        For each unit the variables that are fetched and fed, in the order of the arrays.
+    sources : ndarray, shape (number of inputs,)
+        For each input, the place of the output that feeds it.
+    """
+
+    names: tuple[str, ...]
+    outputs: Mapping[str, list[str]]
+    inputs: Mapping[str, list[str]]
+    sources: NDArray[np.intp]
+
+
+def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Collection[str] | None) -> Layout:
+    """Lay out a scenario.
+
+    Parameters
+    ----------
+    wiring : Scenario
+    shown : mapping
+        For each unit the outputs that it has.
+    record : collection of str, optional
+        ``unit.variable`` of the outputs that are wanted; those that feed an input are fetched as well. All by default.
+
+    Raises
+    ------
+    WiringError
+        A name in ``record`` or in the wiring is no output of its unit.
+    """
+    every = [f"{unit}.{name}" for unit, names in shown.items() for name in names]
+    feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
+    for name in (*feeding, *(record or ())):
+        if name not in every:
+            raise WiringError(f"scenario {wiring.name} has no output {name!r}{nearest(name, every)}")
+    wanted = set(every) if record is None else {*record, *feeding}
+    names = tuple(name for name in every if name in wanted)
+    place = {name: index for index, name in enumerate(names)}
+    outputs = {unit: [name for name in own if f"{unit}.{name}" in place] for unit, own in shown.items()}
+    wires = {unit: [wire for wire in wiring.connections if wire.target_unit == unit] for unit in shown}
+    inputs = {unit: [wire.target for wire in own] for unit, own in wires.items()}
+    sources = [place[f"{wire.source_unit}.{wire.source}"] for own in wires.values() for wire in own]
+    return Layout(names, outputs, inputs, np.array(sources, dtype=np.intp))
