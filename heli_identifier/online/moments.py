@@ -1,13 +1,13 @@
 """Second moments of an axis' signals in blocks of time: what standard errors, excitation and scores are made of.
 
-With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples. From
-the blocks alone follow, for any Omega, the sums of phi (y - phi^T Omega) over each of them, and so the variance of
-the estimate under residuals of any colour (:mod:`.uncertainty`).
+With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
+mean of z over .2/omega_f (:mod:`.axis` says why). From the blocks alone follow, for any Omega, the sums of
+phi (y - phi^T Omega) over each of them, and so the variance of the estimate under residuals of any colour
+(:mod:`.uncertainty`).
 
 The number of blocks stays between half of ``CAPACITY`` and ``CAPACITY``: when it is full, neighbours are merged and
 blocks become twice as long, until all of them together span the memory of the forgetting; from there on the oldest
-is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)). Signals behind F are slow, so
-that five samples per 1/omega_f are taken.
+is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)).
 
 Beside the blocks runs one exponentially weighted mean of z z^T, the window in which excitation is judged.
 """
@@ -29,7 +29,7 @@ _MEMORY = 5.0
 
 
 class MomentCoefficients(NamedTuple):
-    """``interval`` [s] between samples taken, ``longest`` block [samples], and ``renewal`` of the window [1]."""
+    """``interval`` [s] between samples, ``longest`` block [samples], and ``renewal`` of the window [1]."""
 
     interval: float
     longest: float

@@ -64,7 +64,7 @@ class IdentifierSettings:
     motor_time_constant: float = 0.08
     voltage_limit: float = 5.0
     excitation_window: float = 20.0
-    report_interval: float = 2.0
+    report_interval: float = 5.0
     initial: ModelParameters = field(default_factory=ModelParameters)
     watched: tuple[tuple[str, str], ...] = ()
 
