@@ -1,7 +1,7 @@
 """The on-line adaptation (7) over a whole record: the same step functions, compiled and looped.
 
-For histories of the estimates and for long records: some .4 us a sample in place of 30. The parameters come out with
-the bits that :func:`heli_identifier.online.step` gives; standard errors, excitation and scores are left to it.
+For histories of the estimates and for long records: some .4 us a sample in place of 30. The parameters are those of
+:func:`heli_identifier.online.step` but for rounding; standard errors, excitation and scores are left to it.
 """
 
 from typing import NamedTuple

@@ -92,7 +92,7 @@ def test_a_rest_angle_taken_for_known_but_wrong_moves_the_pitch_gain():
     assert abs(replay(held, angles, IdentifierSettings()).final.k_x / TRUTH.k_x - 1.0) < 5e-4
 
 
-def test_the_replay_is_the_step_bit_for_bit(minute):
+def test_the_replay_agrees_with_the_step(minute):
     held, angles, _ = minute
     for settings in (KNOWN, IdentifierSettings()):
         state, estimate = run(held, angles, settings)

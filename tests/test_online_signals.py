@@ -15,6 +15,7 @@ from heli_identifier.online.signals import (
     settled_signals,
     travel_regression,
 )
+from heli_identifier.online.state_filter import filter_line
 from heli_plant.parameters import TABLE_2 as TRUTH
 from tests.online_record import record
 
@@ -68,10 +69,8 @@ def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
 
 def test_the_rate_product_is_that_of_the_true_rates(exact_record):
     held, angles, states = exact_record
-    (_, _), (_, _), (_, phi), _ = regressions(held, angles)
+    _, phi = regressions(held, angles)[2]
     plan = prepare(IdentifierSettings())
-    from heli_identifier.online.state_filter import filter_line
-
     true_product = states[:, 3] * states[:, 5]
     xi, reference = (0.0, 0.0), []
     for before, now in zip(true_product, true_product[1:], strict=False):
