@@ -1,8 +1,8 @@
 """A found effect drawn: the partial residual against the effect's variable, and the fitted law with its band.
 
-The partial residual is the smoothed acceleration less what the model gives without the effect, averaged over bins of the
-variable; the law's curve is the model with the effect less the model without, averaged the same way. No law is written
-again here: both come from the plant.
+The partial residual is the smoothed acceleration less what the model gives without the effect, averaged over bins of
+the variable; the law's curve is the model with the effect less the model without, averaged the same way. No law is
+written again here: both come from the plant.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from heli_identifier.diagnosis.result import EffectCurve
 from heli_identifier.evaluation.smoothed_state import smoothed_motion
 from heli_identifier.prediction.record import Record
-from heli_identifier.tracing.selection import Model
+from heli_identifier.tracing.model import Model
 from heli_plant.compiled import compiled, parameter_record
 from heli_plant.delay import delayed, whole_and_fraction
 from heli_plant.effects import AXES, Effect
@@ -116,12 +116,12 @@ def _variable(record: Record, kind: str, axis: int, mu: NDArray[np.float64]) -> 
     if kind == "mu_rate":
         return np.gradient(mu[:, 1], record.step)
     if kind == "time":
-        return np.arange(record.samples) * record.step
+        return np.arange(record.samples, dtype=np.float64) * record.step
     return angles[:, AXES.index(kind)]
 
 
 def _other(axis: int) -> int:
-    """The axis whose rate a coupling torque follows: elevation's for pitch and travel, pitch's for elevation."""
+    """Give the axis whose rate a coupling torque follows: elevation's for pitch and travel, pitch's for elevation."""
     return (1, 0, 1)[axis]
 
 

@@ -16,7 +16,7 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.record import Record
 from heli_identifier.prediction.start import lagged_voltages
-from heli_identifier.records.log import Log
+from heli_identifier.records.log import Log, log_from_samples
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
@@ -59,14 +59,13 @@ def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
 
 
 def _as_log(record: Record) -> Log:
-    time = np.arange(record.samples) * record.step
-    return Log(record.name, "", "", 1.0 / record.step, time, record.voltages, record.angles)
+    return log_from_samples(record.name, 1.0 / record.step, record.voltages, record.angles)
 
 
 def judged(
     logs: Sequence[Log], held: Problem, before: Fit, after: Fit, plant_after: PlantParameters
 ) -> tuple[dict[str, AxisReport], dict[str, list[NDArray[np.float64]]]]:
-    """Reports of the three axes, and the free runs "before" and "after" on the logs' own grids (N_i, 3) [rad].
+    """Give reports of the three axes, and the free runs "before" and "after" on the logs' own grids (N_i, 3) [rad].
 
     Parameters
     ----------
@@ -111,6 +110,7 @@ def _residual_tests(held: Problem, fit: Fit, parameters: PlantParameters) -> Map
     for i, axis in enumerate(AXES):
         white = [fit.whitener.apply_axis(i, [r[:, i]]) for r in residuals]
         signs = (1.0, -1.0) if axis == "pitch" else (1.0, 1.0)
-        inputs = [held.reduce(record, v @ np.array(signs))[order:] for record, v in zip(held.records, voltages, strict=True)]
+        driving = zip(held.records, voltages, strict=True)
+        inputs = [held.reduce(record, v @ np.array(signs))[order:] for record, v in driving]
         out[axis] = (ljung_box_p(np.concatenate(white)), input_correlation(white, inputs))
     return out

@@ -1,7 +1,7 @@
 """The motion along a record as a zero-phase smoother sees it: where predictions start from, for every model alike.
 
-Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which passes motion up to 3 Hz; no model
-takes part. Motors and bending follow from the voltages by the plant's own step.
+Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which passes motion up to 3 Hz; no
+model takes part. Motors and bending follow from the voltages by the plant's own step.
 """
 
 import numpy as np
@@ -31,7 +31,9 @@ def smoothed_states(record: Record, parameters: PlantParameters) -> NDArray[np.f
     The elevation is the rigid arm's: the encoder's less the simulated bending.
     """
     angles, rates = smoothed_motion(record), smoothed_motion(record, 1)
-    start = start_state(*(float(a) for a in angles[0]), *(float(v) for v in record.voltages[0]))
+    pitch, elevation, travel = (float(a) for a in angles[0])
+    v_front, v_rear = (float(v) for v in record.voltages[0])
+    start = start_state(pitch, elevation, travel, v_front, v_rear)
     states, _ = simulate(record.voltages, record.step, start, parameters)
     bending, bending_rate = states[:, FIELDS.index("bending")], states[:, FIELDS.index("bending_rate")]
     states[:, 0:3], states[:, 3:6] = angles, rates

@@ -1,4 +1,4 @@
-"""Tests of what is left: is it white, and does it still follow the inputs?"""
+"""Tests of what is left: whether it is white, and whether it still follows the inputs."""
 
 from collections.abc import Sequence
 

@@ -28,7 +28,7 @@ DIFFERENCE_STEPS = {"moving_mass_time": 0.3, "input_delay_rotors": 2e-3, "dead_z
 
 
 def difference_step(field: str, value: float) -> float:
-    """Step for the numerical derivative by ``field`` at ``value``: small against any nonlinearity, far above rounding."""
+    """Step for the numerical derivative by ``field`` at ``value``: small against any nonlinearity, above rounding."""
     if field in DIFFERENCE_STEPS:
         return DIFFERENCE_STEPS[field]
     return 1e-4 * max(abs(value), 0.05)
@@ -77,7 +77,7 @@ class Fit:
     converged: bool
 
     def standard_error(self, field: str) -> float:
-        """Standard error of a free field, in its unit."""
+        """Give the standard error of a free field, in its unit."""
         index = self.free.index(field)
         return float(np.sqrt(self.covariance[index, index]))
 
@@ -122,7 +122,7 @@ def block_covariance(
 
 
 def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
-    """Number of the time block that each whitened sample belongs to, shape (M,)."""
+    """Give the number of the time block that each whitened sample belongs to, shape (M,)."""
     width = max(1, int(BLOCK_SECONDS * REDUCED_RATE))
     labels, first = [], 0
     for length in problem.lengths:

@@ -61,7 +61,8 @@ def observer_start(record: Record) -> PlantState:
     slopes, intercepts = np.polyfit(np.arange(count) * record.step, record.angles[:count], 1)
     rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
     v_front, v_rear = (float(v) for v in record.voltages[0])
-    start = start_state(*(float(a) for a in intercepts), v_front, v_rear, rates)
+    pitch, elevation, travel = (float(a) for a in intercepts)
+    start = start_state(pitch, elevation, travel, v_front, v_rear, rates)
     return start._replace(cable_rest=float(record.angles[0, 2]))
 
 

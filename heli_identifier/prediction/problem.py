@@ -45,7 +45,7 @@ class Problem:
         object.__setattr__(self, "starts", tuple(observer_start(record) for record in self.records))
 
     def factor(self, record: Record) -> int:
-        """Samples that are averaged into one."""
+        """Count the samples of a record that are averaged into one."""
         return max(1, round(1.0 / (record.step * REDUCED_RATE)))
 
     def reduce(self, record: Record, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -48,7 +48,7 @@ def candidates(records: Sequence[Record], parameters: PlantParameters) -> list[C
 
 
 def moving_mass_at(times: Sequence[float], parameters: PlantParameters) -> list[Candidate]:
-    """Moves that let a mass step at each of ``times`` [s]; none where one is in the model already."""
+    """Give the moves that let a mass step at each of ``times`` [s]; none where one is in the model already."""
     entry = effect("moving_mass", "elevation")
     if getattr(parameters, entry.field) != 0.0:
         return []

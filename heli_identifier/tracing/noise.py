@@ -35,9 +35,8 @@ def noise_whitener(fit: Fit, candidate_columns: Sequence[NDArray[np.float64]]) -
     filters, scales = [], []
     for axis in range(3):
         drift, _, _ = curve_columns(fit, axis, "time", time)
-        columns = [
-            np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in zip(candidate_columns, drift, strict=True)
-        ]
+        pairs = zip(candidate_columns, drift, strict=True)
+        columns = [np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in pairs]
         left = linear_gain(fit, columns, (axis,), start, 2, CONTRACTION).residuals
         taps, scale = fit_axis([r[:, 0] for r in left], fit.whitener.order, CONTRACTION)
         filters.append(taps)

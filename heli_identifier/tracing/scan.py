@@ -81,7 +81,7 @@ def scan(fit: Fit, candidates: Sequence[Candidate]) -> Scan:
 
 
 def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
-    """``scanned`` with further candidates."""
+    """Give ``scanned`` with further candidates."""
     raw = [np.concatenate(pair, axis=2) for pair in zip(scanned.raw, raw_columns(scanned.fit, candidates), strict=True)]
     return scored(scanned.fit, scanned.whitener, (*scanned.candidates, *candidates), raw)
 

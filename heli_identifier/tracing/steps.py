@@ -11,7 +11,7 @@ from heli_plant.effects import AXES
 
 
 def step_times(fit: Fit, whitener: Whitener, count: int = 2) -> tuple[float, ...]:
-    """Times [s] of the ``count`` best steps, the same in every record, at least two seconds apart."""
+    """Find the times [s] of the ``count`` best steps, the same in every record, at least two seconds apart."""
     axis = AXES.index("elevation")
     longest = max(record.duration for record in fit.problem.records)
     times = np.arange(2.0, longest - 2.0, STEP_SPACING)

@@ -42,7 +42,7 @@ def _largest(draws: NDArray[np.float64], one_sided: NDArray[np.bool_]) -> NDArra
 
 
 def _root(correlation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A with A A' = correlation, for a singular one too."""
+    """Give A with A A' = correlation, for a singular one too."""
     values, vectors = np.linalg.eigh(correlation)
     return vectors * np.sqrt(np.maximum(values, 0.0))
 

@@ -21,7 +21,9 @@ def open_verdicts(scanned: Scan, threshold: float, hint: float) -> tuple[Catalog
     for index, candidate in enumerate(scanned.candidates):
         by_field.setdefault(candidate.effect.field, []).append(index)
     return tuple(
-        _verdict(scanned, entry, by_field[entry.field], threshold, hint) for entry in CATALOGUE if entry.field in by_field
+        _verdict(scanned, entry, by_field[entry.field], threshold, hint)
+        for entry in CATALOGUE
+        if entry.field in by_field
     )
 
 
