@@ -9,8 +9,8 @@ from textwrap import dedent
 
 import pytest
 
-# Matrices here are small and logs are simulated on all cores already: the linear algebra's own threads would only get in
-# each other's way, fivefold on two cores. The variables count when NumPy is loaded, which no line above does.
+# Matrices here are small and logs are simulated on all cores already: the linear algebra's own threads would only get
+# in each other's way, fivefold on two cores. The variables count when NumPy is loaded, which no line above does.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
