@@ -21,7 +21,8 @@ from .packaging.documentation import index_html
 from .packaging.icon import icon
 from .packaging.model_description import model_description, xml_text
 from .packaging.sources import content_hash, needed_sources, renamed, slave_script
-from .slave_base import TYPES, SlaveBase
+from .slave_base import SlaveBase
+from .value_table import TYPES
 from .variables import Value, nearest, problem_with
 
 UNITS: dict[str, str] = {

@@ -8,7 +8,7 @@
 * Parameters are read when initialisation ends, and outputs are right from the start time on; a fixed parameter that
   comes later is refused with a log message and changes nothing.
 * Save and restore take the whole state (the unit's ``freeze`` and ``thaw``), not just the registered variables.
-* Values lie in one flat dictionary per type, by value reference, so that a get or set is a look-up per value.
+* Values lie in flat dictionaries by value reference (:mod:`fmu_src.value_table`).
 
 A unit gives its ``variables`` and four methods: ``initialise``, ``advance``, ``freeze``, ``thaw``.
 """
@@ -24,12 +24,12 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .errors import Refusal
-from .variables import Value, Variable, problem_with
+from .value_table import EARLY, LATE, ValueTable
+from .variables import Value, Variable
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 WHOLE_UNIT = -1
 """Key of a refusal that no single variable can set right."""
-TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 
 
 class SlaveBase(Fmi2Slave):
@@ -51,21 +51,11 @@ class SlaveBase(Fmi2Slave):
         super().__init__(**kwargs)
         self.phase = INSTANTIATED
         self.start_time = 0.0
-        self.reals: dict[int, float] = {}
-        self.integers: dict[int, int] = {}
-        self.booleans: dict[int, bool] = {}
-        self.strings: dict[int, str] = {}
-        self._stores: dict[str, dict[int, Any]] = {
-            "Real": self.reals, "Integer": self.integers, "Boolean": self.booleans, "String": self.strings,
-        }  # fmt: skip
-        for reference, variable in enumerate(self.variables):
-            start = self.start_values.get(variable.name, variable.start)
-            kind = TYPES[variable.type]
-            self._stores[variable.type][reference] = kind() if start is None else kind(start)
-        self._refused: dict[int, str] = {}
+        self.table = ValueTable(self.variables, self.start_values)
+        self.reals, self.integers = self.table.reals, self.table.integers
+        self.booleans, self.strings = self.table.booleans, self.table.strings
         self._stale = False
         self._prepared_for: list[Any] | None = None
-        self._open_settings(("input", "parameter"))
         self._keep_one_path_entry()
 
     def _keep_one_path_entry(self) -> None:
@@ -73,14 +63,6 @@ class SlaveBase(Fmi2Slave):
         if self.resources and sys.path.count(self.resources) > 1:
             first = sys.path.index(self.resources)
             sys.path[first + 1 :] = [entry for entry in sys.path[first + 1 :] if entry != self.resources]
-
-    def _open_settings(self, causalities: tuple[str, ...]) -> None:
-        """Let inputs, tunable parameters and variables of these causalities be set from now on."""
-        self._limits = {
-            reference: variable.bounds
-            for reference, variable in enumerate(self.variables)
-            if variable.causality in causalities or variable.variability == "tunable"
-        }
 
     # What a unit fills in
 
@@ -101,7 +83,7 @@ class SlaveBase(Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Step, or refuse and stay where the unit is."""
         try:
-            if self.phase is not STEPPING or self._refused or not 0.0 < step_size < 1e9:
+            if self.phase is not STEPPING or self.table.refused or not 0.0 < step_size < 1e9:
                 self._check_step(current_time, step_size)
             self.advance(current_time, step_size)
             return True
@@ -112,8 +94,10 @@ class SlaveBase(Fmi2Slave):
     def _check_step(self, time: float, step: float) -> None:
         if self.phase is not STEPPING:
             raise Refusal(f"a step from t = {time:g} s needs initialisation before it; the unit is {self.phase}")
-        if self._refused:
-            raise Refusal(f"no step from t = {time:g} s before this is set right: " + "; ".join(self._refused.values()))
+        if self.table.refused:
+            raise Refusal(
+                f"no step from t = {time:g} s before this is set right: " + "; ".join(self.table.refused.values())
+            )
         raise Refusal(f"communication step {step!r} s at t = {time:g} s must be positive and finite")
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None):
@@ -132,8 +116,8 @@ class SlaveBase(Fmi2Slave):
             self._prepare()
         except BaseException as problem:
             self._tell("exitInitializationMode", problem)
-            self._refused[WHOLE_UNIT] = f"{problem} (initialisation failed; reset the unit)"
-        self._open_settings(("input",))
+            self.table.refused[WHOLE_UNIT] = f"{problem} (initialisation failed; reset the unit)"
+        self.table.open_for(LATE)
         self.phase = STEPPING
 
     def _prepare(self) -> None:
@@ -145,14 +129,7 @@ class SlaveBase(Fmi2Slave):
 
     def _settings(self) -> list[Any]:
         """Return the start time and the value of every parameter: what ``initialise`` depends on."""
-        return [
-            self.start_time,
-            *(
-                self._stores[variable.type][reference]
-                for reference, variable in enumerate(self.variables)
-                if variable.causality == "parameter"
-            ),
-        ]
+        return [self.start_time, *self.table.parameters()]
 
     def terminate(self) -> None:
         """Take no further steps."""
@@ -195,61 +172,32 @@ class SlaveBase(Fmi2Slave):
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Take Real values that are in range, log and refuse the others."""
         try:
-            limits, reals = self._limits, self.reals
-            for reference, value in zip(vrs, values, strict=True):
-                if reference in limits and reference in reals:
-                    low, high = limits[reference]
-                    if low <= value <= high:
-                        reals[reference] = value
-                        if self._refused:
-                            self._refused.pop(reference, None)
-                        continue
-                self._refuse("setReal", reference, value, reals)
-            if self.phase is not STEPPING:
-                self._stale = self.phase is INITIALISING
+            problems = self.table.take_reals(vrs, values)
+            if problems:
+                self._tell_all("setReal", problems)
+            if self.phase is INITIALISING:
+                self._stale = True
         except BaseException as problem:
             self._tell("setReal", problem)
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Take Integer values that are in range, log and refuse the others."""
-        self._set("setInteger", self.integers, vrs, values)
+        self._set("Integer", vrs, values)
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
         """Take Boolean values."""
-        self._set("setBoolean", self.booleans, vrs, values)
+        self._set("Boolean", vrs, values)
 
     def set_string(self, vrs: list[int], values: list[str]) -> None:
         """Take String values."""
-        self._set("setString", self.strings, vrs, values)
+        self._set("String", vrs, values)
 
-    def _set(self, call: str, store: dict[int, Any], vrs: list[int], values: list[Any]) -> None:
+    def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
         try:
-            for reference, value in zip(vrs, values, strict=True):
-                known = reference in self._limits and reference in store
-                if known and problem_with(self.variables[reference], value) is None:
-                    store[reference] = value
-                    self._refused.pop(reference, None)
-                else:
-                    self._refuse(call, reference, value, store)
+            self._tell_all(f"set{kind}", self.table.take(kind, vrs, values))
             self._stale = self.phase is INITIALISING
         except BaseException as problem:
-            self._tell(call, problem)
-
-    def _refuse(self, call: str, reference: int, value: Any, store: dict[int, Any]) -> None:
-        """Log why ``value`` is not taken; if a better value can still come, refuse steps until it does."""
-        if reference not in store:
-            self._tell(call, Refusal(f"no variable of this type has value reference {reference}"))
-            return
-        variable = self.variables[reference]
-        if reference not in self._limits:
-            reason = (
-                "is an output" if variable.causality == "output" else "is fixed once initialisation has ended"
-            )  # fmt: skip
-            self._tell(call, Refusal(f"{variable.name} {reason}; {value!r} was not taken"))
-            return
-        problem = problem_with(variable, value) or f"{variable.name} = {value!r} was not taken"
-        self._refused[reference] = problem
-        self._tell(call, Refusal(problem))
+            self._tell(f"set{kind}", problem)
 
     # State
 
@@ -261,8 +209,8 @@ class SlaveBase(Fmi2Slave):
                 "unit": self._signature(),
                 "phase": self.phase,
                 "start_time": self.start_time,
-                "stores": {kind: list(store.items()) for kind, store in self._stores.items()},
-                "refused": list(self._refused.items()),
+                "values": self.table.dump(),
+                "refused": list(self.table.refused.items()),
                 "hidden": self.freeze(),
             }
         except BaseException as problem:
@@ -273,25 +221,21 @@ class SlaveBase(Fmi2Slave):
         try:
             if not state or state["unit"] != self._signature():
                 raise Refusal("this is no complete state of this unit; nothing was changed")
-            self._restore(state["stores"])
+            self.table.restore(state["values"])
             self.start_time = state["start_time"]
             phases = (INSTANTIATED, INITIALISING, STEPPING, TERMINATED)
             self.phase = phases[phases.index(state["phase"])]  # the same objects again: phases are compared by identity
-            self._refused = {reference: text for reference, text in state["refused"]}
+            self.table.refused = {reference: text for reference, text in state["refused"]}
             early = self.phase in (INSTANTIATED, INITIALISING)
-            self._open_settings(("input", "parameter") if early else ("input",))
+            self.table.open_for(EARLY if early else LATE)
             self._stale = self.phase is INITIALISING
             if not early:
                 if self._prepared_for != self._settings():
                     self._prepare()
-                    self._restore(state["stores"])  # since ``initialise`` has shown the outputs of the start
+                    self.table.restore(state["values"])  # since ``initialise`` has shown the outputs of the start
                 self.thaw(state["hidden"])
         except BaseException as problem:
             self._tell("setFMUstate", problem)
-
-    def _restore(self, stores: dict[str, list[Any]]) -> None:
-        for kind, store in self._stores.items():
-            store.update((reference, value) for reference, value in stores[kind])
 
     def _signature(self) -> list[Any]:
         return [type(self).__name__, len(self.variables)]
@@ -312,6 +256,10 @@ class SlaveBase(Fmi2Slave):
             self.log(f"{call}: {problem}", Fmi2Status.discard)
         else:
             self.log(f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error)
+
+    def _tell_all(self, call: str, refusals: list[str]) -> None:
+        for text in refusals:
+            self._tell(call, Refusal(text))
 
     def log(self, msg: str, status: Fmi2Status = Fmi2Status.ok, category: str | None = None, debug: Any = None) -> None:
         """Queue a message for the host, which reads it as a printf format and as UTF-8."""
