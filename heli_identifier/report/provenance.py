@@ -1,0 +1,38 @@
+"""Where results come from: the command, the versions that took part, the day."""
+
+import platform
+import shlex
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "statsmodels", "pythonfmu", "fmpy")
+"""Distributions whose version can change a result."""
+
+
+def versions() -> dict[str, str]:
+    """Give the version of Python and of every package that takes part; "not installed" where one is missing."""
+    found = {"Python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "not installed"
+    return found
+
+
+def provenance(command: Sequence[str]) -> dict[str, Any]:
+    """Give the provenance of what ``command`` computes now.
+
+    Parameters
+    ----------
+    command : sequence of str
+        Words of the command line.
+    """
+    return {
+        "command": shlex.join(command),
+        "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+        "system": f"{platform.system()} {platform.machine()}",
+        "versions": versions(),
+    }
