@@ -35,8 +35,9 @@ from heli_identifier.tracing.candidates import shape_fields
 from heli_identifier.tracing.description import described
 from heli_identifier.tracing.experiments import separating
 from heli_identifier.tracing.held_out import borne_out
+from heli_identifier.tracing.model import Model, effect_score
 from heli_identifier.tracing.scan import Scan
-from heli_identifier.tracing.selection import Model, Selection, effect_score, select
+from heli_identifier.tracing.selection import Selection, select
 from heli_identifier.tracing.verdicts import open_verdicts, upper_bound
 from heli_plant.effects import Effect
 from heli_plant.parameters import BY_FIELD
@@ -157,7 +158,7 @@ def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]
 
 
 def _parameters(fit: Fit) -> dict[str, Estimate]:
-    """The simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
+    """Give the simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
     return {
         **{field: _estimate(fit, field) for field in BASE},
         "T_m": Estimate(fit.parameters.T_m, None, "s"),
@@ -264,7 +265,8 @@ def _correlation(scanned: Scan) -> np.ndarray:
 
 def _entries(logs: Sequence[Log], used_for: str) -> tuple[DataEntry, ...]:
     return tuple(
-        DataEntry(log.path or log.name, log.sha256, len(log.time), log.rate_hz, used_for, tuple(log.notes)) for log in logs
+        DataEntry(log.path or log.name, log.sha256, len(log.time), log.rate_hz, used_for, tuple(log.notes))
+        for log in logs
     )
 
 

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from heli_identifier.tracing.selection import SelectionSettings
+from heli_identifier.tracing.settings import SelectionSettings
 from heli_plant.parameters import PlantParameters
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from heli_identifier.diagnosis.result import Estimate
 from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
-from heli_identifier.tracing.selection import Model, effect_score, without
+from heli_identifier.tracing.model import Model, effect_score, without
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0
@@ -37,8 +37,8 @@ def agreement(
             same_sign = value * getattr(model.fit.parameters, effect.field) > 0.0
             score = abs(effect_score(refit, effect))
             if not same_sign or score < LEAST_SCORE:
-                reason = f"at the filter frequency {bandwidth:g} rad/s it is {value:.3g} {effect.unit}, score {score:.1f}"
-                failed[effect.field] = (effect, reason)
+                seen = f"it is {value:.3g} {effect.unit}, score {score:.1f}"
+                failed[effect.field] = (effect, f"at the filter frequency {bandwidth:g} rad/s {seen}")
     for effect, _ in failed.values():
         model = without(model, effect)
     return model, found, list(failed.values())

@@ -5,9 +5,11 @@ comes within a few units of the chosen one's is an alternative that these data c
 """
 
 from heli_identifier.tracing.candidates import candidates
+from heli_identifier.tracing.model import Model, without
 from heli_identifier.tracing.noise import noise_whitener
 from heli_identifier.tracing.scan import scan, scored
-from heli_identifier.tracing.selection import Model, SelectionSettings, contenders, trial, without
+from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.trials import contenders, trial
 from heli_plant.effects import Effect
 
 CLOSE = 6.0
@@ -18,7 +20,8 @@ def alternatives(model: Model, effect: Effect, settings: SelectionSettings, thre
     """Entries that could stand in ``effect``'s place, likeliest first."""
     bare = without(model, effect)
     gain = 2.0 * (model.fit.log_likelihood - bare.fit.log_likelihood)
-    scanned = scan(bare.fit, [c for c in candidates(bare.fit.problem.records, bare.fit.parameters) if _rival(c.effect, effect)])
+    moves = candidates(bare.fit.problem.records, bare.fit.parameters)
+    scanned = scan(bare.fit, [c for c in moves if _rival(c.effect, effect)])
     sharp = scored(bare.fit, noise_whitener(bare.fit, scanned.raw), scanned.candidates, scanned.raw)
     rivals = []
     for index, value, linear in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist):

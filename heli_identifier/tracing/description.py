@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.selection import Model
+from heli_identifier.tracing.model import Model
 from heli_identifier.tracing.unknown import DEGREE, UNITS, Unknown
 
 POINTS = 121
@@ -42,7 +42,7 @@ def described(model: Model, index: int) -> dict[str, Any]:
 
 
 def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> dict[str, Any]:
-    """A line's frequency and its mean amplitude over the records."""
+    """State a line's frequency and its mean amplitude over the records."""
     amplitudes = np.hypot(weights[0::2], weights[1::2])
     error = float(np.sqrt(np.trace(covariance) / 2.0) / len(amplitudes))
     amplitude = float(amplitudes.mean())
@@ -57,7 +57,7 @@ def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np
 
 
 def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
-    """What kind of curve it is."""
+    """Say what kind of curve it is."""
     swing = float(y.max() - y.min())
     words = [f"a torque of {unknown.variable}, {swing:.2g} rad/s^2 from lowest to highest"]
     if unknown.variable == "travel":

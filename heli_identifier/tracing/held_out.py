@@ -4,7 +4,7 @@ import numpy as np
 
 from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import Problem
-from heli_identifier.tracing.selection import Model, effect_score, without
+from heli_identifier.tracing.model import Model, effect_score, without
 from heli_plant.effects import Effect
 
 

@@ -42,6 +42,15 @@ DEGREE = 3
 HIGHEST_LINE = 3.0
 """Highest frequency [Hz] of a line: above it the pattern of an encoder's counts under steady motion passes for one."""
 
+LINEAR_IN_MODEL = {
+    ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
+    ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
+}  # fmt: skip
+"""Axis and variable of the torques that the simplified model has a linear term for."""
+
+LARGEST_SHARE = 5.0
+"""A curve that explains this many times the residual's standard deviation is a difference of huge columns."""
+
 LOWEST_LINE = 0.06
 """Lowest frequency [Hz] of a line: below it a record holds too few periods to tell a line from drift."""
 
@@ -61,7 +70,7 @@ class Unknown:
         Columns of its model.
     columns : list of NDArray, shape (n_i, 1, degrees)
         Their responses in the innovations of the axis.
-    knots, mean : NDArray
+    knots, projection : NDArray
         Of a curve's splines, empty for a line.
     """
 
@@ -72,11 +81,11 @@ class Unknown:
     degrees: int
     columns: list[NDArray[np.float64]]
     knots: NDArray[np.float64]
-    mean: NDArray[np.float64]
+    projection: NDArray[np.float64]
 
     def curve(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Basis (len(x), degrees) of the torque at values ``x`` of its variable."""
-        return centred(spline_basis(x, self.knots, self.variable == "travel"), self.mean)
+        return curve_basis(x, self.axis, self.variable, self.knots, self.projection)
 
     @property
     def surplus(self) -> float:
@@ -138,31 +147,47 @@ def spline_basis(x: NDArray[np.float64], knots: NDArray[np.float64], periodic: b
     return basis
 
 
-def centred(basis: NDArray[np.float64], mean: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A basis (N, k) without its mean over all records and without one column: a constant belongs to the model."""
-    return (basis - mean)[:, :-1]
+def trend(x: NDArray[np.float64], axis: str, variable: str) -> NDArray[np.float64]:
+    """Functions (N, 0 to 2) of a variable that the model holds itself: a constant torque, a term linear in it.
+
+    They are taken out of the curve, which is defined only up to them; the travel has no constant torque of its own.
+    """
+    columns = [] if axis == "travel" else [np.ones_like(x)]
+    if (axis, variable) in LINEAR_IN_MODEL:
+        columns.append(x)
+    return np.column_stack(columns) if columns else np.empty((len(x), 0))
+
+
+def curve_basis(x: NDArray[np.float64], axis: str, variable: str, knots: NDArray, projection: NDArray) -> NDArray:
+    """Splines (N, k) of a variable less the trend that ``projection`` (trends, splines) finds in them."""
+    basis = spline_basis(x, knots, variable == "travel") - trend(x, axis, variable) @ projection
+    return basis[:, : basis.shape[1] - len(projection)]
 
 
 def curve_columns(
     fit: Fit, axis: int, variable: str, values: list[NDArray[np.float64]]
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.float64], NDArray[np.float64]]:
-    """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``, their knots and means."""
-    periodic = variable == "travel"
+    """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``, knots and projection."""
+    name, periodic = AXES[axis], variable == "travel"
     knots = spline_knots(values, periodic)
-    bases = [spline_basis(x, knots, periodic) for x in values]
-    mean = np.concatenate(bases).mean(axis=0)
-    responses = torque_responses(fit.problem, axis, fit.parameters, [centred(basis, mean) for basis in bases])
-    return [-r[:, None, :] for r in responses], knots, mean
+    pooled = np.concatenate(values)
+    held = trend(pooled, name, variable)
+    projection = np.linalg.lstsq(held, spline_basis(pooled, knots, periodic), rcond=None)[0]
+    bases = [curve_basis(x, name, variable, knots, projection) for x in values]
+    responses = torque_responses(fit.problem, axis, fit.parameters, bases)
+    return [-r[:, None, :] for r in responses], knots, projection
 
 
 def curve_of(fit: Fit, axis: int, variable: str, values: list[NDArray[np.float64]]) -> Unknown:
     """Fit an unknown torque of ``variable`` on ``axis``."""
-    columns, knots, mean = curve_columns(fit, axis, variable, values)
+    columns, knots, projection = curve_columns(fit, axis, variable, values)
     gain = linear_gain(fit, columns, (axis,))
-    return Unknown(AXES[axis], variable, None, gain, columns[0].shape[2], columns, knots, mean)
+    return Unknown(AXES[axis], variable, None, gain, columns[0].shape[2], columns, knots, projection)
 
 
-def line_columns(problem: Problem, parameters: PlantParameters, axis: int, frequency: float) -> list[NDArray[np.float64]]:
+def line_columns(
+    problem: Problem, parameters: PlantParameters, axis: int, frequency: float
+) -> list[NDArray[np.float64]]:
     """Responses to a cosine and a sine of ``frequency`` [Hz] in each record apart, (n_i, 1, 2 records)."""
     count = len(problem.records)
     accelerations = []
@@ -182,7 +207,7 @@ def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
 
 
 def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
-    """The line of largest gain within one bin of ``frequency`` [Hz]."""
+    """Find the line of largest gain within one bin of ``frequency`` [Hz]."""
     bin_width = 1.0 / max(record.duration for record in fit.problem.records)
     found = minimize_scalar(
         lambda f: -line_of(fit, axis, float(f)).gain.value,
@@ -194,7 +219,7 @@ def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
 
 
 def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
-    """Frequencies [Hz] at which the innovations' periodogram, summed over records, stands highest above its surroundings.
+    """Frequencies [Hz] at which the innovations' periodogram, summed over records, stands out most.
 
     The innovations before whitening are looked at: an autoregression would have taken a strong line in.
     """
@@ -217,7 +242,7 @@ def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
     return found
 
 
-def _background(frequencies: NDArray[np.float64], power: NDArray[np.float64], least: float) -> NDArray[np.float64]:
+def _background(frequencies: NDArray[np.floating], power: NDArray[np.float64], least: float) -> NDArray[np.float64]:
     """Smooth level of a periodogram: its median over bands of a third of an octave, no narrower than ``least`` [Hz]."""
     edges = [LOWEST_LINE / 2.0]
     while edges[-1] < frequencies[-1]:
@@ -254,4 +279,12 @@ def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
         for _, variable in screened(fit, whitener, values, axis)[:shortlist]:
             found.append(curve_of(fit, axis, variable, values[variable]))
         found.extend(line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis))
-    return sorted(found, key=lambda unknown: -unknown.surplus)
+    return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.surplus)
+
+
+def is_sane(fit: Fit, unknown: Unknown) -> bool:
+    """Whether a curve is of the size of what it explains, and not a difference of huge columns."""
+    axis = AXES.index(unknown.axis)
+    explained = np.concatenate([c[:, 0] @ unknown.gain.coefficients for c in unknown.columns])
+    residual = np.concatenate([r[:, axis] for r in fit.residuals])
+    return float(explained.std()) <= LARGEST_SHARE * float(residual.std())

@@ -1,0 +1,41 @@
+"""Levels of the search."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SelectionSettings:
+    """Levels of the search.
+
+    Attributes
+    ----------
+    significance : float
+        Probability that a record of the bare model has any effect shown.
+    shortlist : int
+        Candidates that are refitted in a round.
+    shape_price : float
+        Gain in twice the log-likelihood that a free shape parameter must bring: the Bayesian criterion's log(n) for
+        the some thousand independent samples of a data set.
+    unknown_factor, unknown_margin : float
+        An unknown torque must gain this factor times what the best named effect gains, plus this margin.
+    unknown_share : float
+        Beside a named effect on its axis, an unknown torque must gain this share of what the named effects gained:
+        a law is never exact, and what is left of it is not a discovery.
+    share_beside_named, share_beside_unknown : float
+        A further named effect must gain this share of what named effects, or an unknown torque, gained on its axes.
+    unknown_significance : float
+        Probability that a record of the bare model shows an unknown torque.
+    most : int
+        Most effects in a model.
+    """
+
+    significance: float = 0.005
+    shortlist: int = 4
+    shape_price: float = 8.0
+    unknown_factor: float = 1.2
+    unknown_margin: float = 10.0
+    unknown_share: float = 0.25
+    share_beside_named: float = 0.01
+    share_beside_unknown: float = 0.1
+    unknown_significance: float = 1e-5
+    most: int = 8
