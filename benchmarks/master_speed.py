@@ -25,7 +25,7 @@ def ours(order: dict, steps: int) -> float:
 
 
 def ours_recording_all(order: dict, steps: int) -> float:
-    """Step with the master, all 52 outputs recorded at every step."""
+    """Step with the master, all 47 outputs recorded at every step."""
     from fmu_src.master import run
 
     return run("closed_loop", steps * STEP, STEP, {}, order["fmus"]).seconds
