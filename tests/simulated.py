@@ -1,0 +1,114 @@
+"""Records of the plant for the tests of prediction, tracing and evaluation: exact, or with a room's torque and encoders.
+
+The loop below is the interpreted step with an acceleration d of its own, held over each sampling period h: angles
+move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
+of the order h, where it is not.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.signal import lfilter
+
+from heli_identifier.prediction.record import Record
+from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.delay import DelayLine
+from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.simulation import simulate
+from heli_plant.state import PlantState, rest_state
+from tests.blind.signals import multisines, square_and_chirp
+from tests.online_record import H, read
+
+ROOM = 0.003
+"""Standard deviation of a room's torque on each axis [rad/s^2]; it is correlated over 1 s."""
+
+Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
+
+
+def drive(seconds, seed=0):
+    """Multisines on both inputs, (N, 2) [V]."""
+    return multisines(seconds, np.random.default_rng(seed))
+
+
+def square_drive(seconds):
+    """The paper's first experiment, (N, 2) [V]: neither rotor ever reverses."""
+    return square_and_chirp(seconds, 1.0)
+
+
+def rest(parameters, voltages):
+    """State near rest under a record's first voltages; its elevation is what the encoder reads."""
+    v_front, v_rear = (float(v) for v in voltages[0])
+    return rest_state(parameters, v_front + v_rear)._replace(nu_front=v_front, nu_rear=v_rear)
+
+
+def exact(parameters, voltages, name="exact", h=H):
+    """Record without any noise, and its start."""
+    start = rest(parameters, voltages)
+    return Record(name, h, voltages, simulate(voltages, h, start, parameters)[1]), start
+
+
+def room_torque(count, seed, deviation=ROOM, correlation_time=1.0):
+    """Random accelerations (N, 3) [rad/s^2] of a first-order process."""
+    pole = float(np.exp(-H / correlation_time))
+    white = np.random.default_rng(seed).standard_normal((count + 1000, 3))
+    return deviation * np.sqrt(1.0 - pole**2) * lfilter([1.0], [1.0, -pole], white, axis=0)[1000:]
+
+
+def pushed(
+    parameters: PlantParameters,
+    voltages: np.ndarray,
+    torque: np.ndarray,
+    law: Callable[[int, PlantState], tuple[float, float, float]] | None = None,
+    controller: Controller | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Simulate with accelerations ``torque`` (N, 3) and a further ``law`` of sample and state [rad/s^2].
+
+    Returns the voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
+    """
+    state, line = rigid_start(rest(parameters, voltages), parameters), DelayLine()
+    used, angles = np.array(voltages, dtype=float), np.empty((len(voltages), 3))
+    for k in range(len(voltages)):
+        angles[k] = measured_angles(state)
+        if controller is not None:
+            used[k] = controller(k, tuple(angles[k]))
+        v_front, v_rear = line.push(float(used[k, 0]), float(used[k, 1]), parameters.input_delay_rotors, H)
+        d = torque[k] if law is None else torque[k] + law(k, state)
+        moved = step(state, v_front, v_rear, 0.0, k * H, H, parameters)
+        state = moved._replace(
+            pitch=moved.pitch + 0.5 * H * H * d[0],
+            elevation=moved.elevation + 0.5 * H * H * d[1],
+            travel=moved.travel + 0.5 * H * H * d[2],
+            pitch_rate=moved.pitch_rate + H * d[0],
+            elevation_rate=moved.elevation_rate + H * d[1],
+            travel_rate=moved.travel_rate + H * d[2],
+        )
+    return used, angles
+
+
+def noisy(parameters, voltages, seed, law=None, deviation=ROOM, name="noisy"):
+    """Record with a room's torque, read by the rig's encoders."""
+    torque = room_torque(len(voltages), seed, deviation)
+    return Record(name, H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
+
+
+def closed_loop(parameters, seconds, seed, name="closed loop"):
+    """Record under the PID, whose references for pitch and elevation step about, one period of delay in the loop."""
+    count = round(seconds / H)
+    random = np.random.default_rng(seed)
+    references = np.repeat(random.uniform((-0.25, 0.0), (0.25, 0.3), (count // 250 + 1, 2)), 250, axis=0)
+    settings, pid = PidSettings(), [start_pid(parameters.theta0, 0.1, 0.0)]
+    waiting = [(0.5, 0.5)]
+
+    def controller(k, angles):
+        counts = tuple(float(a) for a in read(np.array([angles]))[0])
+        pid[0], voltages = pid_step(pid[0], *counts, (*references[k], 0.0), H, settings)
+        waiting.append(voltages)
+        return waiting.pop(0)
+
+    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), room_torque(count, seed), None, controller)
+    return Record(name, H, voltages, read(angles))
+
+
+UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)
+"""A pitch that tips over when it is left alone: the body's mass above its axis."""
