@@ -1,4 +1,4 @@
-"""Records of the plant for the tests of prediction, tracing and evaluation: exact, or with a room's torque and encoders.
+"""Records of the plant for the tests of prediction, tracing and evaluation: exact, or with a room and encoders.
 
 The loop below is the interpreted step with an acceleration d of its own, held over each sampling period h: angles
 move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
