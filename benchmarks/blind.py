@@ -1,0 +1,83 @@
+"""The blind battery as a campaign: every rig diagnosed, its result set beside the truth, the figures written down.
+
+Usage: python -m benchmarks.blind [--groups single,weak] [--limit RIGS] [--workers N]. It continues where it stopped;
+a change to the code of a diagnosis, to the generator or to the measures makes every result anew. Into docs/results.md
+goes the section between its markers, into benchmarks/results/blind.parquet one row per rig.
+"""
+
+import argparse
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+
+from benchmarks.blind_page import misses, section, write_section
+from benchmarks.blind_rigs import GROUPS, sources
+from heli_identifier.campaign.progress import progress_bar
+from heli_identifier.campaign.results import table, write_table
+from heli_identifier.campaign.row import Row
+from heli_identifier.campaign.run import run_campaign
+from heli_identifier.errors import IdentifierError
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def main(arguments: Sequence[str]) -> None:
+    asked = _parsed(arguments)
+    rigs = sources(asked.groups, asked.limit)
+    console = Console(stderr=True)
+    with progress_bar(console) as tell:
+        rows = run_campaign(
+            [source for _, source in rigs.values()],
+            asked.output,
+            measure="benchmarks.blind_measures:measured",
+            scheduler=asked.scheduler,
+            workers=asked.workers,
+            tell=tell,
+        )
+    groups: dict[str, list[Row]] = {}
+    for row in rows:
+        groups.setdefault(rigs[row["rig"]][0].group, []).append(row)
+    for line in misses(groups):
+        print(line)
+    command = shlex.join(["python", "-m", "benchmarks.blind", *arguments])
+    asked.table.parent.mkdir(parents=True, exist_ok=True)
+    write_table(table(rows), asked.table)
+    write_section(asked.page, section(groups, {name: case for name, (case, _) in rigs.items()}, command))
+    console.print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}")
+
+
+def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--groups", type=_groups, default=GROUPS, help=f"of {', '.join(GROUPS)}, separated by commas")
+    parser.add_argument("--limit", type=_positive, help="most rigs of each case; all if not given")
+    parser.add_argument("--workers", type=_positive, help="processes on this machine; one per core if not given")
+    parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes on this machine")
+    parser.add_argument("--output", type=Path, default=ROOT / "build/blind", help="folder of the single results")
+    parser.add_argument("--page", type=Path, default=ROOT / "docs/results.md", help="page that gets the section")
+    parser.add_argument(
+        "--table", type=Path, default=ROOT / "benchmarks" / "results" / "blind.parquet", help="all rows"
+    )
+    return parser.parse_args(arguments)
+
+
+def _groups(text: str) -> tuple[str, ...]:
+    strange = set(text.split(",")) - set(GROUPS)
+    if strange:
+        raise argparse.ArgumentTypeError(f"{', '.join(sorted(strange))} is no group, choose of {', '.join(GROUPS)}")
+    return tuple(text.split(","))
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} must be a whole number of at least 1")
+    return int(text)
+
+
+if __name__ == "__main__":
+    try:
+        main(sys.argv[1:])
+    except IdentifierError as error:
+        sys.exit(str(error))

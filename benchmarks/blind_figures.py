@@ -1,0 +1,158 @@
+"""The figures of the blind battery out of its rows, each beside its bar."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from statsmodels.stats.proportion import proportion_confint
+
+from benchmarks.blind_measures import TOLD, TRUE_STRUCTURE
+from heli_identifier.campaign.against_truth import (
+    UNKNOWN,
+    coverage,
+    false_entries,
+    found_entries,
+    named_first,
+    right,
+    unknown_recognised,
+)
+from heli_identifier.campaign.row import Row, error_column
+from heli_identifier.prediction.fit import BASE
+from heli_plant.effects import AXES
+
+TOLD_NEEDED = 6.0
+"""A weak effect counts where a test that is told of it scores more than this."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """``hits`` of ``count``."""
+
+    hits: int
+    count: int
+
+    @property
+    def value(self) -> float:
+        """Share; not a number of nothing."""
+        return self.hits / self.count if self.count else float("nan")
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval (Wilson 1927); coverages of one rig hang together, and theirs is somewhat wider."""
+        low, high = proportion_confint(self.hits, self.count, method="wilson") if self.count else (0.0, 1.0)
+        return float(low), float(high)
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar: what is counted, what was counted, what is asked, and whether it is met (None: nothing to judge)."""
+
+    what: str
+    share: Share
+    asked: str
+    met: bool | None
+
+
+def share(rows: Iterable[Row], hit: Callable[[Row], object]) -> Share:
+    """Share of rows for which ``hit`` is true."""
+    hits = [bool(hit(row)) for row in rows]
+    return Share(sum(hits), len(hits))
+
+
+def wrongly_named(row: Row) -> bool:
+    """Whether an entry of the catalogue was named that the rig does not hold."""
+    return any(name != UNKNOWN for name, _ in false_entries(row))
+
+
+def told(row: Row) -> float:
+    """Score of a test that is told the effect; not a number where there is none."""
+    return (row["measures"] or {}).get(TOLD, float("nan"))
+
+
+def testable(rows: Sequence[Row]) -> list[Row]:
+    """Rigs whose effect a test that is told of it would find."""
+    return [row for row in rows if told(row) > TOLD_NEEDED]
+
+
+def bars(groups: dict[str, list[Row]]) -> list[Bar]:
+    """Shares of every group that was run, beside what is asked of them."""
+    clean, single, pair, unknown = (groups.get(name, []) for name in ("clean", "single", "pair", "unknown"))
+    weak = testable(groups.get("weak", []))
+    everything = [row for rows in groups.values() for row in rows]
+    found = [
+        _at_most(0.02, "clean rigs accused of anything", share(clean, found_entries)),
+        _at_least(0.95, "single effects named first", share(single, named_first)),
+        _at_least(0.95, "single effects without a false one", share(single, lambda row: not false_entries(row))),
+        _at_least(0.85, f"weak effects (told: above {TOLD_NEEDED:g}) named first", share(weak, named_first)),
+        _at_most(0.05, "weak effects with a false one", share(weak, false_entries)),
+        _at_least(0.85, "pairs: both named, nothing else", share(pair, right)),
+        _at_least(0.90, "unknown torques: right axis and variable", share(unknown, unknown_recognised)),
+        _at_most(0.05, "unknown torques wrongly named", share(unknown, wrongly_named)),
+        *(
+            _between(0.90, 0.98, f"95 % intervals of {what} that hold the truth{where}", coverage_share(rows, kept))
+            for rows, where in ((everything, ""), ([row for row in everything if right(row)], ", structure right"))
+            for what, kept in (("parameters", _is_parameter), ("coefficients", _is_coefficient))
+        ),
+        _at_least(0.95, "1 s prediction at most 1.10 times the true structure's", _predictions(everything)),
+    ]
+    return [bar for bar in found if bar.share.count]
+
+
+def coverage_share(rows: Iterable[Row], kept: Callable[[str], bool]) -> Share:
+    """Share of the intervals of the quantities ``kept`` that hold the true value."""
+    held = [hit for row in rows for name, hit in coverage(row).items() if kept(name)]
+    return Share(sum(held), len(held))
+
+
+def prediction_ratios(rows: Iterable[Row]) -> np.ndarray:
+    """Prediction error after over that of the true structure with fitted parameters, shape (rigs, 3)."""
+    ratios = [
+        [row[error_column(axis, "after")] / row["measures"][TRUE_STRUCTURE.format(axis=axis)] for axis in AXES]
+        for row in rows
+        if TRUE_STRUCTURE.format(axis=AXES[0]) in (row["measures"] or {})
+    ]
+    return np.array(ratios).reshape(-1, len(AXES))
+
+
+def quantiles(values: Sequence[float] | np.ndarray, *levels: float) -> list[float]:
+    """Quantiles; not a number of nothing."""
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    return [float(np.quantile(finite, level)) if finite.size else float("nan") for level in levels]
+
+
+def is_miss(group: str, row: Row) -> bool:
+    """Whether a rig breaks what its group's bar asks of it."""
+    if row["error"] is not None:
+        return True
+    if group in ("clean", "pair", "unknown"):
+        return not right(row)
+    if group == "weak" and not told(row) > TOLD_NEEDED:
+        return bool(false_entries(row))
+    return not named_first(row) or bool(false_entries(row))
+
+
+def _predictions(rows: Iterable[Row]) -> Share:
+    """Share of rigs none of whose axes is predicted worse than 1.10 times as well as possible."""
+    worst = prediction_ratios(rows).max(axis=1, initial=0.0)
+    return Share(int((worst <= 1.10).sum()), len(worst))
+
+
+def _is_parameter(name: str) -> bool:
+    return name in BASE
+
+
+def _is_coefficient(name: str) -> bool:
+    return name not in BASE
+
+
+def _at_least(bound: float, what: str, found: Share) -> Bar:
+    return Bar(what, found, f"at least {100 * bound:g} %", found.value >= bound if found.count else None)
+
+
+def _at_most(bound: float, what: str, found: Share) -> Bar:
+    return Bar(what, found, f"at most {100 * bound:g} %", found.value <= bound if found.count else None)
+
+
+def _between(low: float, high: float, what: str, found: Share) -> Bar:
+    return Bar(what, found, f"{100 * low:g} to {100 * high:g} %", low <= found.value <= high if found.count else None)

@@ -1,0 +1,52 @@
+"""What only somebody who knows the truth can measure on a rig: the score of a test that is told which effect to look
+for, and the prediction error of the true structure with its parameters fitted to the same training logs.
+
+One fit serves both. It starts at the bare model's parameters and the true coefficients, so that it cannot miss its
+optimum for want of a start.
+"""  # noqa: D205
+
+import numpy as np
+
+from heli_identifier.campaign import Rig
+from heli_identifier.diagnosis.result import Diagnosis
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.evaluation.prediction import prediction_errors
+from heli_identifier.prediction.fit import fit
+from heli_identifier.prediction.problem import Problem
+from heli_identifier.prediction.record import reduce_log
+from heli_identifier.tracing.model import effect_score, free_fields
+from heli_plant.effects import AXES, effect
+from heli_plant.parameters import PlantParameters
+
+TOLD, TRUE_STRUCTURE = "told_score", "true_structure_1s_{axis}_rad"
+"""Names of the measures."""
+
+
+def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
+    """Give the told score and, per axis, the true structure's 1 s prediction error on the held-out log [rad].
+
+    An effect with an entry on several axes is told on all of them; its score is the larger one. Nothing is given for an
+    unknown torque, whose structure no parameter of the plant describes.
+    """
+    if rig.truth is None or rig.truth.unknown is not None:
+        return {}
+    parameters, scores = diagnosis.plant_before, {}
+    if rig.truth.effects:
+        entries = [effect(true.name, true.axis) for true in rig.truth.effects]
+        problem = Problem(tuple(reduce_log(log) for log in rig.training), DiagnosisSettings().bandwidth)
+        fitted = fit(problem, _true_start(rig, diagnosis.plant_before), free_fields(entries))
+        parameters = fitted.parameters
+        scores = {TOLD: max(abs(effect_score(fitted, entry)) for entry in entries)}
+    errors = np.concatenate([prediction_errors(reduce_log(log), parameters, 1.0) for log in rig.held_out])
+    rms = np.sqrt((errors**2).mean(axis=0))
+    return scores | {TRUE_STRUCTURE.format(axis=axis): float(value) for axis, value in zip(AXES, rms, strict=True)}
+
+
+def _true_start(rig: Rig, bare: PlantParameters) -> PlantParameters:
+    """Give the bare fit with the true effects on."""
+    assert rig.truth is not None
+    for true in rig.truth.effects:
+        entry = effect(true.name, true.axis)
+        coefficient = true.coefficient if true.coefficient is not None else entry.upper / 10.0
+        bare = bare._replace(**{entry.field: coefficient}, **true.shape)
+    return bare

@@ -1,0 +1,168 @@
+"""The blind battery's section of docs/results.md, between its markers, and its misses as lines for the terminal."""
+
+import os
+import platform
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.blind_figures import (
+    TOLD_NEEDED,
+    Bar,
+    Share,
+    bars,
+    coverage_share,
+    is_miss,
+    prediction_ratios,
+    quantiles,
+    share,
+    testable,
+    told,
+)
+from heli_identifier.campaign.against_truth import false_entries, named_first, right
+from heli_identifier.campaign.row import Row
+from heli_identifier.prediction.fit import BASE
+from heli_identifier.records import write_whole
+from tests.blind.battery import Case
+
+BEGIN, END = "<!-- blind:begin -->", "<!-- blind:end -->"
+
+Rows = Mapping[str, list[Row]]
+"""Rows by group."""
+
+
+def write_section(page: Path, section: str) -> None:
+    """Put the section between its markers; at the end of the page where it has none yet."""
+    text = page.read_text(encoding="utf-8") if page.exists() else "# Results\n"
+    marked = f"{BEGIN}\n{section.strip()}\n{END}"
+    before, begin, rest = text.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    whole = f"{before}{marked}{after}" if begin and end else f"{text.rstrip()}\n\n{marked}\n"
+    write_whole(page, whole)
+
+
+def section(rows: Rows, kinds: Mapping[str, Case], command: str) -> str:
+    """Give the section: how it was made, bars, kinds, prediction, coverage by parameter, times.
+
+    Parameters
+    ----------
+    rows : mapping of str to list of dict
+        By group.
+    kinds : mapping of str to Case
+        The case of every rig.
+    command : str
+        That made it.
+    """
+    everything = [row for group in rows.values() for row in group]
+    failed = [row for row in everything if row["error"] is not None]
+    seconds = quantiles([row["seconds"] for row in everything if row["error"] is None], 0.5, 0.95, 1.0)
+    parts = [
+        "## Blind battery",
+        f"{datetime.now(UTC):%Y-%m-%d}, {_machine()}; `{command}`; {len(everything)} rigs, {len(failed)} of which "
+        "could not be diagnosed. Shares with their 95 % interval (Wilson).",
+        _table(("what", "found", "of", "asked", "met"), [_bar_line(bar) for bar in bars(dict(rows))]),
+        "### By kind",
+        f"*Told*: median score of a test that is told which effect to look for, and how many rigs it would find "
+        f"(above {TOLD_NEEDED:g}); only those are judged in the group of weak effects. *Ratio*: 1 s prediction error "
+        "after, over that of the true structure with fitted parameters, held-out log, worst of the three axes.",
+        _table(
+            ("group", "kind", "rigs", "told", "named first", "with a false one", "as it is", "ratio"),
+            _kind_lines(rows, kinds),
+        ),
+        "### 1 s prediction after, over that of the true structure with fitted parameters",
+        _table(("group", "rigs", "pitch", "elevation", "travel"), _ratio_lines(rows)),
+        "Median and, after the slash, 95 % quantile over the rigs.",
+        "### 95 % intervals by parameter",
+        _table(("parameter", "holds the truth", "where the structure is right"), _coverage_lines(everything)),
+        f"One diagnosis on one core: median {seconds[0]:.1f} s, 95 % quantile {seconds[1]:.1f} s, "
+        f"longest {seconds[2]:.1f} s.",
+    ]
+    return "\n\n".join(parts)
+
+
+def misses(rows: Rows) -> list[str]:
+    """Give one line for every rig that breaks what is asked of it: what it is, what was found."""
+    return [_miss(row) for group, found in rows.items() for row in found if is_miss(group, row)]
+
+
+def _miss(row: Row) -> str:
+    true = [f"{e['name']} {e['axis']} {e['coefficient'] or 0.0:.3g}" for e in row["true_effects"] or ()]
+    if row["true_unknown"]:
+        true.append(f"unknown {row['true_unknown']['axis']} by {row['true_unknown']['variable']}")
+    found = [
+        f"{e['name']} {e['axis']} "
+        + (f"by {e['variable']}" if e["coefficient"] is None else f"{e['coefficient']:.3g}")
+        + f" (score {e['score']:.1f}"
+        + (f", ambiguous with {', '.join(e['alternatives'])})" if e["alternatives"] else ")")
+        for e in row["effects"] or ()
+    ]
+    withdrawn = [f"{e['name']} {e['axis']}: {e['why']}" for e in row["withdrawn"] or ()]
+    return (
+        f"{row['rig']}: true {'; '.join(true) or 'nothing'} (told {told(row):.1f}) | found "
+        f"{row['error'] or '; '.join(found) or 'nothing'}"
+        + (f" | withdrawn {'; '.join(withdrawn)}" if withdrawn else "")
+    )
+
+
+def _bar_line(bar: Bar) -> tuple[str, ...]:
+    met = {True: "yes", False: "**no**", None: ""}[bar.met]
+    return bar.what, _shown(bar.share), str(bar.share.count), bar.asked, met
+
+
+def _kind_lines(rows: Rows, kinds: Mapping[str, Case]) -> list[tuple[str, ...]]:
+    lines = []
+    for group, members in rows.items():
+        for kind in dict.fromkeys(kinds[row["rig"]].kind for row in members):
+            own = [row for row in members if kinds[row["rig"]].kind == kind]
+            judged = testable(own) if group == "weak" else own
+            scores = quantiles([told(row) for row in own], 0.5)[0]
+            ratio = quantiles(prediction_ratios(own).max(axis=1, initial=0.0), 0.5)[0]
+            lines.append(
+                (
+                    group, kind, str(len(own)),
+                    f"{scores:.1f} ({len(testable(own))})" if np.isfinite(scores) else "",
+                    _count(share(judged, named_first)) if group not in ("clean", "unknown") else "",
+                    _count(share(judged, false_entries)),
+                    _count(share(judged, right)),
+                    f"{ratio:.3f}" if np.isfinite(ratio) else "",
+                )
+            )  # fmt: skip
+    return lines
+
+
+def _ratio_lines(rows: Rows) -> list[tuple[str, ...]]:
+    lines = []
+    for group, members in rows.items():
+        ratios = prediction_ratios(members)
+        if len(ratios):
+            cells = ("{:.3f} / {:.3f}".format(*quantiles(column, 0.5, 0.95)) for column in ratios.T)
+            lines.append((group, str(len(ratios)), *cells))
+    return lines
+
+
+def _coverage_lines(rows: list[Row]) -> list[tuple[str, ...]]:
+    good = [row for row in rows if right(row)]
+    return [(name, *(_shown(coverage_share(some, name.__eq__)) for some in (rows, good))) for name in BASE]
+
+
+def _shown(found: Share) -> str:
+    if not found.count:
+        return ""
+    low, high = found.interval
+    return f"{100 * found.value:.1f} % ({100 * low:.1f} to {100 * high:.1f})"
+
+
+def _count(found: Share) -> str:
+    return f"{found.hits}/{found.count}" if found.count else ""
+
+
+def _machine() -> str:
+    cores, python = os.cpu_count() or 1, platform.python_version()
+    return f"{platform.system()} {platform.machine()}, {cores} core{'s' if cores > 1 else ''}, Python {python}"
+
+
+def _table(head: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
+    rows = [head, ("---",) * len(head), *lines]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)

@@ -1,0 +1,117 @@
+"""A campaign: every rig of a list diagnosed once, whatever happens to workers or to the campaign itself.
+
+The client alone writes results, each as it arrives, and then lets go of Dask's copy: a worker that dies takes at most
+the rig it was at, which Dask gives to another. A campaign that is stopped and started again begins where it was; rigs
+that failed are tried again.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heli_identifier.campaign.cluster import client, require_packages
+from heli_identifier.campaign.key import code_digest, result_key, source_digest
+from heli_identifier.campaign.results import Results, complete
+from heli_identifier.campaign.row import Row
+from heli_identifier.campaign.sources import Source, named_function
+from heli_identifier.campaign.work import diagnosed
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.errors import ConfigurationError
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+Work = Callable[[Source, DiagnosisSettings, str | None], Row]
+Progress = Callable[[int, int, Row | None], None]
+"""Called with the rigs that are done, all rigs, and the row that has just arrived."""
+
+
+def run_campaign(
+    sources: Sequence[Source],
+    folder: str | Path,
+    settings: DiagnosisSettings | None = None,
+    measure: str | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    tell: Progress | None = None,
+    work: Work = diagnosed,
+) -> list[Row]:
+    """Diagnose every rig that has no result yet.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        Their names have to differ.
+    folder : path
+        Where the results are kept, see :class:`Results`.
+    settings : DiagnosisSettings, optional
+    measure : str, optional
+        "module:function" of further figures, see :func:`diagnosed`.
+    scheduler, workers
+        Where to run, see :func:`heli_identifier.campaign.cluster.client`.
+    tell : callable, optional
+        Told of every result.
+    work : callable, optional
+        What a worker does with a source.
+
+    Returns
+    -------
+    list of dict
+        One row per source, in their order; also written to ``campaign.parquet``.
+
+    Raises
+    ------
+    ConfigurationError
+        If names repeat, an optional package is missing, or cluster or folder cannot be used.
+    """
+    require_packages()
+    settings, tell = settings or DiagnosisSettings(), tell or (lambda done, total, row: None)
+    by_key = _keyed(sources, settings, measure)
+    results = Results(Path(folder))
+    known = {key: row for key in by_key if (row := results.read(key)) and row["error"] is None}
+    tell(len(known), len(by_key), None)
+    waiting = {key: source for key, source in by_key.items() if key not in known}
+    if waiting:
+        with client(scheduler, workers) as connected:
+            for row in _rows(connected, waiting, (settings, measure), work):
+                results.write(row)
+                known[row["key"]] = complete(row)
+                tell(len(known), len(by_key), row)
+    rows = [known[key] for key in by_key]
+    results.consolidate(rows)
+    return rows
+
+
+def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:
+    """Give the sources by the keys of their results."""
+    twice = [name for name, count in Counter(source.rig for source in sources).items() if count > 1]
+    if twice:
+        raise ConfigurationError(f"two rigs are called {twice[0]!r}; every rig needs a name of its own.")
+    code = code_digest()
+    if measure:
+        named_function(measure)
+        code += f" {measure} {source_digest([measure.partition(':')[0]])}"
+    return {result_key(source.rig, source.content(), settings, code): source for source in sources}
+
+
+def _rows(connected: "Client", waiting: dict[str, Source], how: tuple[Any, ...], work: Work) -> Iterator[Row]:
+    """Give each row as it arrives."""
+    from distributed import as_completed
+
+    def submitted(key: str, source: Source):
+        return connected.submit(work, source, *how, key=f"diagnose-{key}", pure=False)
+
+    # No name is bound to the futures: while one lives, Dask would make its result again after a worker's death.
+    for future in as_completed(submitted(key, source) for key, source in waiting.items()):
+        key = future.key.removeprefix("diagnose-")
+        if future.cancelled():
+            raise ConfigurationError(
+                "the scheduler went away; the results so far are kept, and the same command continues from there."
+            )
+        try:
+            row = future.result()
+        except Exception as error:
+            row = {"rig": waiting[key].rig, "error": f"{type(error).__name__}: {error}"}
+        future.release()
+        yield row | {"key": key}
