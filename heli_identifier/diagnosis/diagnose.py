@@ -80,22 +80,22 @@ def diagnose(
     withdrawn = tuple((effect.name, effect.axis, why) for effect, why in (*unstable, *unborne))
     rivals = _rivals(selection, model, settings)
     tell("judging before and after", 0.85)
-    axes, runs = judged(validation, held, selection.bare.fit, model.fit, model.fit.parameters)
+    axes, runs = judged(validation, held, selection.bare.model.fit, model.fit, model.fit.parameters)
     effects = _found(model, agreed, rivals)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
         withdrawn=withdrawn,
         catalogue=_catalogue(selection, model, effects, withdrawn),
-        parameters_before=_parameters(selection.bare.fit),
+        parameters_before=_parameters(selection.bare.model.fit),
         parameters_after=_parameters(model.fit),
-        plant_before=selection.bare.fit.parameters,
+        plant_before=selection.bare.model.fit.parameters,
         plant_after=model.fit.parameters,
         axes=axes,
-        series=_series(validation, held, selection.bare.fit, model.fit, runs),
+        series=_series(validation, held, selection.bare.model.fit, model.fit, runs),
         curves=_curves(model, effects),
-        correlation_names=_labels(selection.last_scan),
-        correlation=_correlation(selection.last_scan),
+        correlation_names=_labels(selection.last.scanned),
+        correlation=_correlation(selection.last.scanned),
         data=(*_entries(training, "training"), *_entries(validation, "held out")),
         settings=_settings(settings, selection),
         notes=_notes(model, settings),
@@ -111,7 +111,7 @@ def _verdict(model: Model) -> str:
 
 def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> dict[str, list[Effect]]:
     """Per found effect's field what could stand in its place."""
-    return {e.field: alternatives(model, e, settings.selection, selection.threshold) for e in model.effects}
+    return {e.field: alternatives(model, e, selection.bare, settings.selection) for e in model.effects}
 
 
 def _found(
@@ -183,10 +183,10 @@ def _catalogue(
             )
         )  # fmt: skip
     reasons = {(name, axis): why for name, axis, why in withdrawn}
-    for verdict in open_verdicts(selection.last_scan, selection.threshold, selection.hint):
+    for verdict in open_verdicts(selection.last.scanned, selection.threshold, selection.hint):
         verdicts.append(verdict)
     listed = {(v.name, v.axis) for v in verdicts}
-    for verdict in open_verdicts(selection.first_scan, selection.threshold, selection.hint):
+    for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
         key = (verdict.name, verdict.axis)
         if key not in listed:
             why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
@@ -201,7 +201,7 @@ def _catalogue(
 
 def _visibility(selection: Selection, effect: Effect) -> float:
     """Visibility of an effect at the bare model."""
-    scanned = selection.first_scan
+    scanned = selection.bare.scanned
     own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
     return float(max(own, default=0.0))
 

@@ -23,6 +23,9 @@ BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a
 BLOCK_SECONDS = 4.0
 """Length [s] of the sandwich's blocks: several times the memory that a whitened residual can keep."""
 
+LONG_STEP = 3.0
+"""A step of more standard errors than this outdates the sensitivities."""
+
 DIFFERENCE_STEPS = {"moving_mass_time": 0.3, "input_delay_rotors": 2e-3, "dead_zone_rotors": 5e-3}
 """Difference steps of parameters whose response has corners: wide enough to average over several samples."""
 
@@ -150,8 +153,8 @@ def fit(
     free: Sequence[str] = BASE,
     extra: Residuals | None = None,
     weights: NDArray[np.float64] | None = None,
-    iterations: int = 12,
-    tolerance: float = 1e-2,
+    iterations: int = 16,
+    tolerance: float = 3e-2,
 ) -> Fit:
     """Fit the fields ``free`` of ``start`` to the records of ``problem``.
 
@@ -178,18 +181,21 @@ def fit(
     free = tuple(free)
     columns = extra if extra is not None else [np.empty((n, 3, 0)) for n in problem.lengths]
     parameters, linear = start, np.zeros(columns[0].shape[2]) if weights is None else weights
-    damping, converged = 0.0, False
+    damping, converged, raw = 0.0, False, None
     model = problem.residuals(parameters)
     residuals = _explained(model, columns, linear)
     for _ in range(iterations):
+        # sensitivities change slowly: they are kept until a step is long or fails (chord method)
+        fresh = raw is None
+        raw = raw or _joined(sensitivities(problem, parameters, free, model), columns)
         whitener = fit_whitener(residuals)
         white = whitener.apply(residuals)
-        jacobian = whitener.apply(_joined(sensitivities(problem, parameters, free, model), columns))
+        jacobian = whitener.apply(raw)
         scale = np.linalg.norm(jacobian, axis=0)
         scale[scale == 0.0] = 1.0
         cost = float(white @ white)
         normal, gradient = (jacobian / scale).T @ (jacobian / scale), (jacobian / scale).T @ white
-        for _ in range(6):
+        for _ in range(6 if fresh else 1):
             step = -np.linalg.solve(normal + (damping + 1e-10) * np.eye(len(scale)), gradient) / scale
             moved = clipped(parameters, free, step[: len(free)])
             moved_linear = linear + step[len(free) :]
@@ -199,9 +205,12 @@ def fit(
             if np.isfinite(trial_white).all() and float(trial_white @ trial_white) <= cost * (1.0 + 1e-9):
                 damping *= 0.1 if damping > 1e-6 else 0.0
                 break
-            damping = max(10.0 * damping, 1e-3)
+            damping = max(10.0 * damping, 1e-3) if fresh else damping
         else:
-            break
+            if fresh:
+                break
+            raw = None
+            continue
         fields_moved = [getattr(moved, f) - getattr(parameters, f) for f in free]
         actual = np.concatenate((fields_moved, moved_linear - linear))
         errors = np.sqrt(np.diag(np.linalg.pinv(normal))) / scale
@@ -209,6 +218,8 @@ def fit(
         if np.all(np.abs(actual) <= tolerance * errors):
             converged = True
             break
+        if np.any(np.abs(actual) > LONG_STEP * errors):
+            raw = None
     whitener = fit_whitener(residuals)
     white = whitener.apply(residuals)
     raw = _joined(sensitivities(problem, parameters, free, model), columns)

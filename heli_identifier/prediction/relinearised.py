@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from heli_identifier.prediction.fit import Fit
-from heli_identifier.prediction.whitening import Whitener, fit_axis
+from heli_identifier.prediction.whitening import Whitener, fit_axis, whitened
 
 ITERATIONS = 5
 """Alternations of least squares and whitening; the gain has settled to a few per cent by then."""
@@ -77,8 +76,8 @@ def linear_gain(
     filters = [(begin.filters[a], float(begin.scales[a])) for a in own]
     residuals, count = used, sum(fit.problem.lengths)
     for _ in range(iterations):
-        whitened = np.concatenate([_whiten(regressors, i, f, order) for i, f in enumerate(filters)])
-        target = np.concatenate([_whiten(used, i, f, order) for i, f in enumerate(filters)])
+        whitened = np.concatenate([_whiten(regressors, i, f) for i, f in enumerate(filters)])
+        target = np.concatenate([_whiten(used, i, f) for i, f in enumerate(filters)])
         solution, *_ = np.linalg.lstsq(whitened, -target, rcond=1e-8)
         residuals = [r + x @ solution for r, x in zip(used, regressors, strict=True)]
         filters = [fit_axis([r[:, i] for r in residuals], order, contraction) for i in range(len(own))]
@@ -87,13 +86,14 @@ def linear_gain(
     after = sum(float(np.log(scale_)) for _, scale_ in filters)
     inverse = np.linalg.pinv(whitened.T @ whitened)[-k:, -k:]
     own_scale = scale[-k:]
-    white = [_whiten(residuals, i, f, order) for i, f in enumerate(filters)]
+    white = [_whiten(residuals, i, f) for i, f in enumerate(filters)]
     return Gain(
         2.0 * count * (before - after), solution[-k:] / own_scale, inverse / np.outer(own_scale, own_scale),
         residuals, white,
     )  # fmt: skip
 
 
-def _whiten(signals: Sequence[NDArray], index: int, axis_filter: tuple[NDArray, float], order: int) -> NDArray:
-    taps, scale = axis_filter
-    return np.concatenate([lfilter(taps, 1.0, s[:, index], axis=0)[order:] / scale for s in signals])
+def _whiten(
+    signals: Sequence[NDArray[np.float64]], index: int, axis_filter: tuple[NDArray[np.float64], float]
+) -> NDArray[np.float64]:
+    return whitened([s[:, index] for s in signals], *axis_filter)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import fftconvolve, lfilter
 from statsmodels.regression.linear_model import burg
 
 ORDER = 25
@@ -51,8 +51,18 @@ class Whitener:
 
     def apply_axis(self, axis: int, signals: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         """Whiten signals of one axis, each (n_i,) or (n_i, m)."""
-        taps, scale = self.filters[axis], self.scales[axis]
-        return np.concatenate([lfilter(taps, 1.0, s, axis=0)[self.order :] / scale for s in signals])
+        return whitened(signals, self.filters[axis], float(self.scales[axis]))
+
+
+def whitened(
+    signals: Sequence[NDArray[np.float64]], taps: NDArray[np.float64], scale: float
+) -> NDArray[np.float64]:
+    """Signals (n_i, ...) through a prediction-error filter, scaled, without their first samples, stacked."""
+    shaped = [taps.reshape(-1, *(1,) * (s.ndim - 1)) for s in signals]
+    inner = slice(len(taps) - 1, None)
+    return np.concatenate(
+        [fftconvolve(s, t, axes=0)[: len(s)][inner] / scale for s, t in zip(signals, shaped, strict=True)]
+    )
 
 
 def fit_axis(

@@ -4,10 +4,9 @@ The model without the effect is scanned again; rivals are refitted in its place.
 comes within a few units of the chosen one's is an alternative that these data cannot rule out.
 """
 
-from heli_identifier.tracing.candidates import candidates
 from heli_identifier.tracing.model import Model, without
-from heli_identifier.tracing.noise import noise_whitener
-from heli_identifier.tracing.scan import scan, scored
+from heli_identifier.tracing.scan import scored, subset
+from heli_identifier.tracing.selection import Round, looked_at
 from heli_identifier.tracing.settings import SelectionSettings
 from heli_identifier.tracing.trials import contenders, trial
 from heli_plant.effects import Effect
@@ -16,18 +15,25 @@ CLOSE = 6.0
 """Difference in twice the log-likelihood below which two models are not told apart (odds of 20 to 1)."""
 
 
-def alternatives(model: Model, effect: Effect, settings: SelectionSettings, threshold: float) -> list[Effect]:
-    """Entries that could stand in ``effect``'s place, likeliest first."""
-    bare = without(model, effect)
-    gain = 2.0 * (model.fit.log_likelihood - bare.fit.log_likelihood)
-    moves = candidates(bare.fit.problem.records, bare.fit.parameters)
-    scanned = scan(bare.fit, [c for c in moves if _rival(c.effect, effect)])
-    sharp = scored(bare.fit, noise_whitener(bare.fit, scanned.raw), scanned.candidates, scanned.raw)
+def alternatives(model: Model, effect: Effect, bare: Round, settings: SelectionSettings) -> list[Effect]:
+    """Entries that could stand in ``effect``'s place, likeliest first.
+
+    Parameters
+    ----------
+    bare : Round
+        The simplified model with the catalogue scored at it; it saves the work where ``effect`` is all there is.
+    """
+    alone = model.effects == (effect,) and not model.unknowns
+    around = bare if alone else looked_at(without(model, effect), settings)
+    fit = around.model.fit
+    gain = 2.0 * (model.fit.log_likelihood - fit.log_likelihood)
+    scanned = subset(around.scanned, [i for i, c in enumerate(around.scanned.candidates) if _rival(c.effect, effect)])
+    sharp = scored(fit, around.colour, scanned.candidates, scanned.raw)
     rivals = []
-    for index, value, linear in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist):
+    for index, value, linear in contenders(scanned, sharp, 0.8 * around.threshold, settings.shortlist):
         if linear < 0.6 * gain - 3.0 * CLOSE:
             continue
-        tried = trial(bare, scanned.candidates[index], value, settings)
+        tried = trial(around.model, scanned.candidates[index], value, settings)
         if tried.gain > gain - CLOSE:
             rivals.append((tried.gain, tried.effect))
     return [rival for _, rival in sorted(rivals, key=lambda pair: -pair[0])]

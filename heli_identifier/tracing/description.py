@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.model import Model
-from heli_identifier.tracing.unknown import DEGREE, UNITS, Unknown
+from heli_identifier.tracing.splines import DEGREE, UNITS
+from heli_identifier.tracing.unknown import Unknown
 
 POINTS = 121
 """Points of a drawn curve."""

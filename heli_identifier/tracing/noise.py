@@ -15,7 +15,8 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE
 from heli_identifier.prediction.relinearised import linear_gain
 from heli_identifier.prediction.whitening import Whitener, fit_axis
-from heli_identifier.tracing.unknown import curve_columns, variables
+from heli_identifier.tracing.splines import variable
+from heli_identifier.tracing.unknown import curve_columns
 
 CONTRACTION = float(np.exp(-1.0 / (REDUCED_RATE * 3.0)))
 """Keeps the memory of the noise's autoregression below 3 s."""
@@ -29,12 +30,12 @@ def noise_whitener(fit: Fit, candidate_columns: Sequence[NDArray[np.float64]]) -
     candidate_columns : sequence of NDArray, shape (n_i, 3, K)
         Responses of the innovations to every candidate.
     """
-    time = variables(fit)["time"]
+    time = variable("time", [np.arange(r.samples, dtype=np.float64) * r.step for r in fit.problem.records])
     begin = [fit_axis([r[:, axis] for r in fit.residuals], fit.whitener.order, CONTRACTION) for axis in range(3)]
     start = Whitener(np.array([taps for taps, _ in begin]), np.array([scale for _, scale in begin]))
     filters, scales = [], []
     for axis in range(3):
-        drift, _, _ = curve_columns(fit, axis, "time", time)
+        drift = curve_columns(fit, axis, time)
         pairs = zip(candidate_columns, drift, strict=True)
         columns = [np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in pairs]
         left = linear_gain(fit, columns, (axis,), start, 2, CONTRACTION).residuals

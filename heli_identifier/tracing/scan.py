@@ -86,6 +86,13 @@ def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
     return scored(scanned.fit, scanned.whitener, (*scanned.candidates, *candidates), raw)
 
 
+def subset(scanned: Scan, keep: Sequence[int]) -> Scan:
+    """Return ``scanned`` with some of its candidates."""
+    chosen = list(keep)
+    raw = [r[..., chosen] for r in scanned.raw]
+    return scored(scanned.fit, scanned.whitener, [scanned.candidates[i] for i in chosen], raw)
+
+
 def raw_columns(fit: Fit, candidates: Sequence[Candidate]) -> Residuals:
     """Secants of the innovations along each candidate's move, (n_i, 3, K); zero where the plant diverges."""
     if not candidates:

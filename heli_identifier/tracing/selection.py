@@ -31,30 +31,6 @@ from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True, eq=False)
-class Selection:
-    """Outcome of the search.
-
-    Attributes
-    ----------
-    bare : Model
-        The simplified model alone, fitted.
-    model : Model
-        With all that was found.
-    first_scan, last_scan : Scan
-        Scores of the catalogue at either.
-    threshold, hint : float
-        Scores of the levels ``significance`` and ten times that, at the last scan.
-    """
-
-    bare: Model
-    model: Model
-    first_scan: Scan
-    last_scan: Scan
-    threshold: float
-    hint: float
-
-
-@dataclass(frozen=True, eq=False)
 class Round:
     """A model with the catalogue scored at it."""
 
@@ -63,6 +39,35 @@ class Round:
     colour: Whitener
     threshold: float
     hint: float
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """Outcome of the search.
+
+    Attributes
+    ----------
+    bare, last : Round
+        The catalogue scored at the simplified model alone, and at the model with all that was found.
+    """
+
+    bare: Round
+    last: Round
+
+    @property
+    def model(self) -> Model:
+        """The model with all that was found."""
+        return self.last.model
+
+    @property
+    def threshold(self) -> float:
+        """Score that shows an effect, at the last scan."""
+        return self.last.threshold
+
+    @property
+    def hint(self) -> float:
+        """Score of ten times the probability of the threshold's."""
+        return self.last.hint
 
 
 def looked_at(model: Model, settings: SelectionSettings) -> Round:
@@ -170,4 +175,4 @@ def select(problem: Problem, start: PlantParameters, settings: SelectionSettings
         now = grown(bare.model.fit, looked_at(with_unknown(bare.model, unknown), settings), settings)
     while now is not bare and (unknown := leftover(bare.model.fit, now, settings)) is not None:
         now = grown(bare.model.fit, looked_at(with_unknown(now.model, unknown), settings), settings)
-    return Selection(bare.model, now.model, bare.scanned, now.scanned, now.threshold, now.hint)
+    return Selection(bare, now)
