@@ -16,6 +16,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from heli_identifier.bounds import require_positive
 from heli_identifier.diagnosis.result import Diagnosis, ErrorFigure, Estimate
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.report.diagnosis_document import plain
@@ -75,6 +76,27 @@ class ParameterSet:
             return from_names(self.start_values)
         except ParameterError as error:
             raise ConfigurationError(f"{error}.") from error
+
+    def limits(self, factor: float) -> dict[str, float]:
+        """Give the largest error [rad] of the 1 s prediction that each axis may have.
+
+        Parameters
+        ----------
+        factor : float
+            Multiple of what is expected: the error on the held-out logs, or the noise floor if that is larger.
+
+        Raises
+        ------
+        ConfigurationError
+            No held-out log has judged these parameters, or the factor is not positive.
+        """
+        if not self.expected:
+            raise ConfigurationError("these parameters were never judged on held-out logs; take those of a diagnosis.")
+        require_positive("factor", factor, "1")
+        return {
+            axis: factor * max(expected.prediction.value, expected.noise_floor)
+            for axis, expected in self.expected.items()
+        }
 
     def document(self) -> dict[str, Any]:
         """Give the content of parameters.json."""

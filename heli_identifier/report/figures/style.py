@@ -91,7 +91,11 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def canvas(
-    width: float = 5.0, height: float = 3.0, heights: Sequence[float] = (1.0,), label_width: float = 0.72
+    width: float = 5.0,
+    height: float = 3.0,
+    heights: Sequence[float] = (1.0,),
+    label_width: float = 0.72,
+    space: float = 0.12,
 ) -> tuple[Figure, tuple[Axes, ...]]:
     """Give a figure of ``width`` by ``height`` [inch], and its axes from top to bottom, on one x axis.
 
@@ -101,20 +105,39 @@ def canvas(
         Relative height of each of the axes.
     label_width : float
         Room for the labels at the left [inch].
+    space : float
+        Between two axes, in heights of one.
     """
     figure = Figure(figsize=(width, height))
     figure.patch.set_visible(False)
     places = {"height_ratios": heights, "left": label_width / width, "right": 1.0 - 0.12 / width}
-    places |= {"bottom": 0.5 / height, "top": 1.0 - 0.32 / height, "hspace": 0.12}
+    places |= {"bottom": 0.5 / height, "top": 1.0 - 0.32 / height, "hspace": space}
     axes = figure.subplots(len(heights), 1, squeeze=False, sharex=True, gridspec_kw=places).ravel()
     for one in axes:
         one.patch.set_visible(False)
     return figure, tuple(axes)
 
 
-def key(axes: Axes, columns: int) -> None:
-    """Put the legend above the axes, in one row."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.0)
+def grid(panels: int, columns: int) -> tuple[Figure, tuple[Axes, ...]]:
+    """Give a figure of equal ``panels`` side by side in some ``columns``, with room for titles."""
+    rows = -(-panels // columns)
+    width, height = 3.3 * columns, 2.25 * rows + 0.35
+    figure = Figure(figsize=(width, height))
+    places = {"left": 0.72 / width, "right": 1.0 - 0.12 / width, "bottom": 0.5 / height, "top": 1.0 - 0.6 / height}
+    axes = figure.subplots(rows, columns, squeeze=False, gridspec_kw={**places, "wspace": 0.38, "hspace": 0.62}).ravel()
+    for spare in axes[panels:]:
+        spare.remove()
+    return figure, tuple(axes[:panels])
+
+
+def shades(count: int) -> list[Any]:
+    """Give ``count`` colours that can be told apart in order, from dark to light."""
+    return [mpl.colormaps["viridis"](0.85 * k / max(count - 1, 1)) for k in range(count)]
+
+
+def key(axes: Axes, columns: int, rise: float = 1.0) -> None:
+    """Put the legend above the axes, in one row; ``rise`` is its height in heights of the axes."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, rise), ncols=columns, borderaxespad=0.0)
 
 
 def thinned(x: Line, y: Line) -> tuple[Line, Line]:
@@ -143,7 +166,7 @@ def write_figure(figure: Figure, path: str | PathLike[str]) -> None:
     """Write a figure as a file of its own, in the light theme; its ending decides between SVG, PDF and PNG."""
     figure.patch.set_visible(True)
     with mpl.rc_context(_STYLE):
-        figure.savefig(path, facecolor="white")
+        figure.savefig(path, facecolor="white", dpi=180)
 
 
 def inline_svg(figure: Figure, name: str, description: str) -> str:

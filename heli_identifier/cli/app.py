@@ -1,0 +1,75 @@
+"""The commands, put together."""
+
+from typing import Annotated, Any
+
+import typer
+
+from heli_identifier.cli.build import build
+from heli_identifier.cli.check import check
+from heli_identifier.cli.demo import demo
+from heli_identifier.cli.diagnose import diagnose
+from heli_identifier.cli.effects import effects
+from heli_identifier.cli.guard import guarded
+from heli_identifier.cli.identify import identify
+from heli_identifier.cli.init import init
+from heli_identifier.cli.options import Spreading
+from heli_identifier.cli.simulate import simulate
+from heli_identifier.cli.ssp import ssp
+
+app = typer.Typer(
+    name="heli",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="[bold]Try it[/]: heli demo",
+)
+
+_COMMANDS: tuple[tuple[Any, str], ...] = (
+    (
+        diagnose,
+        "heli diagnose run1.csv run2.csv --validate run3.csv --output result\n\n"
+        "heli diagnose run.csv --from 6 --to 90 --config heli.toml --output result",
+    ),
+    (
+        identify,
+        "heli identify run1.csv run2.csv --output history\n\nheli identify run.csv --filter-frequency 2 -o history",
+    ),
+    (
+        check,
+        "heli check tonight.csv --parameters result/parameters.json\n\n"
+        "heli check tonight.csv --parameters result/parameters.json --junit check.xml",
+    ),
+    (effects, "heli effects\n\nheli effects --axis pitch --json"),
+    (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
+    (
+        simulate,
+        "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 --plot step.svg\n\n"
+        "heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv\n\n"
+        "heli simulate measured_data --log run.csv --parameters result/parameters.json",
+    ),
+    (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
+    (init, "heli init\n\nheli init rigs/north-lab.toml"),
+    (demo, "heli demo\n\nheli demo --output somewhere"),
+)
+"""Commands in the order of the help, each with examples."""
+
+for _function, _examples in _COMMANDS:
+    app.command(cls=Spreading, epilog=f"[bold]Examples[/]\n\n{_examples}")(guarded(_function))
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"heli-twin {version('heli-twin')}")
+        raise typer.Exit
+
+
+@app.callback()
+def heli(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Bench helicopter FMUs that correct themselves from measured data."""

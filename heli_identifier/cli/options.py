@@ -1,0 +1,76 @@
+"""Arguments and options that several commands share, with one wording for their help."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+Logs = Annotated[
+    list[Path],
+    typer.Argument(
+        metavar="LOG", help="Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", show_default=False
+    ),
+]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", "-c", metavar="FILE", help="Configuration of the rig; heli.toml is taken if it is there.",
+        show_default=False,
+    ),
+]  # fmt: skip
+From = Annotated[
+    float | None,
+    typer.Option("--from", metavar="SECONDS", help="First instant used, in the log's own time.", show_default=False),
+]
+To = Annotated[
+    float | None,
+    typer.Option("--to", metavar="SECONDS", help="Last instant used, in the log's own time.", show_default=False),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else, on standard output.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say more: reasons, conversions, what was tried.")]
+Settings = Annotated[
+    list[str],
+    typer.Option(
+        "--set", "-s", metavar="NAME=VALUE", help="A parameter by its structured name; may be given again.",
+        show_default=False,
+    ),
+]  # fmt: skip
+Parameters = Annotated[
+    Path | None,
+    typer.Option(
+        "--parameters", "-p", metavar="FILE", help="parameters.json of a diagnosis, for the unit it names.",
+        show_default=False,
+    ),
+]  # fmt: skip
+
+SPREAD = "--validate"
+"""Option that takes several values in a row."""
+
+
+class Spreading(TyperCommand):
+    """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Give each of its values the option's name before the parser sees them."""
+        return super().parse_args(ctx, spread(args))
+
+
+def spread(words: Iterable[str]) -> list[str]:
+    """Give ``--validate a b`` as ``--validate a --validate b``."""
+    out: list[str] = []
+    inside = first = False
+    for word in words:
+        if word == SPREAD:
+            inside = first = True
+        elif word.startswith("-"):
+            inside = False
+        elif inside and not first:
+            out.append(SPREAD)
+        else:
+            first = False
+        if inside and word != SPREAD:
+            first = False
+        out.append(word)
+    return out
