@@ -17,6 +17,10 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 HOSTS = Path(__file__).parent / "hosts"
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "slow: a test of some seconds, a Monte Carlo or a whole search; -m 'not slow'")
+
+
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory):
     """Every unit, built once with its default parameters: a dict of paths by unit name."""
