@@ -125,8 +125,9 @@ def test_moving_mass_stops_at_the_ends_of_its_travel():
         assert x == end
 
 
-def test_moving_mass_shifts_the_elevations_rest_as_a_known_disturbance():
-    p, x = TABLE_2._replace(a_wz=2.0), 0.2
+@pytest.mark.parametrize("x", [0.2, -0.2])
+def test_moving_mass_shifts_the_elevations_rest_as_a_known_disturbance(x):
+    p = TABLE_2._replace(a_wz=2.0)
     state = run(rest_state(p), 30.0, 0.01, p, 0.0, 0.0, command=x)
     assert state.mass_position == x
     # at 2 1/s of damping the swing is over: exp(-30)
