@@ -11,8 +11,6 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.console import Console
-
 from benchmarks.blind_page import misses, section, write_section
 from benchmarks.blind_rigs import GROUPS, sources
 from heli_identifier.campaign.progress import progress_bar
@@ -27,8 +25,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def main(arguments: Sequence[str]) -> None:
     asked = _parsed(arguments)
     rigs = sources(asked.groups, asked.limit)
-    console = Console(stderr=True)
-    with progress_bar(console) as tell:
+    with progress_bar() as tell:
         rows = run_campaign(
             [source for _, source in rigs.values()],
             asked.output,
@@ -46,7 +43,7 @@ def main(arguments: Sequence[str]) -> None:
     asked.table.parent.mkdir(parents=True, exist_ok=True)
     write_table(table(rows), asked.table)
     write_section(asked.page, section(groups, {name: case for name, (case, _) in rigs.items()}, command))
-    console.print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}")
+    print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}", file=sys.stderr)
 
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:

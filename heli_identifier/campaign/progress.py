@@ -1,24 +1,38 @@
-"""A campaign's progress on a terminal: a bar with what is done, what failed and when it will end."""
+"""A campaign's progress on the error stream: a bar on a terminal, a line every now and then elsewhere."""
 
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from heli_identifier.campaign.row import Row
 from heli_identifier.campaign.run import Progress as Tell
 
+LINES = 20
+"""Lines that a whole campaign writes into a file."""
+
 
 @contextmanager
-def progress_bar(console: Console) -> Iterator[Tell]:
+def progress_bar() -> Iterator[Tell]:
     """Give what :func:`heli_identifier.campaign.run.run_campaign` tells its progress to."""
-    failed = 0
-    with Progress(
+    if not sys.stderr.isatty():
+        yield _told_in_lines
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
         TextColumn("diagnosing"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"),
-        TimeElapsedColumn(), TimeRemainingColumn(), console=console,
-    ) as bar:  # fmt: skip
-        task = bar.add_task("", total=None)
+        TimeElapsedColumn(), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True)) as bar:
+        task, failed = bar.add_task("", total=None), 0
 
         def tell(done: int, total: int, row: Row | None) -> None:
             nonlocal failed
@@ -26,3 +40,9 @@ def progress_bar(console: Console) -> Iterator[Tell]:
             bar.update(task, completed=done, total=total, description=f"{failed} failed" if failed else "")
 
         yield tell
+
+
+def _told_in_lines(done: int, total: int, row: Row | None) -> None:
+    if row is None or done == total or done % max(1, total // LINES) == 0:
+        sys.stderr.write(f"{done} of {total} rigs done\n")
+        sys.stderr.flush()

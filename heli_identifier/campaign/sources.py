@@ -39,22 +39,24 @@ class Source(Protocol):
 
 @dataclass(frozen=True)
 class FolderRig:
-    """A rig whose logs lie in a folder, with its configuration where it has one.
+    """A rig whose logs lie in a folder.
 
     Attributes
     ----------
     rig : str
     folder : str
+    configuration : str
+        File that tells how it writes its logs; empty if it keeps to the contract.
     """
 
     rig: str
     folder: str
+    configuration: str = ""
 
     def content(self) -> str:
         """Digest of the bytes of its files."""
-        configuration = Path(self.folder) / CONFIGURATION_NAME
-        files = [*self._logs(TRAINING), *self._logs(HELD_OUT), *([configuration] if configuration.exists() else [])]
-        return files_digest(files)
+        configuration = [Path(self.configuration)] if self.configuration else []
+        return files_digest([*self._logs(TRAINING), *self._logs(HELD_OUT), *configuration])
 
     def load(self) -> Rig:
         """Read its logs.
@@ -64,8 +66,7 @@ class FolderRig:
         LogError, ConfigurationError
             As the readers.
         """
-        path = Path(self.folder) / CONFIGURATION_NAME
-        configuration = read_configuration(path) if path.exists() else None
+        configuration = read_configuration(self.configuration) if self.configuration else None
         format = configuration.format if configuration else CONTRACT
         training, held_out = read_data_set(self._logs(TRAINING), self._logs(HELD_OUT), format)
         return Rig(training, held_out, configuration=configuration)
@@ -114,8 +115,14 @@ class GeneratedRig:
         return rig
 
 
-def folder_rigs(folder: str | PathLike[str]) -> list[FolderRig]:
+def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[FolderRig]:
     """Give every sub-folder that holds train*.csv and held*.csv, in the order of their names.
+
+    Parameters
+    ----------
+    folder : path
+    configuration : path, optional
+        Configuration of the rigs that have no heli.toml beside their logs.
 
     Raises
     ------
@@ -129,13 +136,21 @@ def folder_rigs(folder: str | PathLike[str]) -> list[FolderRig]:
     for path in sorted(child for child in root.iterdir() if child.is_dir()):
         found = [next(path.glob(pattern), None) for pattern in (TRAINING, HELD_OUT)]
         if all(found):
-            rigs.append(FolderRig(path.name, str(path)))
+            rigs.append(FolderRig(path.name, str(path), _configuration(path, configuration)))
         elif any(found):
             missing = HELD_OUT if found[0] else TRAINING
             raise ConfigurationError(f"{path} holds no {missing}; a rig's folder needs {TRAINING} and {HELD_OUT}.")
     if not rigs:
         raise ConfigurationError(f"no sub-folder of {folder} holds {TRAINING} and {HELD_OUT}; each rig needs one.")
     return rigs
+
+
+def _configuration(folder: Path, shared: str | PathLike[str] | None) -> str:
+    """Give the path of a rig's configuration: its own before the shared one, empty if there is neither."""
+    own = folder / CONFIGURATION_NAME
+    if own.exists():
+        return str(own)
+    return str(Path(shared).resolve()) if shared else ""
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:

@@ -52,8 +52,8 @@ class Summary:
         Rig and error text of each diagnosis that failed.
     covered, intervals : int
         95 % intervals that hold the true value, and intervals whose true value is known.
-    seconds_median, seconds_95, seconds_most : float
-        Time of one diagnosis on one core [s]; not a number where there is none.
+    seconds : tuple of float or None
+        Median, 95 % quantile and largest of the times of one diagnosis on one core [s]; None where there is none.
     """
 
     kinds: tuple[Kind, ...]
@@ -61,9 +61,7 @@ class Summary:
     failures: tuple[tuple[str, str], ...]
     covered: int
     intervals: int
-    seconds_median: float
-    seconds_95: float
-    seconds_most: float
+    seconds: tuple[float, float, float] | None
 
     @property
     def coverage(self) -> float | None:
@@ -77,18 +75,21 @@ def summarised(rows: Sequence[Row]) -> Summary:
     kinds = list(dict.fromkeys(row["true_kind"] for row in done))
     held = [hit for row in done for hit in coverage(row).values()]
     found = Counter(f"{effect['name']} {effect['axis']}" for row in done for effect in row["effects"])
-    seconds = np.array([row["seconds"] for row in done] or [np.nan])
-    median, high, most = (float(np.quantile(seconds, level)) for level in (0.5, 0.95, 1.0))
     return Summary(
         tuple(_kind(kind, [row for row in done if row["true_kind"] == kind]) for kind in kinds),
         tuple(found.most_common()),
         tuple((row["rig"], row["error"]) for row in rows if row["error"] is not None),
         sum(held),
         len(held),
-        median,
-        high,
-        most,
+        _spread([row["seconds"] for row in done]),
     )
+
+
+def _spread(values: Sequence[float]) -> tuple[float, float, float] | None:
+    if not values:
+        return None
+    median, high, most = np.quantile(values, (0.5, 0.95, 1.0))
+    return float(median), float(high), float(most)
 
 
 def _kind(kind: str | None, rows: Sequence[Row]) -> Kind:

@@ -5,6 +5,7 @@ from typing import Annotated, Any
 import typer
 
 from heli_identifier.cli.build import build
+from heli_identifier.cli.campaign import campaign
 from heli_identifier.cli.check import check
 from heli_identifier.cli.demo import demo
 from heli_identifier.cli.diagnose import diagnose
@@ -39,6 +40,12 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         check,
         "heli check tonight.csv --parameters result/parameters.json\n\n"
         "heli check tonight.csv --parameters result/parameters.json --junit check.xml",
+    ),
+    (
+        campaign,
+        "heli campaign rigs --output campaign\n\n"
+        "heli campaign rigs --scheduler tcp://lab:8786\n\n"
+        "heli campaign --generator my_rigs:make --rigs 200 --workers 4",
     ),
     (effects, "heli effects\n\nheli effects --axis pitch --json"),
     (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
