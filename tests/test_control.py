@@ -194,6 +194,15 @@ def test_integral_stops_where_it_would_push_beyond_the_limit_and_runs_where_it_l
     assert inward.integral_pitch == pytest.approx(far.integral_pitch + H * 0.1)
 
 
+def test_integral_of_the_travel_stops_while_the_pitch_reference_is_clipped():
+    eager = TRAVEL._replace(travel=AxisGains(1.0, 1.0, 0.0))
+    clipped = PidState(0.0, 0.0, 3.0, 0.0, 0.2, 0.0)  # 3 rad wanted of the pitch reference
+    outward, _ = pid_step(clipped, 0.0, 0.2, 0.1, LEVEL, H, eager)
+    assert outward.integral_travel == 3.0
+    inward, _ = pid_step(clipped, 0.0, 0.2, -0.1, LEVEL, H, eager)
+    assert inward.integral_travel == pytest.approx(3.0 - H * 0.1)
+
+
 def test_saturated_elevation_recovers_without_windup():
     """The arm is held down for ten seconds; freed, it overshoots no more than a step of that size does."""
     z = equilibrium(LEVEL, PID)
