@@ -5,6 +5,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -12,6 +13,13 @@ FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--hide-scrollbars", "--remote-debugging-pipe",
 )  # fmt: skip
+LAUNCHER = """
+import os, sys
+orders, answers = (os.dup(os.dup(int(word))) for word in sys.argv[1:3])
+os.dup2(orders, 3), os.dup2(answers, 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""The browser reads its orders from descriptor 3 and answers on 4; the copies keep one from closing the other."""
 
 
 class Chromium:
@@ -20,11 +28,13 @@ class Chromium:
     def __init__(self, profile: Path) -> None:
         order_in, order_out = os.pipe()
         answer_in, answer_out = os.pipe()
+        words = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}"]
         self.process = subprocess.Popen(
-            ["sh", "-c", 'exec "$@" 3<&' + str(order_in) + " 4>&" + str(answer_out), "sh", str(CHROMIUM), *FLAGS,
-             f"--user-data-dir={profile}"],
-            pass_fds=(order_in, answer_out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            [sys.executable, "-c", LAUNCHER, str(order_in), str(answer_out), *words],
+            pass_fds=(order_in, answer_out),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.close(order_in)
         os.close(answer_out)
         self.orders, self.answers = os.fdopen(order_out, "wb", 0), os.fdopen(answer_in, "rb")

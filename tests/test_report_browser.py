@@ -1,0 +1,73 @@
+"""The page in a real browser: silent, nothing fetched, no overflow at a desk's and a telephone's width, both themes."""
+
+import pytest
+
+from heli_identifier.report.page import report_page
+from heli_identifier.report.provenance import provenance
+from tests.chromium import CHROMIUM, Chromium
+from tests.diagnosis_example import example
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
+
+SMALLEST_LETTER = 7.0
+"""Height [CSS px] of a font below which a label cannot be read on a telephone."""
+
+OVERFLOWING = """
+Array.from(document.querySelectorAll('body *')).filter(e =>
+  !e.closest('.scroll') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))
+"""
+LETTERS = """
+Math.min(...Array.from(document.querySelectorAll('svg.figure text')).map(t =>
+  parseFloat(getComputedStyle(t).fontSize) * t.ownerSVGElement.getScreenCTM().a))
+"""
+CONTRAST = """
+(() => {
+  const numbers = colour => colour.match(/[\\d.]+/g).slice(0, 3).map(Number);
+  const linear = v => v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4;
+  const weights = [.2126, .7152, .0722];
+  const light = colour => numbers(colour).map(v => linear(v / 255)).reduce((sum, v, i) => sum + v * weights[i], 0);
+  const page = light(getComputedStyle(document.body).backgroundColor);
+  const ratio = l => (Math.max(l, page) + .05) / (Math.min(l, page) + .05);
+  const written = document.querySelectorAll('p, td, dd, dt, figcaption, .tag');
+  const words = Array.from(written).map(e => getComputedStyle(e).color);
+  const labels = Array.from(document.querySelectorAll('svg.figure text')).map(e => getComputedStyle(e).fill);
+  return Math.min(...[...words, ...labels].map(c => ratio(light(c))));
+})()
+"""
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    file.write_text(report_page(example(), provenance(["heli"]), "rig"), encoding="utf-8")
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    with Chromium(tmp_path_factory.mktemp("profile")) as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [1280, 390])
+def test_the_page_is_silent_and_fits_and_can_be_read(browser, page, width, dark):
+    browser.open(page, width, dark)
+    assert browser.complaints() == []
+    assert [address for address in browser.requests() if not address.startswith(("file:", "data:"))] == []
+    assert browser.value("document.documentElement.scrollWidth") == width
+    assert browser.value(OVERFLOWING) == []
+    assert browser.value(LETTERS) > SMALLEST_LETTER
+    # WCAG 2.1, 1.4.3: text needs 4.5
+    assert browser.value(CONTRAST) > 4.5
+
+
+def test_the_dark_theme_is_dark_and_paper_is_white(browser, page, tmp_path):
+    background = "getComputedStyle(document.body).backgroundColor"
+    browser.open(page, 1280, dark=True)
+    assert browser.value(background) == "rgb(15, 19, 24)"
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    assert browser.value(background) == "rgb(255, 255, 255)"
+    assert browser.value("getComputedStyle(document.body).color") == "rgb(27, 31, 36)"
+    browser.printed(tmp_path / "report.pdf")
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")

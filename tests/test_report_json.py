@@ -1,0 +1,147 @@
+"""diagnosis.json keeps its contract, parameters.json brings the same plant back, and both are strict JSON."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.report.diagnosis_document import diagnosis_document, document_text, plain
+from heli_identifier.report.parameter_set import corrected_parameters, read_parameter_set
+from heli_identifier.report.provenance import provenance
+from heli_plant.parameters import BY_NAME
+from tests.diagnosis_example import AFTER, FRICTION, adequate, example
+
+ORIGIN = provenance(["heli", "diagnose", "a b.csv"])
+
+
+@pytest.fixture(scope="module")
+def document():
+    return json.loads(document_text(diagnosis_document(example(), ORIGIN)))
+
+
+def test_the_document_has_the_keys_of_the_contract(document):
+    assert document["schema"] == "heli-diagnosis/1"
+    assert document["verdict"] in ("effects shown", "model adequate", "unknown effect")
+    keys = {"effects", "not_testable", "parameters", "error", "data", "settings", "seconds"}
+    assert keys < document.keys()
+    assert {"before", "after"} == document["parameters"].keys()
+    assert {"pitch", "elevation", "travel"} == document["error"].keys()
+    for axis in document["error"].values():
+        for stage in ("before", "after", "noise_floor"):
+            assert axis[stage].keys() == {"prediction_1s_rad", "prediction_2s_rad", "free_run_rad", "acceleration"}
+    for entry in document["data"]:
+        assert {"file", "sha256", "samples", "rate_hz", "used_for"} <= entry.keys()
+
+
+def test_an_effect_of_the_catalogue_has_its_coefficient_error_unit_and_shape(document):
+    friction, bending = document["effects"][:2]
+    assert (friction["name"], friction["axis"], friction["verdict"]) == ("dry_friction", "pitch", "shown")
+    assert (friction["coefficient"], friction["standard_error"], friction["unit"]) == (0.025, 0.0006, "rad/s^2")
+    assert bending["alternatives"] == [{"name": "ground_effect", "axis": "elevation"}]
+    assert bending["shape"]["frequency"]["value"] == 3.1
+
+
+def test_an_unknown_effect_has_no_coefficient_but_a_line_or_a_curve(document):
+    line, curve = document["effects"][2:]
+    assert line["name"] == curve["name"] == "unknown"
+    assert line["coefficient"] is None
+    assert (line["shape"]["variable"], line["shape"]["frequency_hz"]) == ("time", 0.7)
+    assert curve["shape"]["variable"] == "travel"
+    assert len(curve["shape"]["curve"][0]) == 2
+
+
+def test_what_cannot_be_tested_is_listed_with_its_reason(document):
+    listed = {(entry["name"], entry["axis"]) for entry in document["not_testable"]}
+    assert listed == {("inertial_coupling", "elevation"), ("inertial_coupling", "travel")}
+    assert all(entry["why"] for entry in document["not_testable"])
+
+
+def test_an_axis_that_is_not_stable_has_no_free_run(document):
+    assert document["error"]["travel"]["after"]["free_run_rad"] is None
+    assert document["error"]["pitch"]["after"]["free_run_rad"] > 0.0
+
+
+def test_a_number_that_is_not_finite_becomes_null():
+    # json would write Infinity, which no other parser takes
+    assert plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
+    entries = diagnosis_document(example(), ORIGIN)["catalogue"]
+    blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
+    assert blind["standard_error"] is None
+
+
+def test_a_clean_rig_has_an_empty_list_of_effects():
+    document = diagnosis_document(adequate(), ORIGIN)
+    assert document["verdict"] == "model adequate"
+    assert document["effects"] == []
+
+
+def test_the_provenance_quotes_the_command_so_that_it_can_be_run_again():
+    assert ORIGIN["command"] == "heli diagnose 'a b.csv'"
+    assert ORIGIN["versions"]["numpy"]
+
+
+def test_parameters_read_back_are_the_corrected_plant_to_the_last_bit(tmp_path):
+    file = tmp_path / "parameters.json"
+    written = corrected_parameters(_named_effects_only(), ORIGIN)
+    file.write_text(document_text(written.document()), encoding="utf-8")
+    read = read_parameter_set(file)
+    assert read.plant() == AFTER
+    assert read.values == written.values
+    assert read.expected == written.expected
+
+
+def test_parameters_carry_structured_names_units_and_standard_errors():
+    values = corrected_parameters(_named_effects_only(), ORIGIN).values
+    assert values["effects.dry_friction.pitch"] == FRICTION
+    assert values["motor.time_constant"] == Estimate(0.08, None, "s")
+    assert all(estimate.unit == BY_NAME[name].unit for name, estimate in values.items())
+    assert "effects.quadratic_drag.pitch" not in values
+
+
+def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():
+    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    expected = parameters.expected["pitch"]
+    assert parameters.limits(1.5)["pitch"] == 1.5 * expected.prediction.value
+    quiet = replace(parameters, expected={"pitch": replace(expected, noise_floor=1.0)})
+    assert quiet.limits(1.5)["pitch"] == 1.5
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (None, "does not exist"),
+        ("{", "is no JSON"),
+        ("[]", "schema is None"),
+        ('{"schema": "heli-diagnosis/1"}', "schema is 'heli-diagnosis/1'"),
+        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "no complete parameter set"),
+        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "no complete parameter"),
+    ],
+)
+def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, text, said):
+    file = tmp_path / "parameters.json"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(ConfigurationError, match=said) as problem:
+        read_parameter_set(file)
+    assert str(file) in str(problem.value)
+    assert "\n" not in str(problem.value)
+
+
+def test_parameters_of_another_unit_make_no_plant():
+    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    with pytest.raises(ConfigurationError, match="PidController"):
+        replace(parameters, unit="PidController").plant()
+
+
+def test_parameters_that_no_held_out_log_has_judged_give_no_limit():
+    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    with pytest.raises(ConfigurationError, match="never judged"):
+        replace(parameters, expected={}).limits(1.3)
+
+
+def _named_effects_only():
+    """The example with dry friction alone, the effect that its plant holds."""
+    whole = example()
+    return replace(whole, effects=whole.effects[:1])

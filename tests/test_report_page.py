@@ -1,0 +1,160 @@
+"""The page stands alone, says what the diagnosis says, and its figures take the theme's colours."""
+
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.report.figures.held_out import autocorrelation
+from heli_identifier.report.figures.style import COLOURS, thinned
+from heli_identifier.report.page import report_page
+from heli_identifier.report.provenance import provenance
+from heli_identifier.report.rounding import power_text, significant, unit_text, with_interval
+from heli_identifier.report.sentences import law_text, verdict_sentence
+from tests.diagnosis_example import adequate, example, made_log
+
+ORIGIN = provenance(["heli", "diagnose", "run.csv"])
+LARGEST = 3_000_000
+"""Bytes that a page may have."""
+
+
+class Page(HTMLParser):
+    """Tags left open, ids, and addresses of what is fetched."""
+
+    VOID = {"meta", "link", "br", "img", "hr", "input", "path", "use", "rect"}
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.ids, self.addresses = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        values = dict(attributes)
+        self.ids += [values["id"]] if "id" in values else []
+        self.addresses += [values[name] for name in ("src", "href") if name in values]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        if tag not in self.VOID:
+            assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def text():
+    return report_page(example(), ORIGIN, "the <rig>")
+
+
+def test_the_page_is_below_three_megabytes(text):
+    assert len(text.encode()) < LARGEST
+
+
+def test_every_tag_is_closed_and_no_id_is_given_twice(text):
+    page = Page(text)
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_the_page_fetches_nothing(text):
+    assert all(address.startswith(("#", "data:")) for address in Page(text).addresses)
+    assert not re.search(r"@import|url\((?!#)|<script", text)
+
+
+def test_every_reference_inside_a_figure_leads_somewhere(text):
+    ids = set(Page(text).ids)
+    references = re.findall(r'url\(#([^)]+)\)|href="#([^"]+)"', text)
+    assert {a or b for a, b in references} <= ids
+
+
+def test_no_colour_of_the_light_theme_is_left_in_a_figure(text):
+    figures = "".join(re.findall(r'<svg class="figure".*?</svg>', text, re.DOTALL))
+    assert figures.count("var(--after)") > 10
+    for colour in COLOURS.values():
+        assert colour not in figures
+
+
+def test_each_held_out_log_has_four_figures_for_each_axis():
+    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), ORIGIN, "rig")
+    shown = len(re.findall('<svg class="figure"', report_page(example(), ORIGIN, "rig")))
+    assert len(re.findall('<svg class="figure"', two)) == shown + 12
+
+
+def test_text_of_the_user_is_no_markup(text):
+    assert "the &lt;rig&gt;" in text
+    assert "train &lt;1&gt;.csv" in text
+
+
+def test_the_page_says_every_verdict_of_the_catalogue(text):
+    assert text.count('class="tag open">not shown') == len(example().catalogue) - 3
+    assert text.count('class="tag open">not testable') == 2
+
+
+def test_the_page_names_the_experiments_that_would_settle_something(text):
+    assert "Turn the travel fast." in text
+    assert "chirp from 1 to 6 Hz" in text
+    assert "and inertial coupling on the travel is not testable" in text
+
+
+def test_a_clean_rig_gets_a_page_without_an_effect():
+    page = report_page(adequate(), ORIGIN, "rig")
+    assert "The simplified model explains these logs" in page
+    assert "No effect of the catalogue passed the threshold" in page
+
+
+def test_the_same_diagnosis_gives_the_same_page(text):
+    assert report_page(example(), ORIGIN, "the <rig>") == text
+
+
+def test_the_sentence_names_the_effect_its_size_and_what_it_brings():
+    said = verdict_sentence(example())
+    assert said.startswith("The rig has dry friction on the pitch (c = 0.0250 ± 0.0012 rad/s²)")
+    assert "periodic torque on the elevation at 0.700 Hz" in said
+    assert "falls from 5.00 to 2.00 mrad" in said
+
+
+def test_a_line_that_is_thinned_keeps_its_ends_and_every_peak():
+    x = np.linspace(0.0, 1.0, 50_000)
+    y = np.sin(40.0 * x)
+    y[31_234] = 7.0
+    few_x, few_y = thinned(x, y)
+    assert len(few_x) < 2000
+    assert few_y.max() == 7.0
+    assert (few_x[0], few_x[-1]) == (0.0, 1.0)
+    assert np.all(np.diff(few_x) >= 0.0)
+
+
+def test_the_autocorrelation_of_white_noise_keeps_its_bounds_and_that_of_a_lag_is_found():
+    noise = np.random.default_rng(0).normal(size=20_000)
+    bound = 1.96 / np.sqrt(len(noise))
+    # 5 % of 50 lags are 2.5; more than 8 are seen once in a thousand draws
+    assert (np.abs(autocorrelation(noise, 50)) > bound).sum() <= 8
+    echo = noise.copy()
+    echo[10:] += 0.5 * noise[:-10]
+    # rho(10) = .5/(1 + .25)
+    assert autocorrelation(echo, 12)[9] == pytest.approx(0.4, abs=4.0 * bound)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "said"),
+    [
+        (0.025143, 0.00025, "0.02514 ± 0.00049"),
+        (-0.1, 0.02, "−0.100 ± 0.039"),
+        (2.0, None, "2.00"),
+        (123.4, 10.0, "123 ± 20"),
+        (1.0, float("inf"), "1.00"),
+        (float("nan"), 1.0, "–"),
+    ],
+)
+def test_a_value_shows_the_digits_that_its_interval_leaves(value, error, said):
+    assert with_interval(Estimate(value, error, "1")) == said
+
+
+def test_units_and_laws_are_set_as_people_write_them():
+    assert unit_text("rad/s^2/V") == "rad/s²/V"
+    assert unit_text("1") == ""
+    assert law_text("-c w abs(w)") == "−c ω |ω|"
+    assert law_text("nu -> nu + c nu abs(nu)") == "ν → ν + c ν |ν|"
+    assert power_text(1e-3) == "10⁻³"
+    assert significant(0.0012345) == "0.00123"
