@@ -51,8 +51,9 @@ def test_the_optimum_does_not_depend_on_where_the_search_began(fitted):
     away = {name: getattr(TABLE_2, name) * random.uniform(0.7, 1.3) for name in BASE}
     again = fit(fitted.problem, TABLE_2._replace(**away))
     apart = [getattr(again.parameters, n) - getattr(fitted.parameters, n) for n in BASE]
-    # each search stops when a step is below a hundredth of a standard error
-    assert np.all(np.abs(apart) < 0.05 * np.sqrt(np.diag(fitted.covariance)))
+    # each search stops when a step is below three hundredths of a standard error; what steps to come would add up to
+    # is a few of those
+    assert np.all(np.abs(apart) < 0.1 * np.sqrt(np.diag(fitted.covariance)))
     assert again.log_likelihood == pytest.approx(fitted.log_likelihood, abs=0.05)
 
 
