@@ -76,11 +76,11 @@ def diagnose(
     tell("checking at other filter frequencies", 0.6)
     model, agreed, unstable = agreement(selection.model, settings.agreement)
     tell("checking on the held-out logs", 0.75)
-    model, unborne = borne_out(model, held)
+    model, final, unborne = borne_out(model, selection.bare.model.fit, held)
     withdrawn = tuple((effect.name, effect.axis, why) for effect, why in (*unstable, *unborne))
     rivals = _rivals(selection, model, settings)
     tell("judging before and after", 0.85)
-    axes, runs = judged(validation, held, selection.bare.model.fit, model.fit, model.fit.parameters)
+    axes, runs = judged(validation, held, selection.bare.model.fit, final)
     effects = _found(model, agreed, rivals)
     return Diagnosis(
         verdict=_verdict(model),
@@ -88,17 +88,17 @@ def diagnose(
         withdrawn=withdrawn,
         catalogue=_catalogue(selection, model, effects, withdrawn),
         parameters_before=_parameters(selection.bare.model.fit),
-        parameters_after=_parameters(model.fit),
+        parameters_after=_parameters(final),
         plant_before=selection.bare.model.fit.parameters,
-        plant_after=model.fit.parameters,
+        plant_after=final.parameters,
         axes=axes,
-        series=_series(validation, held, selection.bare.model.fit, model.fit, runs),
+        series=_series(validation, held, selection.bare.model.fit, final, runs),
         curves=_curves(model, effects),
         correlation_names=_labels(selection.last.scanned),
         correlation=_correlation(selection.last.scanned),
         data=(*_entries(training, "training"), *_entries(validation, "held out")),
         settings=_settings(settings, selection),
-        notes=_notes(model, settings),
+        notes=_notes(model, final, settings),
         seconds=perf_counter() - began,
     )
 
@@ -282,7 +282,7 @@ def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, ob
     }
 
 
-def _notes(model: Model, settings: DiagnosisSettings) -> tuple[str, ...]:
+def _notes(model: Model, final: Fit, settings: DiagnosisSettings) -> tuple[str, ...]:
     notes = []
     highest = max(float(np.abs(record.voltages).max()) for record in model.fit.problem.records)
     if highest > settings.voltage_limit:
@@ -290,6 +290,8 @@ def _notes(model: Model, settings: DiagnosisSettings) -> tuple[str, ...]:
             f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
             "(set the rig's limit in its configuration)"
         )
+    if final is not model.fit:
+        notes.append("the corrected parameters let the model imitate the unknown torque, which predicts better so")
     if not model.fit.converged:
         notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
     return tuple(notes)

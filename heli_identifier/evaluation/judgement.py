@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from heli_identifier.diagnosis.result import AxisError, AxisReport, ErrorFigure
 from heli_identifier.evaluation.bootstrap import rms_figures
 from heli_identifier.evaluation.free_run import free_run, stable_axes
-from heli_identifier.evaluation.noise_floor import synthetic_record
+from heli_identifier.evaluation.noise_floor import synthetic_pieces, synthetic_record
 from heli_identifier.evaluation.prediction import SPACING, prediction_errors
 from heli_identifier.evaluation.whiteness import input_correlation, ljung_box_p
 from heli_identifier.prediction.fit import Fit
@@ -38,32 +38,47 @@ class Figures:
 
 
 def figures(
-    problem: Problem, parameters: PlantParameters, free_errors: Sequence[NDArray[np.float64]], step: float
+    problem: Problem, parameters: PlantParameters, free_errors: Sequence[NDArray[np.float64]] | None, step: float
 ) -> Figures:
     """Errors of one model on the records of ``problem``; ``free_errors`` (N_i, 3) [rad] of its free runs."""
     one = rms_figures([prediction_errors(r, parameters, 1.0) for r in problem.records], SPACING)
     two = rms_figures([prediction_errors(r, parameters, 2.0) for r in problem.records], SPACING)
     acceleration = rms_figures(problem.residuals(parameters), 1.0 / REDUCED_RATE)
-    run = rms_figures(free_errors, step) if all(np.isfinite(e).all() for e in free_errors) else [None] * 3
+    finite = free_errors is not None and all(np.isfinite(e).all() for e in free_errors)
+    run: Sequence[ErrorFigure | None] = rms_figures(free_errors or [], step) if finite else [None] * 3
     stable = stable_axes(parameters)
     return Figures(one, two, [f if ok else None for f, ok in zip(run, stable, strict=True)], acceleration)
 
 
 def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
-    """Figures of a model on records that it generated itself."""
-    made = tuple(synthetic_record(r, parameters, problem.bandwidth, seed) for seed, r in enumerate(problem.records))
-    synthetic = Problem(made, problem.bandwidth)
-    logs = [_as_log(record) for record in made]
-    errors = [log.angles - free_run(log, parameters) for log in logs]
-    return figures(synthetic, parameters, errors, made[0].step)
+    """Figures of a model on records that it generated itself; in pieces, without a free run, where it is unstable.
+
+    Zero, which bounds nothing, where even short pieces run away.
+    """
+    stable = stable_axes(parameters)
+    if stable[0] and stable[1]:
+        made = tuple(synthetic_record(r, parameters, problem.bandwidth, seed) for seed, r in enumerate(problem.records))
+        if all(np.isfinite(record.angles).all() for record in made):
+            errors = [_free_run_error(record, parameters) for record in made]
+            return figures(Problem(made, problem.bandwidth), parameters, errors, made[0].step)
+    pieces = tuple(
+        piece
+        for seed, record in enumerate(problem.records)
+        for piece in synthetic_pieces(record, parameters, problem.bandwidth, seed)
+    )
+    if not pieces:
+        nothing = [ErrorFigure(0.0, 0.0, 0.0)] * 3
+        return Figures(nothing, nothing, [None] * 3, nothing)
+    return figures(Problem(pieces, problem.bandwidth), parameters, None, pieces[0].step)
 
 
-def _as_log(record: Record) -> Log:
-    return log_from_samples(record.name, 1.0 / record.step, record.voltages, record.angles)
+def _free_run_error(record: Record, parameters: PlantParameters) -> NDArray[np.float64]:
+    log = log_from_samples(record.name, 1.0 / record.step, record.voltages, record.angles)
+    return log.angles - free_run(log, parameters)
 
 
 def judged(
-    logs: Sequence[Log], held: Problem, before: Fit, after: Fit, plant_after: PlantParameters
+    logs: Sequence[Log], held: Problem, before: Fit, after: Fit
 ) -> tuple[dict[str, AxisReport], dict[str, list[NDArray[np.float64]]]]:
     """Give reports of the three axes, and the free runs "before" and "after" on the logs' own grids (N_i, 3) [rad].
 
@@ -76,17 +91,17 @@ def judged(
     before, after : Fit
         Fits to the training logs.
     """
-    sets = {"before": before.parameters, "after": plant_after}
+    sets = {"before": before.parameters, "after": after.parameters}
     runs = {name: [free_run(log, p) for log in logs] for name, p in sets.items()}
     step = logs[0].step
     found = {
         name: figures(held, p, [log.angles - run for log, run in zip(logs, runs[name], strict=True)], step)
         for name, p in sets.items()
     }
-    floor = noise_floor(held, plant_after)
+    floor = noise_floor(held, after.parameters)
     tests = {
-        "before": _residual_tests(held, before, before.parameters),
-        "after": _residual_tests(held, after, plant_after),
+        "before": _residual_tests(held, before),
+        "after": _residual_tests(held, after),
     }
     reports = {
         axis: AxisReport(
@@ -101,11 +116,11 @@ def judged(
     return reports, runs
 
 
-def _residual_tests(held: Problem, fit: Fit, parameters: PlantParameters) -> Mapping[str, tuple[float, float]]:
+def _residual_tests(held: Problem, fit: Fit) -> Mapping[str, tuple[float, float]]:
     """Ljung-Box p value and input correlation per axis, residuals whitened as the training logs' were."""
     order = fit.whitener.order
-    residuals = held.residuals(parameters)
-    voltages = [lagged_voltages(record, parameters.T_m) for record in held.records]
+    residuals = held.residuals(fit.parameters)
+    voltages = [lagged_voltages(record, fit.parameters.T_m) for record in held.records]
     out = {}
     for i, axis in enumerate(AXES):
         white = [fit.whitener.apply_axis(i, [r[:, i]]) for r in residuals]
