@@ -6,6 +6,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from textwrap import dedent
+from time import sleep
 
 import numba
 import numpy as np
@@ -50,7 +51,13 @@ def test_function_is_compiled_once():
 def test_threads_that_compile_at_once_leave_numbas_setting_as_it_was(monkeypatch, tmp_path):
     """numba's cache folder is one setting for the whole process."""
     monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path / "cache"))
-    before = numba.config.CACHE_DIR
+    before, jit = numba.config.CACHE_DIR, module._jit
+
+    def slow(*arguments, **options):
+        sleep(0.02)  # all threads are at it before the first is done
+        return jit(*arguments, **options)
+
+    monkeypatch.setattr(module, "_jit", slow)
 
     def fresh(k):
         code = f"def f{k}(x):\n    return x + {k}.0\n"
@@ -100,9 +107,10 @@ def project(tmp_path, monkeypatch):
         package = tmp_path / "heli_plant_of_a_test"
         package.mkdir(exist_ok=True)
         (package / "__init__.py").write_text("")
-        (package / "inner.py").write_text(f"FACTOR = {constant}\n\n\ndef inner(x):\n    return {body}\n")
+        (package / "constants.py").write_text(f"FACTOR = {constant}\n")
+        (package / "inner.py").write_text(f"def inner(x):\n    return {body}\n")
         (package / "outer.py").write_text(
-            "from .inner import FACTOR, inner\n\n\ndef outer(x):\n    return FACTOR * inner(x)\n"
+            "from .constants import FACTOR\nfrom .inner import inner\n\n\ndef outer(x):\n    return FACTOR * inner(x)\n"
         )
         sys.dont_write_bytecode, kept = True, sys.dont_write_bytecode  # a second's old bytecode would pass for new
         try:

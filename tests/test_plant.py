@@ -16,7 +16,7 @@ from heli_plant.rotors import motor_input, thrust_voltages
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 
-START = PlantState(0.2, 0.1, 0.3, 0.4, -0.2, 0.3, 1.0, 1.6, cable_rest=0.1)
+START = PlantState(0.2, 0.1, 0.3, 0.4, -0.2, 0.3, 1.0, 0.4, cable_rest=0.1)
 SMOOTH = TABLE_2._replace(
     quadratic_thrust_rotors=0.05, airspeed_thrust_loss_pitch=0.03, gyroscopic_coupling_pitch=0.04,
     inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0, ground_effect_elevation=0.3,
@@ -171,6 +171,12 @@ def test_struck_arm_rings_at_its_frequency_and_damping():
     expected = 0.01 * np.exp(-z * w * t) * (np.cos(d * t) + z * w / d * np.sin(d * t))
     # order four at w h = .038: t w (w h)^4 / 120 = 3e-7 of the amplitude
     np.testing.assert_allclose(q, expected, rtol=0, atol=1e-8)
+
+
+def test_bending_step_is_of_order_four():
+    exact = reference(START, 1.0, BENDING)[8:]
+    errors = [np.abs(np.array(run(START, 1.0, h, BENDING)[8:10]) - exact).max() for h in (0.01, 0.005)]
+    assert log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)  # w h = .19: the leading term dominates
 
 
 def test_record_starts_with_the_arm_settled_and_reads_the_elevation_it_was_given():
