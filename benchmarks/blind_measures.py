@@ -1,9 +1,9 @@
-"""What only somebody who knows the truth can measure on a rig: the score of a test that is told which effect to look
-for, and the prediction error of the true structure with its parameters fitted to the same training logs.
+"""What only somebody who knows the truth can measure on a rig: the told score, and how well one could predict at all.
 
-One fit serves both. It starts at the bare model's parameters and the true coefficients, so that it cannot miss its
-optimum for want of a start.
-"""  # noqa: D205
+The told score is that of a test that is told which effect to look for; the other is the prediction error of the true
+structure with its parameters fitted to the same training logs. One fit serves both. It starts at the bare model's
+parameters and the true coefficients, so that it cannot miss its optimum for want of a start.
+"""
 
 import numpy as np
 

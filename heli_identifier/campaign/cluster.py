@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
+from logging import CRITICAL
 from typing import TYPE_CHECKING
 
 from heli_identifier.campaign.key import code_digest
@@ -81,8 +82,9 @@ def _local(workers: int) -> "Iterator[Client]":
     with (
         dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD}),
         # No memory limit: a diagnosis needs what it needs, and pausing it would not make that less.
+        # Any free port for Dask's own pages: two campaigns may run at once.
         LocalCluster(
-            n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=None, silence_logs=50
+            n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=":0", silence_logs=CRITICAL
         ) as cluster,
         Client(cluster) as connected,
     ):

@@ -6,7 +6,8 @@ that failed are tried again.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,11 +21,14 @@ from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, Future
 
 Work = Callable[[Source, DiagnosisSettings, str | None], Row]
 Progress = Callable[[int, int, Row | None], None]
 """Called with the rigs that are done, all rigs, and the row that has just arrived."""
+
+TASK = "diagnose-"
+"""What Dask calls the task of a rig, before its key."""
 
 
 def run_campaign(
@@ -95,23 +99,39 @@ def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str 
     return {result_key(source.rig, source.content(), settings, code): source for source in sources}
 
 
-def _rows(connected: "Client", waiting: dict[str, Source], how: tuple[Any, ...], work: Work) -> Iterator[Row]:
-    """Give each row as it arrives."""
+def _rows(connected: "Client", waiting: Mapping[str, Source], how: tuple[Any, ...], work: Work) -> Iterator[Row]:
+    """Give each row as it arrives.
+
+    No worker is given more than one rig at a time: Dask suspects all that a worker held when it dies, and gives up a
+    rig that it has suspected four times.
+    """
     from distributed import as_completed
 
-    def submitted(key: str, source: Source):
-        return connected.submit(work, source, *how, key=f"diagnose-{key}", pure=False)
+    left, arriving = iter(waiting.items()), as_completed()
 
-    # No name is bound to the futures: while one lives, Dask would make its result again after a worker's death.
-    for future in as_completed(submitted(key, source) for key, source in waiting.items()):
-        key = future.key.removeprefix("diagnose-")
-        if future.cancelled():
-            raise ConfigurationError(
-                "the scheduler went away; the results so far are kept, and the same command continues from there."
-            )
-        try:
-            row = future.result()
-        except Exception as error:
-            row = {"rig": waiting[key].rig, "error": f"{type(error).__name__}: {error}"}
+    def supply() -> None:
+        free = max(1, len(connected.nthreads())) - arriving.count()
+        for key, source in islice(left, max(0, free)):
+            arriving.add(connected.submit(work, source, *how, key=f"{TASK}{key}", pure=False))
+
+    supply()
+    for future in arriving:
+        row = _arrived(future, waiting)
+        # As long as this process holds a future, Dask would make its result again after a worker's death.
         future.release()
-        yield row | {"key": key}
+        supply()
+        yield row
+
+
+def _arrived(future: "Future", waiting: Mapping[str, Source]) -> Row:
+    """Give the row of a task that has ended, however it did."""
+    key = str(future.key).removeprefix(TASK)
+    if future.cancelled():
+        raise ConfigurationError(
+            "the scheduler went away; the results so far are kept, and the same command continues from there."
+        )
+    try:
+        row = future.result()
+    except Exception as error:
+        row = {"rig": waiting[key].rig, "error": f"{type(error).__name__}: {error}"}
+    return row | {"key": key}

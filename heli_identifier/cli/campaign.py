@@ -61,10 +61,6 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     from heli_identifier.campaign.cluster import require_packages
-    from heli_identifier.campaign.progress import progress_bar
-    from heli_identifier.campaign.results import CONSOLIDATED
-    from heli_identifier.campaign.run import run_campaign
-    from heli_identifier.campaign.summary import summarised
     from heli_identifier.cli.logs import found_configuration
     from heli_identifier.cli.terminal import note, print_json
     from heli_identifier.diagnosis.settings import DiagnosisSettings
@@ -72,6 +68,12 @@ def campaign(
     require_packages()
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
+    # Not before everything that was said makes sense: this takes a second or two.
+    from heli_identifier.campaign.progress import progress_bar
+    from heli_identifier.campaign.results import CONSOLIDATED
+    from heli_identifier.campaign.run import run_campaign
+    from heli_identifier.campaign.summary import summarised
+
     settings = DiagnosisSettings(
         motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
     )

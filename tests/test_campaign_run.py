@@ -1,0 +1,217 @@
+"""Campaign on a cluster of processes: every rig once, whatever is killed; a restart repeats nothing that is done."""
+
+import json
+import os
+import signal
+from collections import Counter
+from importlib import import_module
+from types import SimpleNamespace
+
+import pytest
+
+from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, work
+from heli_identifier.campaign.results import CONSOLIDATED, read_rows
+from heli_identifier.campaign.run import run_campaign
+from heli_identifier.campaign.work import diagnosed
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+
+RIGS = 8
+
+# What a worker does here in place of a diagnosis: it notes who begins and ends what, and takes its time.
+STAND_IN = """
+import os, time
+from pathlib import Path
+
+def work(source, settings, measure):
+    seed, folder, seconds = source.arguments
+    mark = f"{seed}.{os.getpid()}.{time.time_ns()}"
+    (Path(folder) / f"began.{mark}").touch()
+    if seed < 0:
+        os.kill(os.getpid(), 9)
+    time.sleep(seconds)
+    (Path(folder) / f"ended.{mark}").touch()
+    return {"rig": source.rig, "verdict": "model adequate", "effects": [], "seconds": seconds}
+"""
+
+
+@pytest.fixture
+def stand_in(tmp_path, monkeypatch):
+    """Give work for the workers, and a function that tells (event, seed, process) of all they noted."""
+    name = f"stand_in_{tmp_path.name}"
+    (tmp_path / f"{name}.py").write_text(STAND_IN)
+    monkeypatch.syspath_prepend(tmp_path)
+    (tmp_path / "marks").mkdir()
+
+    def sources(seeds, seconds):
+        return [GeneratedRig(f"rig {seed}", f"{name}:work", (seed, str(tmp_path / "marks"), seconds)) for seed in seeds]
+
+    def noted():
+        marks = sorted((tmp_path / "marks").iterdir(), key=lambda path: path.name.split(".")[3])
+        return [(event, int(seed), int(process)) for event, seed, process, _ in (p.name.split(".") for p in marks)]
+
+    return SimpleNamespace(work=import_module(name).work, sources=sources, noted=noted, folder=tmp_path / "results")
+
+
+def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
+    killed, done_before = [], []
+
+    def kill_one_at_work(done, total, row):
+        if done == 3 and not killed:
+            done_before.extend(path.stem for path in (stand_in.folder / "rows").iterdir())
+            ended = {(seed, process) for event, seed, process in stand_in.noted() if event == "ended"}
+            at_work = [(s, p) for event, s, p in stand_in.noted() if event == "began" and (s, p) not in ended]
+            killed.append(at_work[-1])  # the one that began last has most of its second left
+            os.kill(at_work[-1][1], signal.SIGKILL)
+
+    rows = run_campaign(
+        stand_in.sources(range(RIGS), 1.0), stand_in.folder, workers=2, tell=kill_one_at_work, work=stand_in.work
+    )
+    ((victim, process),) = killed
+    assert [row["rig"] for row in rows] == [f"rig {seed}" for seed in range(RIGS)]
+    assert all(row["error"] is None for row in rows)
+    assert len(list((stand_in.folder / "rows").iterdir())) == RIGS
+    assert read_rows(stand_in.folder / CONSOLIDATED) == rows
+    # Only the rig that the dead process was at was begun again, and in another process.
+    began = Counter(seed for event, seed, _ in stand_in.noted() if event == "began")
+    ended = [(seed, by) for event, seed, by in stand_in.noted() if event == "ended"]
+    assert began == Counter(range(RIGS)) + Counter([victim])
+    assert sorted(seed for seed, _ in ended) == list(range(RIGS))
+    assert dict(ended)[victim] != process
+    assert len(done_before) == 3
+
+
+def test_restart_makes_only_what_is_missing(stand_in):
+    first = run_campaign(stand_in.sources(range(3), 0.0), stand_in.folder, workers=1, work=stand_in.work)
+    (stand_in.folder / "rows" / f"{first[1]['key']}.parquet").unlink()
+    told = []
+    again = run_campaign(
+        stand_in.sources(range(4), 0.0), stand_in.folder, workers=1, work=stand_in.work,
+        tell=lambda done, total, row: told.append((done, total)),
+    )  # fmt: skip
+    assert again[:3] == first
+    assert Counter(seed for event, seed, _ in stand_in.noted() if event == "ended") == {0: 1, 1: 2, 2: 1, 3: 1}
+    assert told == [(2, 4), (3, 4), (4, 4)]
+    # With nothing left to do no cluster is started: this call would fail on the scheduler that is not there.
+    assert run_campaign(stand_in.sources(range(4), 0.0), stand_in.folder, scheduler="tcp://127.0.0.1:1") == again
+
+
+def test_rig_that_kills_every_worker_fails_alone_and_is_tried_again(stand_in):
+    bad, good = run_campaign(stand_in.sources((-1, 1), 0.0), stand_in.folder, workers=1, work=stand_in.work)
+    assert "KilledWorker" in bad["error"]
+    assert (bad["rig"], bad["verdict"]) == ("rig -1", None)
+    assert good["verdict"] == "model adequate"
+    attempts = sum(seed == -1 for _, seed, _ in stand_in.noted())
+    run_campaign(stand_in.sources((-1, 1), 0.0), stand_in.folder, workers=1, work=stand_in.work)
+    assert sum(seed == -1 for _, seed, _ in stand_in.noted()) > attempts
+    assert sum(seed == 1 for event, seed, _ in stand_in.noted() if event == "ended") == 1
+
+
+def test_two_rigs_of_one_name_are_refused(stand_in):
+    with pytest.raises(ConfigurationError, match="'rig 1'"):
+        run_campaign(stand_in.sources((1, 1), 0.0), stand_in.folder)
+
+
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        ({"workers": 0}, "workers = 0"),
+        ({"scheduler": "tcp://127.0.0.1:1", "workers": 2}, "has its own"),
+        ({"scheduler": "tcp://127.0.0.1:1"}, "no Dask scheduler answers at tcp://127.0.0.1:1"),
+    ],
+)
+def test_cluster_that_cannot_be_had_is_refused_in_a_sentence(stand_in, monkeypatch, options, said):
+    monkeypatch.setattr(cluster, "CONNECTING", 1.0)
+    with pytest.raises(ConfigurationError, match=said):
+        run_campaign(stand_in.sources((1,), 0.0), stand_in.folder, **options)
+
+
+def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, monkeypatch):
+    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    with pytest.raises(ConfigurationError, match=r"distributed and pyarrow cannot be found; .*heli-twin\[cluster\]"):
+        run_campaign(stand_in.sources((1,), 0.0), stand_in.folder)
+
+
+# --- the work itself ---------------------------------------------------------------------------------------------
+
+
+class Given:
+    """A source that has its rig already."""
+
+    rig = "given"
+
+    def __init__(self, loaded):
+        self.loaded = loaded
+
+    def load(self):
+        return self.loaded
+
+
+def short_rig(truth):
+    logs = [log_from_samples(name, 100.0, [[0.0, 0.0]] * 9, [[0.0, 0.0, 0.0]] * 9) for name in ("train", "held")]
+    return Rig((logs[0],), (logs[1],), truth)
+
+
+def test_truth_never_reaches_the_diagnosis_and_stands_beside_a_failed_one(monkeypatch):
+    given = []
+
+    def recording(*arguments):
+        given.extend(arguments)
+        raise ZeroDivisionError("nothing moves")
+
+    monkeypatch.setattr(work, "diagnose", recording)
+    rig = short_rig(Truth("dry_friction", {"a_wx": 0.06}, (TrueEffect("dry_friction", "pitch", 0.02),)))
+    row = diagnosed(Given(rig), DiagnosisSettings())
+    assert given == [rig.training, rig.held_out, DiagnosisSettings()]
+    assert row["error"].startswith("ZeroDivisionError: nothing moves (in recording, test_campaign_run.py line ")
+    assert (row["true_kind"], row["true_a_wx"]) == ("dry_friction", 0.06)
+
+
+def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_listed(tmp_path):
+    training, held = demo_logs("rig-a")
+    for name in ("a", "b"):
+        (tmp_path / "rigs" / name).mkdir(parents=True)
+    for path in (training[0], held[0]):
+        # Half a minute of two logs is enough to see what a row holds, in a few seconds.
+        write_log(read_log(path, end=30.0), tmp_path / "rigs" / "a" / path.name)
+    (tmp_path / "rigs" / "b" / "train.csv").write_text("not a log\n")
+    (tmp_path / "rigs" / "b" / "held.csv").write_text("not a log\n")
+    done = heli("campaign", tmp_path / "rigs", "--output", tmp_path / "out", "--workers", 1, "--json")
+    assert done.returncode == 1, done.stderr
+    summary = json.loads(done.stdout)
+    ((rig, error),) = summary["failures"]
+    assert rig == "b"
+    assert "train.csv" in error
+    good, bad = read_rows(tmp_path / "out" / CONSOLIDATED)
+    assert good["error"] is None
+    assert bad["error"] == error
+    assert good["verdict"] in ("effects shown", "model adequate", "unknown effect")
+    assert good["a_th"] > 10.0 * good["a_th_se"] > 0.0
+    # A second later the pitch is where the model says, to a small part of the .1 rad that it moves by.
+    assert 0.0 < good["pitch_1s_noise_floor_rad"] <= 1.5 * good["pitch_1s_after_rad"] < 0.03
+    assert good["true_kind"] is None
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        ((), "either a folder of rigs or a --generator"),
+        (("rigs", "--rigs", "3"), "--rigs 3 is for a --generator"),
+        (("--generator", "json:loads"), "--rigs"),
+        (("nowhere",), "nowhere is no folder"),
+    ],
+)
+def test_command_that_makes_no_sense_gets_one_sentence_and_exit_2(tmp_path, words, said):
+    done = heli("campaign", *words, folder=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def heli(*words, folder=None):
+    import subprocess
+    import sys
+
+    command = [sys.executable, "-c", "from heli_identifier.cli import main; main()", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=folder, check=False)
