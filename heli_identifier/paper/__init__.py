@@ -1,0 +1,10 @@
+"""The paper reproduced: Tables 1 and 2 and Figures 2 to 5 from the units, and what its own spread may come from.
+
+The paper's text is not at hand; its tables, signals and settings are those that the project's design restates. Which
+figure shows what was inferred: 2 the histories of the pitch estimates, 3 plant beside model in open loop with the
+adaptation error, 4 the pitch steps in closed loop, 5 the histories of elevation and travel.
+"""
+
+from .reproduction import Extent, Reproduction, reproduce
+
+__all__ = ["Extent", "Reproduction", "reproduce"]

@@ -1,0 +1,104 @@
+"""What the tables and figures say, in sentences."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+
+from heli_identifier.paper.open_loop import SideBySide
+from heli_identifier.paper.published import PITCH
+from heli_identifier.paper.runs import FREE, KNOWN, Run
+from heli_identifier.paper.spread import HALF_WIDTHS, Explanation
+from heli_identifier.paper.table1 import worst_deviation
+from heli_identifier.paper.table2 import CERTAIN_GAIN, table_2
+from heli_identifier.paper.within import TorqueSpread
+from heli_plant.encoders import EncoderCounts
+
+BAR = 1e-3
+"""Recovery that is asked for [1]."""
+
+_AS_GOOD = 1.05
+"""Effects whose misfit is within this factor of the best one's cannot be told from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """Everything that was found: runs, side-by-side response, closed-loop differences [rad], both spreads."""
+
+    pitch_runs: Sequence[Run]
+    joint_runs: Sequence[Run]
+    pair: SideBySide
+    differences: Mapping[str, float]
+    explained: Sequence[Explanation]
+    spreads: Sequence[TorqueSpread]
+
+
+def sentences(found: Findings) -> tuple[str, ...]:
+    """Return one sentence per table or figure that has something to say."""
+    return (
+        _table_1(found.pitch_runs),
+        _table_2(found.pitch_runs, found.joint_runs),
+        _figures(found.pair, found.differences),
+        _between(found.explained),
+        *_within(found.spreads),
+    )
+
+
+def _table_1(runs: Sequence[Run]) -> str:
+    parts = []
+    for rest_angle, names in ((KNOWN, PITCH), (FREE, (*PITCH, "theta0"))):
+        worst = {name: worst_deviation(runs, name, rest_angle) for name in names}
+        name = max(worst, key=worst.__getitem__)
+        parts.append(f"{100.0 * worst[name]:.2g} % with theta0 {rest_angle} (worst: {name})")
+    return f"Table 1: all {len(runs)} pitch runs end within {' and '.join(parts)} of Table 2."
+
+
+def _table_2(pitch_runs: Sequence[Run], joint_runs: Sequence[Run]) -> str:
+    rows = table_2(pitch_runs, joint_runs)
+    mean = max(rows, key=lambda row: abs(row.deviation))
+    above = [f"{row.name} {100.0 * row.worst:.2g} %" for row in rows if row.worst > BAR]
+    single = f"; single runs within {100.0 * BAR:g} %" + (f" but for {', '.join(above)}" if above else "")
+    return (
+        f"Table 2: from Gamma(0) = {CERTAIN_GAIN:g} on the means are within {100.0 * abs(mean.deviation):.2g} % "
+        f"(worst: {mean.name}){single}."
+    )
+
+
+def _figures(pair: SideBySide, differences: Mapping[str, float]) -> str:
+    rounding = 2.0 * pi / EncoderCounts().pitch / sqrt(12.0)
+    loops = ", ".join(f"{model.replace('_', ' ')} {1e3 * worst:.1f} mrad" for model, worst in differences.items())
+    return (
+        f"Figure 3: the model of experiment 1 follows experiment 2 to {1e3 * pair.error:.2f} mrad rms (the encoder's "
+        f"rounding alone: {1e3 * rounding:.2f} mrad). Figure 4: farthest from the plant in closed loop: {loops}."
+    )
+
+
+def _between(explained: Sequence[Explanation]) -> str:
+    none = next(one for one in explained if one.effect is None)
+    best = [one for one in explained if one.misfit < _AS_GOOD * explained[0].misfit]
+    if none in best:
+        return (
+            f"Spread between the paper's experiments: no effect does better than none ({none.misfit:.2f} half widths)."
+        )
+    names = " or ".join(
+        f"{one.effect.name} on {one.effect.axis}, c = {one.coefficient:.3g} {one.effect.unit}"
+        for one in best
+        if one.effect is not None
+    )
+    return (
+        f"Spread between the paper's experiments: {none.misfit:.2f} half widths without an effect, "
+        f"{best[0].misfit:.2f} with {names} ({best[0].inside} of 6 estimates inside the paper's ranges)."
+    )
+
+
+def _within(spreads: Sequence[TorqueSpread]) -> tuple[str, ...]:
+    told = []
+    for spread in spreads:
+        ratios = spread.widths / (2.0 * HALF_WIDTHS)
+        told.append(
+            f"Spread within an experiment: a random torque of {spread.deviation:.2g} rad/s^2 over "
+            f"{spread.correlation_time:g} s makes ranges as wide as the paper's in geometric mean "
+            f"({np.min(ratios):.1f} to {np.max(ratios):.1f} times by parameter)."
+        )
+    return tuple(told)
