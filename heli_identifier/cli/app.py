@@ -8,6 +8,7 @@ from heli_identifier.cli.build import build
 from heli_identifier.cli.campaign import campaign
 from heli_identifier.cli.check import check
 from heli_identifier.cli.demo import demo
+from heli_identifier.cli.design import design
 from heli_identifier.cli.diagnose import diagnose
 from heli_identifier.cli.effects import effects
 from heli_identifier.cli.guard import guarded
@@ -46,6 +47,11 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli campaign rigs --output campaign\n\n"
         "heli campaign rigs --scheduler tcp://lab:8786\n\n"
         "heli campaign --generator my_rigs:make --rigs 200 --workers 4",
+    ),
+    (
+        design,
+        "heli design --separate motor_lag input_delay --parameters result/parameters.json\n\n"
+        "heli design --show reverse_thrust_loss --output experiment.csv",
     ),
     (effects, "heli effects\n\nheli effects --axis pitch --json"),
     (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),

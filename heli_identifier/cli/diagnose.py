@@ -10,6 +10,7 @@ import typer
 from heli_identifier.cli.options import Config, From, Json, Logs, To, Verbose
 
 if TYPE_CHECKING:
+    from heli_identifier.cli.terminal import Progress
     from heli_identifier.diagnosis.result import Diagnosis
     from heli_identifier.records import Log, RigConfiguration
 
@@ -38,13 +39,15 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu.
     """
     from heli_identifier.cli.logs import found_configuration, split_logs
-    from heli_identifier.cli.terminal import note, print_json
+    from heli_identifier.cli.terminal import note, print_json, progress_bar
     from heli_identifier.report.staging import whole_folder
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
         training, held_out = split_logs(logs, validate, configuration, start, end)
-        diagnosis, document = diagnosed(training, held_out, configuration, draft, ["heli", *sys.argv[1:]])
+        with progress_bar() as tell:
+            command = ["heli", *sys.argv[1:]]
+            diagnosis, document = diagnosed(training, held_out, configuration, draft, command, tell)
     if json:
         print_json(document)
         return
@@ -63,10 +66,10 @@ def diagnosed(
     configuration: "RigConfiguration",
     folder: Path,
     command: Sequence[str],
+    tell: "Progress" = lambda what, share: None,
 ) -> "tuple[Diagnosis, dict[str, Any]]":
     """Diagnose a rig and write the results into ``folder``; gives the diagnosis and the content of diagnosis.json."""
     from heli_identifier.cli.delivery import write_results
-    from heli_identifier.cli.terminal import progress_bar
     from heli_identifier.diagnosis.diagnose import diagnose as run
     from heli_identifier.diagnosis.settings import DiagnosisSettings
     from heli_identifier.report.provenance import provenance
@@ -74,8 +77,7 @@ def diagnosed(
     settings = DiagnosisSettings(
         motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
     )
-    with progress_bar() as tell:
-        diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
-        tell("building and running the corrected unit", 0.9)
-        document = write_results(diagnosis, provenance(command), configuration.name, folder)
+    diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
+    tell("building and running the corrected unit", 0.9)
+    document = write_results(diagnosis, provenance(command), configuration.name, folder)
     return diagnosis, document

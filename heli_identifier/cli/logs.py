@@ -93,7 +93,7 @@ def _split(
             f"{SHORTEST_TO_SPLIT:g} s are needed; name a second log with --validate."
         )
     cut = whole.start + TRAINING_SHARE * whole.duration
-    last = whole.start + whole.duration
+    last = whole.start + whole.duration - 0.5 * whole.step
     note(f"held out to judge by: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
     first, rest = read_data_set([path], [], configuration.format, whole.start, cut - 0.5 * whole.step)
     held = read_logs([path], configuration.format, cut, last)

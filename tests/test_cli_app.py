@@ -1,0 +1,193 @@
+"""The command line answers at once, shows an example for everything, and refuses bad input in one sentence."""
+
+import os
+import re
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+from heli_identifier.cli.app import app
+from heli_identifier.cli.options import spread
+
+HELI = [sys.executable, "-c", "from heli_identifier.cli import main; main()"]
+COMMANDS = sorted(get_command(app).commands)
+HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+
+
+def run(*words, **options):
+    return CliRunner().invoke(app, list(map(str, words)), **options)
+
+
+def cpu_seconds(*words):
+    """Processor time of a child process: unlike the clock, it does not count what else the machine does."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([*HELI, *words], check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def test_help_takes_at_most_four_tenths_of_a_second():
+    assert min(cpu_seconds("--help") for _ in range(3)) < 0.4
+
+
+def test_neither_numpy_nor_numba_is_imported_to_show_help():
+    code = (
+        "import sys; import heli_identifier.cli.app; "
+        "print([m for m in ('numpy', 'numba', 'scipy', 'pandas', 'matplotlib', 'fmpy') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_linear_algebra_runs_on_one_thread_unless_the_user_wants_otherwise():
+    code = (
+        "import sys, os; sys.argv = ['heli', '--version']\n"
+        "try:\n import heli_identifier.cli as c; c.main()\n"
+        "finally:\n print(os.environ['OPENBLAS_NUM_THREADS'])"
+    )
+    for given, expected in ((None, "1"), ("3", "3")):
+        environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+        environment |= {"OPENBLAS_NUM_THREADS": given} if given else {}
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+        assert done.stdout.split()[-1] == expected
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_examples_whose_options_exist(command):
+    said = run(command, "--help")
+    assert said.exit_code == 0
+    known = get_command(app).commands[command]
+    options = {word for parameter in known.params for word in (*parameter.opts, *parameter.secondary_opts)}
+    examples = [line for line in known.epilog.splitlines() if line.startswith("heli ")]
+    assert examples
+    for example in examples:
+        assert example.split()[1] == command
+        assert set(re.findall(r" (--?[a-z][a-z-]*)", example)) <= options
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [("heli sim", "simulate"), ("heli simulate clo", "closed_loop"), ("heli build Log", "LogPlayer")],
+)
+def test_the_shell_completes_commands_scenarios_and_units(typed, offered):
+    words = {"_HELI_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
+    script = Path(sys.executable).parent / "heli"
+    done = subprocess.run([script], capture_output=True, text=True, env={**os.environ, **words}, check=False)
+    assert done.stdout.split() == [offered]
+
+
+def test_validate_takes_all_files_up_to_the_next_option():
+    words = "diagnose a b --validate c d --output x e"
+    assert spread(words.split()) == "diagnose a b --validate c --validate d --output x e".split()
+    again = "--validate a --validate b c -v d".split()
+    assert spread(again) == "--validate a --validate b --validate c -v d".split()
+
+
+def log_file(folder, name="log.csv", rows=2000, header=HEADER, edit=None):
+    """A log of ``rows`` rows at 100 Hz with moving voltages; ``edit`` changes a row's cells."""
+    lines = [header]
+    for k in range(rows):
+        cells = [f"{0.01 * k:.2f}", f"{1.0 + 0.1 * (k % 7):.3f}", f"{1.0 - 0.1 * (k % 5):.3f}", "0.01", "0.02", "0.03"]
+        lines.append(",".join(edit(k, cells) if edit else cells))
+    path = folder / name
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def replaced(row, column, text):
+    def edit(k, cells):
+        return [*cells[:column], text, *cells[column + 1 :]] if row in (k, None) else cells
+
+    return edit
+
+
+BAD_LOGS = {
+    "a missing column": (dict(header=HEADER.replace("pitch [rad]", "nick [rad]")), "pitch"),
+    "an unknown unit": (dict(header=HEADER.replace("pitch [rad]", "pitch [grad]")), "grad"),
+    "an empty cell": (dict(edit=replaced(700, 3, "")), "702"),  # row 1 is the header
+    "a cell that is NaN": (dict(edit=replaced(700, 4, "nan")), "702"),
+    "time that stands still": (dict(edit=replaced(700, 0, "6.99")), "702"),
+    "time that runs back": (dict(edit=replaced(700, 0, "1.00")), "702"),
+    "a rate below 50 Hz": (
+        dict(edit=lambda k, cells: [f"{0.04 * k:.2f}", *cells[1:]]),
+        "50 Hz",
+    ),
+    "a log below five seconds": (dict(rows=400), "5 s"),
+    "a voltage that never moves": (dict(edit=replaced(None, 1, "1.0")), "constant"),
+}
+
+
+@pytest.mark.parametrize("case", BAD_LOGS)
+@pytest.mark.parametrize("command", ["diagnose", "identify"])
+def test_a_log_that_cannot_serve_gets_one_sentence_exit_code_two_and_nothing_is_written(tmp_path, command, case):
+    options, said = BAD_LOGS[case]
+    log = log_file(tmp_path, **options)
+    _refused(tmp_path, said, command, log, "--output", tmp_path / "out" / "deep")
+
+
+def test_a_file_that_is_no_table_or_not_there_is_refused(tmp_path):
+    (tmp_path / "log.csv").write_bytes(bytes(range(256)) * 8)
+    (tmp_path / "folder").mkdir()
+    for name, said in (("log.csv", "log.csv"), ("nothing.csv", "does not exist"), ("folder", "is a folder")):
+        _refused(tmp_path, said, "diagnose", tmp_path / name, "--output", tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("build", "Helicopter"), "HelicopterPlant"),
+        (("build", "HelicopterPlant", "--set", "effects.dry_friction.pitch=2"), "must lie in"),
+        (("build", "HelicopterPlant", "--set", "effects.dry_friction.pich=.02"), "effects.dry_friction.pitch"),
+        (("build", "HelicopterPlant", "--set", "pitch.damping"), "NAME=VALUE"),
+        (("build", "--set", "pitch.damping=1"), "one unit"),
+        (("build", "--parameters", "nothing.json"), "does not exist"),
+        (("simulate", "closedloop"), "closed_loop"),
+        (("simulate", "measured_data"), "--log"),
+        (("simulate", "open_loop", "--log", "log.csv"), "plays no log"),
+        (("simulate", "open_loop", "--fmu", "plant"), "UNIT=FILE"),
+        (("simulate", "open_loop", "--duration", "-1"), "duration"),
+        (("check", "nothing.csv", "--parameters", "nothing.json"), "does not exist"),
+        (("effects", "--axis", "roll"), "pitch"),
+        (("ssp", "nowhere"), "no scenario"),
+        (("diagnose", "a.csv", "--config", "nothing.toml"), "nothing.toml"),
+        (("diagnose", "--validate", "a.csv"), "LOG"),
+        (("diagnose", "a.csv", "--no-such-option"), "--no-such-option"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,
+)
+def test_bad_usage_gets_one_sentence_and_exit_code_two(tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    _refused(tmp_path, said, *words)
+
+
+def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("init").exit_code == 0
+    said = _refused(tmp_path, "does not exist", "diagnose", "nothing.csv")
+    assert "configuration: heli.toml" in said
+
+
+def test_init_writes_a_configuration_and_never_over_another(tmp_path):
+    file = tmp_path / "rig.toml"
+    assert run("init", file).exit_code == 0
+    assert "motor_time_constant" in file.read_text()
+    file.write_text("mine")
+    assert run("init", file).exit_code == 2
+    assert file.read_text() == "mine"
+
+
+def _refused(folder, said, *words):
+    before = sorted(folder.rglob("*"))
+    result = run(*words)
+    assert result.exit_code == 2, result.output
+    assert result.stdout == ""
+    sentence = result.stderr
+    assert said in " ".join(sentence.replace("│", " ").split())
+    assert "Traceback" not in sentence
+    assert sorted(folder.rglob("*")) == before
+    return sentence
