@@ -14,7 +14,7 @@ from heli_identifier.prediction.problem import Problem
 from heli_plant.parameters import PlantParameters
 
 
-def _filter(axis: int, parameters: PlantParameters, bandwidth: float, h: float) -> tuple[NDArray, NDArray]:
+def torque_filter(axis: int, parameters: PlantParameters, bandwidth: float, h: float) -> tuple[NDArray, NDArray]:
     """Numerator and denominator from d to omega_f^2 e of one axis, d held over the step ``h`` [s]."""
     stiffness = (parameters.a_th, parameters.a_e, 0.0)[axis]
     damping = (parameters.a_wx, parameters.a_wz, parameters.a_wy)[axis]
@@ -44,6 +44,6 @@ def torque_responses(
     """
     out = []
     for record, d in zip(problem.records, accelerations, strict=True):
-        numerator, denominator = _filter(axis, parameters, problem.bandwidth, record.step)
+        numerator, denominator = torque_filter(axis, parameters, problem.bandwidth, record.step)
         out.append(problem.reduce(record, lfilter(numerator, denominator, d, axis=0)))
     return out

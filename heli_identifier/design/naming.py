@@ -1,0 +1,35 @@
+"""Effects by the words of a command line: NAME, or NAME:AXIS where the catalogue has the effect on several axes."""
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+from heli_identifier.errors import ConfigurationError
+from heli_plant.effects import CATALOGUE, Effect
+
+
+def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
+    """Return the catalogue's entries for ``words``.
+
+    Raises
+    ------
+    ConfigurationError
+        A name is unknown (the nearest is proposed), or stands for several axes.
+    """
+    found = tuple(_entry(word) for word in words)
+    if len(found) == 2 and found[0] == found[1]:
+        raise ConfigurationError(f"{words[0]} and {words[1]} are the same effect; two different ones are needed.")
+    return found
+
+
+def _entry(word: str) -> Effect:
+    name, _, axis = word.partition(":")
+    of_name = [entry for entry in CATALOGUE if entry.name == name]
+    if not of_name:
+        near = get_close_matches(name, {entry.name for entry in CATALOGUE}, n=1)
+        hint = f" Did you mean {near[0]}?" if near else " heli effects lists them."
+        raise ConfigurationError(f"no effect is called {name!r}.{hint}")
+    fitting = [entry for entry in of_name if axis in ("", entry.axis)]
+    if len(fitting) != 1:
+        choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)
+        raise ConfigurationError(f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
+    return fitting[0]
