@@ -49,7 +49,11 @@ def main(arguments: Sequence[str]) -> None:
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--groups", type=_groups, default=GROUPS, help=f"of {', '.join(GROUPS)}, separated by commas")
-    parser.add_argument("--limit", type=_positive, help="most rigs of each case; all if not given")
+    parser.add_argument(
+        "--limit",
+        type=_limits,
+        help="most rigs of each case, for all groups (5) or by group (clean=40,single=4); all if not given",
+    )
     parser.add_argument("--workers", type=_positive, help="processes on this machine; one per core if not given")
     parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes on this machine")
     parser.add_argument("--output", type=Path, default=ROOT / "build/blind", help="folder of the single results")
@@ -65,6 +69,13 @@ def _groups(text: str) -> tuple[str, ...]:
     if strange:
         raise argparse.ArgumentTypeError(f"{', '.join(sorted(strange))} is no group, choose of {', '.join(GROUPS)}")
     return tuple(text.split(","))
+
+
+def _limits(text: str) -> dict[str, int]:
+    if "=" not in text:
+        return dict.fromkeys(GROUPS, _positive(text))
+    pairs = (item.partition("=") for item in text.split(","))
+    return {_groups(group)[0]: _positive(count) for group, _, count in pairs}
 
 
 def _positive(text: str) -> int:

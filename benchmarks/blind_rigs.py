@@ -1,6 +1,6 @@
 """The blind battery as sources of a campaign: the truth in the catalogue's words, beside logs that do not tell it."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 
 from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_identifier.prediction.fit import BASE
@@ -34,12 +34,15 @@ def rig_name(case: Case, index: int) -> str:
     return f"{case.group} {case.kind} {index}"
 
 
-def sources(groups: Collection[str] = GROUPS, limit: int | None = None) -> dict[str, tuple[Case, GeneratedRig]]:
-    """Give the rigs of some groups, at most ``limit`` of each case, by their names."""
+def sources(
+    groups: Collection[str] = GROUPS, limits: Mapping[str, int] | None = None
+) -> dict[str, tuple[Case, GeneratedRig]]:
+    """Give the rigs of some groups, at most ``limits[group]`` of each of its cases, by their names."""
+    limits = limits or {}
     rigs = {}
     for case in BATTERY:
         if case.group in groups:
-            for index in range(min(case.count, limit or case.count)):
+            for index in range(min(case.count, limits.get(case.group, case.count))):
                 name = rig_name(case, index)
                 arguments = (case.group, case.kind, case.count, case.scale, index)
                 rigs[name] = (case, GeneratedRig(name, "benchmarks.blind_rigs:blind_rig", arguments, ("tests.blind",)))

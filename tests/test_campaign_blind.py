@@ -53,7 +53,7 @@ CLEAN = Truth("clean")
 def test_battery_as_a_campaign_holds_every_rig_under_a_name_of_its_own():
     everything = sources()
     assert len(everything) == sum(case.count for case in BATTERY)
-    few = sources(("single", "clean"), limit=2)
+    few = sources(("single", "clean"), limits={"single": 2, "clean": 2})
     assert {case.group for case, _ in few.values()} == {"single", "clean"}
     assert set(few) < set(everything)
     assert max(sum(case == other for case, _ in few.values()) for other, _ in few.values()) == 2
