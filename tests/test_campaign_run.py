@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, work
+from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
 from heli_identifier.campaign.results import CONSOLIDATED, read_rows
 from heli_identifier.campaign.run import run_campaign
 from heli_identifier.campaign.work import diagnosed
@@ -125,6 +125,43 @@ def test_cluster_that_cannot_be_had_is_refused_in_a_sentence(stand_in, monkeypat
     monkeypatch.setattr(cluster, "CONNECTING", 1.0)
     with pytest.raises(ConfigurationError, match=said):
         run_campaign(stand_in.sources((1,), 0.0), stand_in.folder, **options)
+
+
+def test_scheduler_that_runs_already_is_used_and_left_running(stand_in):
+    from distributed import Client, LocalCluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as machines:
+        rows = run_campaign(
+            stand_in.sources(range(3), 0.0), stand_in.folder, scheduler=machines.scheduler_address, work=stand_in.work
+        )
+        with Client(machines) as still:
+            assert len(still.nthreads()) == 2
+    assert [row["verdict"] for row in rows] == ["model adequate"] * 3
+
+
+def test_workers_of_another_version_are_refused(stand_in, monkeypatch, request):
+    from distributed import LocalCluster
+
+    # As if this process had fewer packages; a worker digests all that it has itself.
+    monkeypatch.setattr(key, "CODE", ("heli_plant",))
+    key.code_digest.cache_clear()
+    request.addfinalizer(key.code_digest.cache_clear)
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as machines,
+        pytest.raises(ConfigurationError, match="another version of this software"),
+    ):
+        run_campaign(stand_in.sources((1,), 0.0), stand_in.folder, scheduler=machines.scheduler_address)
+
+
+def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(stand_in, monkeypatch):
+    from distributed import LocalCluster
+
+    monkeypatch.setattr(cluster, "CONNECTING", 1.0)
+    with (
+        LocalCluster(n_workers=0, dashboard_address=":0") as machines,
+        pytest.raises(ConfigurationError, match="has no worker; start some with `dask worker tcp://"),
+    ):
+        run_campaign(stand_in.sources((1,), 0.0), stand_in.folder, scheduler=machines.scheduler_address)
 
 
 def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, monkeypatch):
