@@ -72,7 +72,9 @@ def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], hal
         level = float(np.median(y[known]))
         peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
         wide = np.abs(y - level) > 0.5 * abs(y[peak] - level)
-        if wide[known].mean() < 0.25:
+        # what reaches the end of the range may go on there: a parabola is not local
+        inside = not (wide[known][0] or wide[known][-1])
+        if inside and wide[known].mean() < 0.25:
             width = float(x[1] - x[0]) * int((wide & known).sum())
             unit = UNITS[unknown.variable]
             words.append(f"localised near {x[peak]:.3g} {unit}, about {width:.2g} {unit} wide")
