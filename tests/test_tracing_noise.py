@@ -1,0 +1,73 @@
+"""The noise's colour without what is no noise: a step of torque must not teach the whitening to hide it."""
+
+import numpy as np
+import pytest
+
+from heli_identifier.prediction.fit import fit
+from heli_identifier.prediction.problem import Problem
+from heli_identifier.prediction.start import first_estimate
+from heli_identifier.tracing.candidates import STEP_SPACING, candidates, moving_mass_at
+from heli_identifier.tracing.noise import CONTRACTION, noise_whitener
+from heli_identifier.tracing.scan import scan, scored
+from heli_identifier.tracing.steps import step_times
+from heli_plant.parameters import TABLE_2
+from tests.simulated import drive, noisy
+
+SECONDS, MOVED_AT, SHIFT = 60.0, 33.0, 0.06
+
+
+def looked_at(truth):
+    records = tuple(noisy(truth, drive(SECONDS, seed), seed) for seed in (1, 2))
+    fitted = fit(Problem(records), first_estimate(records, TABLE_2))
+    scanned = scan(fitted, candidates(records, fitted.parameters))
+    return fitted, noise_whitener(fitted, scanned.raw)
+
+
+@pytest.fixture(scope="module")
+def moved():
+    """Two logs in which a mass moves at the same time."""
+    return looked_at(TABLE_2._replace(moving_mass_elevation=SHIFT, moving_mass_time=MOVED_AT))
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return looked_at(TABLE_2)
+
+
+def gain_at_rest(whitener, axis):
+    """What a constant becomes behind the whitening, in standard deviations of its residual."""
+    return whitener.filters[axis].sum() / whitener.scales[axis]
+
+
+def test_no_pole_remembers_longer_than_three_seconds(moved):
+    _, colour = moved
+    for taps in colour.filters:
+        assert np.abs(np.roots(taps)).max() <= CONTRACTION * (1.0 + 1e-9)
+
+
+def test_a_step_does_not_teach_the_whitening_to_hide_it(moved, clean):
+    fitted, colour = moved
+    noise = gain_at_rest(clean[0].whitener, 1)
+    # the fit's own whitening has taken the step for noise and lets a constant pass no more
+    assert gain_at_rest(fitted.whitener, 1) < 0.1 * noise
+    # an autoregression's gain at rest hangs on the few slowest periods of a record and varies by a factor of two
+    # either way; so does that of the noise proper, and no more
+    assert 0.25 * noise < gain_at_rest(colour, 1) < 4.0 * noise
+
+
+def test_the_step_scores_higher_under_the_noise_proper(moved):
+    fitted, colour = moved
+    moves = moving_mass_at((MOVED_AT,), fitted.parameters)
+    own = scan(fitted, moves)
+    sharp = scored(fitted, colour, moves, own.raw)
+    assert sharp.scores[0] > max(own.scores[0], 8.0)
+
+
+def test_the_time_of_the_step_is_found(moved):
+    fitted, colour = moved
+    times = step_times(fitted, colour)
+    # to the spacing of what is tried; the refit moves it to the place
+    assert times[0] == pytest.approx(MOVED_AT, abs=STEP_SPACING)
+    assert abs(times[1] - times[0]) > 2.0
+    assert all(2.0 <= t <= SECONDS - 2.0 for t in step_times(fitted, colour, 5))
+    assert len(step_times(fitted, colour, 5)) == 5
