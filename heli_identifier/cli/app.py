@@ -15,6 +15,7 @@ from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.identify import identify
 from heli_identifier.cli.init import init
 from heli_identifier.cli.options import Spreading
+from heli_identifier.cli.paper import paper
 from heli_identifier.cli.simulate import simulate
 from heli_identifier.cli.ssp import ssp
 
@@ -63,6 +64,7 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
     ),
     (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
     (init, "heli init\n\nheli init rigs/north-lab.toml"),
+    (paper, "heli paper\n\nheli paper --output figures --json"),
     (demo, "heli demo\n\nheli demo --output somewhere"),
 )
 """Commands in the order of the help, each with examples."""

@@ -35,7 +35,7 @@ def demo(
         with whole_folder(output) as draft:
             for name in UNITS:
                 build_unit(name, draft)
-        diagnoses = {}
+        diagnoses: dict[str, Diagnosis] = {}
         for rig, future in running.items():
             tell(f"diagnosing {rig}", (1.0 + len(diagnoses)) / (1.0 + len(RIGS)))
             diagnoses[rig] = future.result()
