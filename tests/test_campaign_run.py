@@ -3,10 +3,14 @@
 import json
 import os
 import signal
+import subprocess
+import sys
+import threading
 from collections import Counter
 from importlib import import_module
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
@@ -15,7 +19,10 @@ from heli_identifier.campaign.run import run_campaign
 from heli_identifier.campaign.work import diagnosed
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.prediction import problem
+from heli_identifier.prediction.record import reduce_log
 from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+from heli_plant.parameters import PlantParameters
 
 RIGS = 8
 
@@ -173,6 +180,15 @@ def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, mon
 # --- the work itself ---------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def as_a_worker(monkeypatch):
+    """Undo afterwards what work does to its process."""
+    monkeypatch.setattr(problem, "_POOL", problem._POOL)
+    work._use_one_thread.cache_clear()
+    yield
+    work._use_one_thread.cache_clear()
+
+
 class Given:
     """A source that has its rig already."""
 
@@ -186,11 +202,29 @@ class Given:
 
 
 def short_rig(truth):
-    logs = [log_from_samples(name, 100.0, [[0.0, 0.0]] * 9, [[0.0, 0.0, 0.0]] * 9) for name in ("train", "held")]
+    logs = [log_from_samples(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
     return Rig((logs[0],), (logs[1],), truth)
 
 
-def test_truth_never_reaches_the_diagnosis_and_stands_beside_a_failed_one(monkeypatch):
+def test_worker_keeps_to_one_core(as_a_worker, monkeypatch):
+    threads = set()
+
+    def observe(record, *others):
+        threads.add(threading.get_ident())
+        return np.zeros((record.samples, 3)), None
+
+    def diagnose(training, held_out, settings):
+        data = problem.Problem(tuple(reduce_log(log) for log in training))
+        data.residuals_of([PlantParameters()] * 20)
+        raise ZeroDivisionError("seen enough")
+
+    monkeypatch.setattr(problem, "observe", observe)
+    monkeypatch.setattr(work, "diagnose", diagnose)
+    assert "seen enough" in diagnosed(Given(short_rig(None)), DiagnosisSettings())["error"]
+    assert len(threads) == 1
+
+
+def test_truth_never_reaches_the_diagnosis_and_stands_beside_a_failed_one(as_a_worker, monkeypatch):
     given = []
 
     def recording(*arguments):
@@ -247,8 +281,5 @@ def test_command_that_makes_no_sense_gets_one_sentence_and_exit_2(tmp_path, word
 
 
 def heli(*words, folder=None):
-    import subprocess
-    import sys
-
     command = [sys.executable, "-c", "from heli_identifier.cli import main; main()", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=folder, check=False)
