@@ -1,0 +1,134 @@
+"""What was found is checked: at other filter frequencies, on logs never seen, against what could stand in its place."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfiltfilt
+
+from heli_identifier.prediction.fit import fit
+from heli_identifier.prediction.problem import Problem
+from heli_identifier.prediction.start import first_estimate
+from heli_identifier.tracing.agreement import LEAST_SCORE, agreement
+from heli_identifier.tracing.ambiguity import alternatives
+from heli_identifier.tracing.held_out import CERTAIN, borne_out, held_out_log_likelihood
+from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, without
+from heli_identifier.tracing.selection import looked_at
+from heli_identifier.tracing.settings import SelectionSettings
+from heli_plant.effects import effect
+from heli_plant.parameters import TABLE_2
+from tests.simulated import drive, noisy
+
+SECONDS = 60.0
+FRICTION, DRAG = effect("dry_friction", "pitch"), effect("rotor_drag_torque", "travel")
+MASS = effect("moving_mass", "elevation")
+MOVED_AT = 33.0
+
+
+def problem_of(truth, seeds, shape=lambda v: v):
+    return Problem(tuple(noisy(truth, shape(drive(SECONDS, seed)), seed) for seed in seeds))
+
+
+def model_of(problem, *effects, **start):
+    begin = first_estimate(problem.records, TABLE_2)._replace(**start)
+    return Model(fit(problem, begin, free_fields(effects)), effects)
+
+
+@pytest.fixture(scope="module")
+def rubbing():
+    """A pitch with dry friction, and a model that holds it beside a torque which is not there."""
+    problem = problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (1, 2))
+    return model_of(problem, FRICTION, DRAG, dry_friction_pitch=0.01)
+
+
+def test_what_is_there_holds_at_every_filter_frequency_and_what_is_not_is_withdrawn(rubbing):
+    assert abs(effect_score(rubbing.fit, DRAG)) < LEAST_SCORE
+    left, found, withdrawn = agreement(rubbing, (2.0, 8.0))
+    assert left.effects == (FRICTION,)
+    assert left.fit.parameters.rotor_drag_torque_travel == 0.0
+    ((gone, why),) = withdrawn
+    assert gone is DRAG
+    assert "at the filter frequency" in why
+    for estimate in found[FRICTION.field].values():
+        # the same data through another filter: closer to each other than each is to the truth
+        value = rubbing.fit.parameters.dry_friction_pitch
+        assert estimate.value == pytest.approx(value, abs=3.0 * estimate.standard_error)
+        assert estimate.value == pytest.approx(0.02, abs=4.5 * estimate.standard_error)
+
+
+def test_elimination_drops_the_weakest_until_all_that_stays_is_needed(rubbing):
+    left = eliminated(rubbing, 4.0)
+    assert left.effects == (FRICTION,)
+    assert left.fit.free == free_fields((FRICTION,))
+    assert eliminated(left, 4.0) is left
+
+
+def test_leaving_an_effect_out_costs_likelihood_as_far_as_whitening_cannot_hide_it(rubbing):
+    costs = [
+        2.0 * (rubbing.fit.log_likelihood - without(rubbing, entry).fit.log_likelihood) for entry in (FRICTION, DRAG)
+    ]
+    # a small effect costs its squared score (Wald against likelihood ratio); of a large one the whitening that is
+    # fitted without it takes most for noise, and something like the logarithm is left
+    assert costs[1] == pytest.approx(effect_score(rubbing.fit, DRAG) ** 2, abs=1.0)
+    assert 100.0 < costs[0] < effect_score(rubbing.fit, FRICTION) ** 2
+
+
+def mass_model(size, bare=False):
+    """Model of training logs in which a mass moves, with or without it."""
+    problem = problem_of(TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT), (1, 2))
+    if bare:
+        return model_of(problem)
+    return model_of(problem, MASS, moving_mass_elevation=size, moving_mass_time=MOVED_AT)
+
+
+WEAK, STRONG = 0.006, 0.02
+
+
+@pytest.fixture(scope="module")
+def moved():
+    return {size: (mass_model(size), mass_model(size, bare=True)) for size in (WEAK, STRONG)}
+
+
+@pytest.mark.parametrize(("size", "why"), [(WEAK, "likelier without it"), (STRONG, "not predicted better")])
+def test_an_effect_of_the_training_logs_alone_is_withdrawn(moved, size, why):
+    model, bare = moved[size]
+    assert (abs(effect_score(model.fit, MASS)) > CERTAIN) is (size == STRONG)
+    left, final, withdrawn = borne_out(model, bare.fit, problem_of(TABLE_2, (7,)))
+    assert left.effects == ()
+    assert final is left.fit
+    assert final.parameters.moving_mass_elevation == 0.0
+    ((gone, reason),) = withdrawn
+    assert gone is MASS
+    assert why in reason
+
+
+@pytest.mark.parametrize("size", [WEAK, STRONG])
+def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
+    model, bare = moved[size]
+    same = TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT)
+    left, final, withdrawn = borne_out(model, bare.fit, problem_of(same, (8,)))
+    assert left is model
+    assert final is model.fit
+    assert withdrawn == []
+
+
+def test_held_out_data_are_likeliest_under_their_own_model(moved):
+    model, bare = moved[STRONG]
+    held = problem_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
+    assert held_out_log_likelihood(model.fit, held) > held_out_log_likelihood(bare.fit, held) + 20.0
+
+
+def slow(voltages):
+    """The same inputs below .15 Hz, where the phase of a lag is that of a delay."""
+    return np.ascontiguousarray(sosfiltfilt(butter(4, 0.15, fs=100, output="sos"), voltages, axis=0, padlen=1500))
+
+
+def rivals_of(problem, entry, **start):
+    settings = SelectionSettings()
+    bare = looked_at(model_of(problem), settings)
+    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, bare, settings)}
+
+
+@pytest.mark.slow
+def test_a_delay_under_slow_inputs_could_be_a_lag_and_under_fast_ones_could_not():
+    truth, entry = TABLE_2._replace(input_delay_rotors=0.05), effect("input_delay", "rotors")
+    assert "motor_lag_rotors" in rivals_of(problem_of(truth, (3, 4), slow), entry, input_delay_rotors=0.05)
+    assert rivals_of(problem_of(truth, (3, 4)), entry, input_delay_rotors=0.05) == set()
