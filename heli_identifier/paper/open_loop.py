@@ -97,7 +97,7 @@ def open_loop(pitch_runs: Sequence[Run], fmus: dict[str, Path], folder: Path) ->
     """Run plant and model side by side, write ``figure3.csv``, and return the figure by name and the pair."""
     of_first = [run for run in pitch_runs if run.experiment == 1]
     best = max(of_first, key=lambda run: run.start.gain)
-    pair = side_by_side(best.final(KNOWN), ("a_wx", "a_th", "k_x"), best.start, fmus, PITCH_RUN.duration)
+    pair = side_by_side(best.final(KNOWN), ("a_wx", "a_th", "k_x"), best.start, fmus, best.kind.duration)
     rows = np.column_stack([pair.time, pair.measured, pair.modelled])[::_STRIDE]
     write_table(folder / "figure3.csv", ("time [s]", "plant pitch [rad]", "model pitch [rad]"), rows.tolist())
     same_omega = sorted((r for r in of_first if r.start.omega == best.start.omega), key=lambda run: run.start.gain)

@@ -4,10 +4,7 @@ Tables 1 and 2 and Figures 2 to 5 come from the FMUs under the master; the searc
 experiments differ runs the compiled twins of the same plant and identifier.
 """
 
-import os
 import time
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -21,7 +18,8 @@ from heli_identifier.paper.open_loop import open_loop
 from heli_identifier.paper.pitch_experiment import identify_pitch
 from heli_identifier.paper.published import EXPERIMENTS
 from heli_identifier.paper.runs import JOINT_RUN, KNOWN, PITCH_RUN, Kind, Progress, Run, run_all
-from heli_identifier.paper.spread import Explanation, candidates, explain
+from heli_identifier.paper.search import search
+from heli_identifier.paper.spread import candidates
 from heli_identifier.paper.spread_tables import write_spread, write_within
 from heli_identifier.paper.starts import twelve_starts
 from heli_identifier.paper.table1 import write_table_1
@@ -114,7 +112,7 @@ def reproduce(output: Path, progress: Progress | None = None, extent: Extent | N
         best = max((run for run in pitch_runs if run.experiment == 1), key=lambda run: run.start.gain)
         drawn, differences = closed_loop(best.final(KNOWN), fmus, folder)
         figures |= drawn
-        explained = _explanations(extent.effects, progress)
+        explained = search(identify_pitch, extent.effects, progress)
         spreads = [matched_torque(correlation_time) for correlation_time in extent.correlation_times]
         write_spread(explained, folder / "spread.csv")
         write_within(pitch_runs, spreads, folder / "within.csv")
@@ -135,18 +133,6 @@ def _runs(extent: Extent, fmus: dict[str, Path], progress: Progress | None) -> t
     ]
     runs = run_all(jobs, fmus, progress)
     return [run for run in runs if run.kind == extent.pitch], [run for run in runs if run.kind == extent.joint]
-
-
-def _explanations(effects: Iterable[Effect], progress: Progress | None) -> list[Explanation]:
-    """Every effect, and none; the best first."""
-    tried: list[Effect | None] = [None, *effects]
-    found = []
-    with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:
-        for one in pool.map(lambda effect: explain(identify_pitch, effect), tried):
-            found.append(one)
-            if progress is not None:
-                progress(len(found), len(tried), "effects tried on the paper's spread")
-    return sorted(found, key=lambda one: one.misfit)
 
 
 def _write_figures(figures: dict[str, Figure], folder: Path) -> None:

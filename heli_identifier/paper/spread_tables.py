@@ -11,20 +11,28 @@ from heli_identifier.paper.table_text import Cell, write_table
 from heli_identifier.paper.within import TorqueSpread
 
 _COLUMNS = tuple(f"{name} in experiment {experiment}" for experiment in EXPERIMENTS for name in PITCH)
+_MOST_EFFECTS = 2
+_NOTHING = 1e-9
+"""Coefficients below this share of the catalogue's bound are zeros that the fit has not quite reached."""
 
 
 def write_spread(found: Sequence[Explanation], path: Path) -> None:
     """Write the explanations, the best first, below the midpoints that they were to repeat."""
     middles = [TABLE_1[experiment][name].middle for experiment in EXPERIMENTS for name in PITCH]
-    rows: list[tuple[Cell, ...]] = [("the paper's midpoints", "", "", "", "", "", "", "", "", *middles)]
+    before = 4 * _MOST_EFFECTS
+    rows: list[list[Cell]] = [["the paper's midpoints", *[""] * (before - 1), "", "", *[""] * len(PITCH), *middles]]
     for one in found:
-        effect = one.effect
-        named = (effect.name, effect.axis, one.coefficient, effect.unit) if effect else ("no effect", "", "", "")
-        rows.append((*named, one.misfit, one.inside, *one.own, *map(float, one.estimates.ravel())))
+        row: list[Cell] = []
+        for effect, c in zip(one.effects, one.coefficients, strict=True):
+            row += [effect.name, effect.axis, c if abs(c) > _NOTHING * effect.upper else 0, effect.unit]
+        row = (row or ["no effect"]) + [""] * before
+        rows.append([*row[:before], one.misfit, one.inside, *one.own, *map(float, one.estimates.ravel())])
     write_table(
         path,
         (
-            *("effect", "axis", "coefficient", "unit", "misfit", "estimates inside the paper's ranges"),
+            *("effect", "axis", "coefficient", "unit"),
+            *("second effect", "its axis", "its coefficient", "its unit"),
+            *("misfit", "estimates inside the paper's ranges"),
             *(f"plant's own {name}" for name in PITCH),
             *_COLUMNS,
         ),
