@@ -1,0 +1,126 @@
+"""The search on rigs that it shares no code with: the effect by its name and size, and nothing else."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.prediction.problem import Problem
+from heli_identifier.prediction.record import reduce_log
+from heli_identifier.prediction.start import first_estimate
+from heli_identifier.records.log import log_from_samples
+from heli_identifier.tracing.scan import admissible
+from heli_identifier.tracing.selection import select, unknown_level
+from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.trials import smallest, started
+from heli_plant.effects import CATALOGUE, effect
+from heli_plant.parameters import TABLE_2
+from tests.blind.generator import NAMES, make_rig
+
+SEED = 11
+
+
+def searched(kind, seed=SEED, scale=1.0):
+    blind = make_rig(seed, kind, scale)
+    logs = [log_from_samples(n, 100.0, log[:, 1:3], log[:, 3:]) for n, log in zip(NAMES, blind.train, strict=False)]
+    problem = Problem(tuple(reduce_log(log) for log in logs))
+    start = first_estimate(problem.records, DiagnosisSettings().base_parameters())
+    return select(problem, start), blind.truth
+
+
+def named(selection):
+    return [(e.name, e.axis) for e in selection.model.effects]
+
+
+@pytest.fixture(scope="module")
+def clean():
+    return searched("clean")
+
+
+def test_a_clean_rig_is_accused_of_nothing(clean):
+    selection, _ = clean
+    assert named(selection) == []
+    assert selection.model.unknowns == ()
+    # nothing was added, so nothing was looked at twice
+    assert selection.last is selection.bare
+
+
+def test_the_threshold_is_that_of_a_catalogue_and_not_of_one_test(clean):
+    selection, _ = clean
+    # two sides of one candidate at .5 % and the Bonferroni bound of all of them
+    count = len(selection.bare.scanned.candidates)
+    assert np.sqrt(chi2.isf(0.005, 1)) < selection.threshold < 1.2 * np.sqrt(chi2.isf(0.005 / count, 1))
+    assert selection.hint < selection.threshold
+
+
+def test_parameters_of_a_clean_rig_come_out_within_their_errors(clean):
+    selection, truth = clean
+    fitted = selection.model.fit
+    for name in fitted.free:
+        # eleven numbers; the generator integrates by another rule and reads encoders, neither worth half an error
+        off = getattr(fitted.parameters, name) - getattr(truth.base, name)
+        assert abs(off) < 5.0 * fitted.standard_error(name), name
+
+
+SINGLE = [
+    ("dry_friction:pitch", "dry_friction", "pitch", 0.02),
+    ("quadratic_thrust", "quadratic_thrust", "rotors", 0.12),
+    ("motor_lag", "motor_lag", "rotors", 0.07),
+    ("input_delay", "input_delay", "rotors", 0.08),
+    ("cable_stiffness", "cable_stiffness", "travel", 0.006),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "name", "axis", "size"), SINGLE, ids=[row[0] for row in SINGLE])
+def test_one_effect_is_named_alone_and_at_its_size(kind, name, axis, size):
+    selection, _ = searched(kind)
+    assert named(selection) == [(name, axis)]
+    assert selection.model.unknowns == ()
+    entry, fitted = effect(name, axis), selection.model.fit
+    value, error = getattr(fitted.parameters, entry.field), fitted.standard_error(entry.field)
+    # five errors for one number, and 3 % for what the two integrations and stiction leave between the laws
+    assert value == pytest.approx(size, abs=5.0 * error + 0.03 * size)
+    assert value / error > selection.threshold
+
+
+@pytest.mark.slow
+def test_two_effects_on_different_parts_are_both_named():
+    selection, truth = searched("rotor_mismatch+cable_stiffness")
+    assert set(named(selection)) == {("rotor_mismatch", "pitch"), ("cable_stiffness", "travel")}
+    mismatch = next(e.coefficient for e in truth.effects if e.name == "rotor_mismatch")
+    assert selection.model.fit.parameters.rotor_mismatch_pitch == pytest.approx(mismatch, rel=0.15)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["unknown:periodic", "unknown:detent", "unknown:travel_angle"])
+def test_what_the_catalogue_does_not_hold_is_called_unknown_on_its_axis(kind):
+    selection, truth = searched(kind)
+    assert named(selection) == []
+    (unknown,) = selection.model.unknowns
+    assert (unknown.axis, unknown.variable) == (truth.unknown.axis, truth.unknown.variable)
+    if kind == "unknown:periodic":
+        # the refinement's tenth of a bin of 90 s
+        assert unknown.frequency == pytest.approx(truth.unknown.shape["frequency"], abs=0.1 / 90.0)
+    assert unknown.surplus > unknown_level(SelectionSettings())
+
+
+@pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.field)
+def test_a_refit_starts_inside_the_effects_range_and_near_the_value_that_was_tried(entry, clean):
+    selection, _ = clean
+    tried = [c for c in selection.bare.scanned.candidates if c.effect == entry]
+    for candidate in tried:
+        for guess in (-100.0, 0.0, 100.0):
+            value = getattr(started(TABLE_2, candidate, guess), entry.field)
+            assert entry.lower <= value <= entry.upper
+            assert admissible(entry, value)
+            if entry.grid:
+                assert abs(value) <= 1.2 * abs(candidate.size)
+    assert tried
+
+
+def test_a_delay_below_half_a_sample_is_not_claimed(clean):
+    fitted = clean[0].model.fit
+    assert smallest(fitted, effect("input_delay", "rotors")) == pytest.approx(0.005)
+    assert smallest(fitted, effect("motor_lag", "rotors")) == pytest.approx(0.005)
+    assert smallest(fitted, effect("dry_friction", "pitch")) == 0.0
