@@ -242,3 +242,9 @@ class Diagnosis:
     settings: Mapping[str, Any]
     notes: tuple[str, ...]
     seconds: float
+
+    def _repr_html_(self) -> str:
+        """Show the diagnosis in a notebook."""
+        from heli_identifier.report.notebook import notebook_view
+
+        return notebook_view(self)

@@ -1,0 +1,12 @@
+from heli_identifier.diagnosis.result import Diagnosis as Diagnosis
+from heli_identifier.diagnosis.settings import DiagnosisSettings as DiagnosisSettings
+from heli_identifier.interface import diagnose as diagnose
+from heli_identifier.interface import write_results as write_results
+from heli_identifier.records import Log as Log
+from heli_identifier.records import LogFormat as LogFormat
+from heli_identifier.records import RigConfiguration as RigConfiguration
+from heli_identifier.records import demo_logs as demo_logs
+from heli_identifier.records import read_configuration as read_configuration
+from heli_identifier.records import read_data_set as read_data_set
+from heli_identifier.records import read_log as read_log
+from heli_identifier.records import read_logs as read_logs
