@@ -20,7 +20,7 @@ BAR = 1e-3
 """Recovery that is asked for [1]."""
 
 _ROUNDING = 0.3
-"""Misfits below it [half widths] cannot be told apart: to three decimals, a_wx is known to a third of its half width."""
+"""Misfits [half widths] below it cannot be told apart: three decimals give a_wx to a third of a half width."""
 
 
 @dataclass(frozen=True, eq=False)
