@@ -11,8 +11,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.blind_page import misses, section, write_section
+from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, sources
+from benchmarks.page import write_section
 from heli_identifier.campaign.progress import progress_bar
 from heli_identifier.campaign.results import table, write_table
 from heli_identifier.campaign.row import Row
@@ -42,7 +43,7 @@ def main(arguments: Sequence[str]) -> None:
     command = shlex.join(["python", "-m", "benchmarks.blind", *arguments])
     asked.table.parent.mkdir(parents=True, exist_ok=True)
     write_table(table(rows), asked.table)
-    write_section(asked.page, section(groups, {name: case for name, (case, _) in rigs.items()}, command))
+    write_section(asked.page, "blind", section(groups, {name: case for name, (case, _) in rigs.items()}, command))
     print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}", file=sys.stderr)
 
 

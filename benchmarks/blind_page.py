@@ -4,7 +4,6 @@ import os
 import platform
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 
@@ -24,23 +23,10 @@ from benchmarks.blind_figures import (
 from heli_identifier.campaign.against_truth import false_entries, named_first, right
 from heli_identifier.campaign.row import Row
 from heli_identifier.prediction.fit import BASE
-from heli_identifier.records import write_whole
 from tests.blind.battery import Case
-
-BEGIN, END = "<!-- blind:begin -->", "<!-- blind:end -->"
 
 Rows = Mapping[str, list[Row]]
 """Rows by group."""
-
-
-def write_section(page: Path, section: str) -> None:
-    """Put the section between its markers; at the end of the page where it has none yet."""
-    text = page.read_text(encoding="utf-8") if page.exists() else "# Results\n"
-    marked = f"{BEGIN}\n{section.strip()}\n{END}"
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    whole = f"{before}{marked}{after}" if begin and end else f"{text.rstrip()}\n\n{marked}\n"
-    write_whole(page, whole)
 
 
 def section(rows: Rows, kinds: Mapping[str, Case], command: str) -> str:

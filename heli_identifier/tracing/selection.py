@@ -116,7 +116,7 @@ def unknown_level(settings: SelectionSettings) -> float:
 
     The search looks at some 30 curves and, per axis, at some 600 resolvable lines.
     """
-    return float(chi2.isf(settings.unknown_significance / 2000.0, 1))
+    return max(settings.unknown_least, float(chi2.isf(settings.unknown_significance / 2000.0, 1)))
 
 
 def gained(bare: Fit, fit_: Fit, axis: int) -> float:

@@ -16,6 +16,11 @@ class SelectionSettings:
     shape_price : float
         Gain in twice the log-likelihood that a free shape parameter must bring: the Bayesian criterion's log(n) for
         the some thousand independent samples of a data set.
+    law_share : float
+        Laws are idealisations: of trials whose gains differ by less than this share, the one with the fewest shape
+        parameters is taken.
+    unknown_least : float
+        Surplus that an unknown torque must reach whatever its probability: less is a ripple, not an effect.
     unknown_factor, unknown_margin : float
         An unknown torque must gain this factor times what the best named effect gains, plus this margin.
     unknown_share : float
@@ -32,6 +37,8 @@ class SelectionSettings:
     significance: float = 0.005
     shortlist: int = 4
     shape_price: float = 8.0
+    law_share: float = 0.03
+    unknown_least: float = 45.0
     unknown_factor: float = 1.2
     unknown_margin: float = 10.0
     unknown_share: float = 0.25

@@ -72,12 +72,18 @@ def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
 def named_trials(
     model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings
 ) -> list[Trial]:
-    """Refits of the round's contenders that pass ``threshold``, largest gain first."""
+    """Refits of the round's contenders that pass ``threshold``, the round's winner first."""
     trials = [
         trial(model, scanned.candidates[index], value, settings)
         for index, value, _ in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist)
     ]
-    return sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain)
+    return simplest_first(sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain), settings)
+
+
+def simplest_first(ranked: list[Trial], settings: SelectionSettings) -> list[Trial]:
+    """Put the trial with the fewest shape parameters first, of those whose gains are equal but for ``law_share``."""
+    equal = [t for t in ranked if t.gain >= (1.0 - settings.law_share) * ranked[0].gain]
+    return sorted(ranked, key=lambda t: (t not in equal, len(shape_fields(t.effect)) if t in equal else 0))
 
 
 def passes(candidate: Trial, threshold: float) -> bool:

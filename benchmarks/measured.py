@@ -1,0 +1,119 @@
+"""Diagnoses of rigs whose truth is not known, as found: verdicts, effects with intervals, errors before and after.
+
+Usage: python -m benchmarks.measured --name rigs FOLDER...        each folder a rig: train*.csv and held*.csv
+       python -m benchmarks.measured --name ntnu --each-in-turn --from 6 LOG...   each log held out once
+       python -m benchmarks.measured --name ctu --voltage-limit 6 --hold-out LAST.csv LOG...
+
+Every diagnosis is made at the filter frequencies 2, 4 and 8 rad/s. The figures go into docs/results.md, into a section
+of the given name.
+"""
+
+import argparse
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from benchmarks.page import PAGE, write_section
+from heli_identifier.diagnosis.diagnose import diagnose
+from heli_identifier.diagnosis.result import Diagnosis, FoundEffect
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.records import read_logs
+from heli_plant.effects import AXES
+
+BANDWIDTHS = (4.0, 2.0, 8.0)
+"""Filter frequencies [rad/s]."""
+
+HEAD = (
+    "| held out | omega_f [rad/s] | verdict | found | withdrawn | pitch [mrad] | elevation [mrad] | travel [mrad] |\n"
+    "| --- | --- | --- | --- | --- | --- | --- | --- |"
+)
+
+
+def main(arguments: Sequence[str]) -> None:
+    asked = _parsed(arguments)
+    rows = []
+    for title, training, held in _cases(asked):
+        for bandwidth in BANDWIDTHS:
+            others = tuple(b for b in BANDWIDTHS if b != bandwidth)
+            settings = DiagnosisSettings(bandwidth, others, voltage_limit=asked.voltage_limit)
+            logs = [read_logs(paths, start=asked.start) for paths in (training, held)]
+            rows.append(row(title, bandwidth, diagnose(*logs, settings)))
+            print(rows[-1], flush=True)
+    command = shlex.join(["python", "-m", "benchmarks.measured", *(_anonymous(word) for word in arguments)])
+    write_section(
+        asked.page,
+        asked.name,
+        f"## {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows),
+    )
+
+
+EXPLANATION = (
+    "Coefficients with 95 % intervals; error of the prediction 1 s ahead on the held-out log before and after, and the "
+    "noise floor, root mean square."
+)
+
+
+def row(title: str, bandwidth: float, found: Diagnosis) -> str:
+    """One diagnosis as a row of the table."""
+    effects = "; ".join(effect_text(effect) for effect in found.effects) or "nothing"
+    withdrawn = "; ".join(f"{name} on {axis}" for name, axis, _ in found.withdrawn) or "nothing"
+    cells = [title, f"{bandwidth:g}", found.verdict, effects, withdrawn]
+    for axis in AXES:
+        report = found.axes[axis]
+        errors = [1e3 * error.prediction_1s.value for error in (report.before, report.after, report.noise_floor)]
+        cells.append("{:.3g}, {:.3g} ({:.3g})".format(*errors))
+    return f"| {' | '.join(cells)} |"
+
+
+def effect_text(effect: FoundEffect) -> str:
+    """One effect in a cell."""
+    if effect.coefficient is None:
+        return f"unknown on {effect.axis}: {effect.shape['description']}"
+    c = effect.coefficient
+    text = f"{effect.name} on {effect.axis} {c.value:.3g} +- {1.96 * (c.standard_error or 0.0):.2g} {c.unit}"
+    shapes = [
+        f"{name} {s['value']:.4g} {s['unit']}" for name, s in effect.shape.items() if s["standard_error"] is not None
+    ]
+    if shapes:
+        text += f" ({', '.join(shapes)})"
+    if effect.alternatives:
+        text += " (ambiguous with " + ", ".join(name for name, _ in effect.alternatives) + ")"
+    return text
+
+
+def _cases(asked: argparse.Namespace) -> Iterator[tuple[str, list[Path], list[Path]]]:
+    """Title, training logs and held-out logs of every diagnosis."""
+    if asked.each_in_turn:
+        for held in asked.paths:
+            yield held.stem, [path for path in asked.paths if path != held], [held]
+    elif asked.hold_out is not None:
+        yield asked.hold_out.stem, list(asked.paths), [asked.hold_out]
+    else:
+        for folder in asked.paths:
+            yield folder.name, sorted(folder.glob("train*.csv")), sorted(folder.glob("held*.csv"))
+
+
+def _anonymous(word: str) -> str:
+    """Name a path by its last part: where it lay says nothing."""
+    return Path(word).name if "/" in word else word
+
+
+def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.measured", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("paths", nargs="+", type=Path)
+    parser.add_argument("--name", required=True, help="of the section")
+    parser.add_argument("--title", help="heading of the section")
+    parser.add_argument("--each-in-turn", action="store_true", help="hold out each log once")
+    parser.add_argument("--hold-out", type=Path, help="the log to hold out")
+    parser.add_argument("--from", dest="start", type=float, help="first second used of every log")
+    parser.add_argument("--voltage-limit", type=float, default=5.0)
+    parser.add_argument("--page", type=Path, default=PAGE)
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    with threadpool_limits(1):
+        main(sys.argv[1:])
