@@ -14,6 +14,7 @@ from heli_identifier.cli.effects import effects
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.identify import identify
 from heli_identifier.cli.init import init
+from heli_identifier.cli.linearise import linearise
 from heli_identifier.cli.options import Spreading
 from heli_identifier.cli.paper import paper
 from heli_identifier.cli.simulate import simulate
@@ -61,6 +62,10 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 --plot step.svg\n\n"
         "heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv\n\n"
         "heli simulate measured_data --log run.csv --parameters result/parameters.json",
+    ),
+    (
+        linearise,
+        "heli linearise result/parameters.json\n\nheli linearise result/parameters.json --elevation 0.1 -o control",
     ),
     (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
     (init, "heli init\n\nheli init rigs/north-lab.toml"),

@@ -1,0 +1,72 @@
+"""The equilibrium at a given pitch and elevation: voltages that hold it, and the rate at which the arm then travels.
+
+Solved is plant acceleration = 0 on the three axes, with the rates of pitch and elevation zero, for v_front, v_rear and
+travel'. The accelerations are the plant's own, with every effect that it has.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import root
+
+from heli_identifier.errors import ConfigurationError
+from heli_plant.neglected import switched_on
+from heli_plant.parameters import PlantParameters
+from heli_plant.plant import accelerations, rigid_start
+from heli_plant.rotors import motor_input, thrust_voltages
+from heli_plant.state import PlantState, start_state
+
+BALANCED = 1e-9
+"""Acceleration [rad/s^2] that may be left at an equilibrium."""
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where the plant stands still but for its travel: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
+
+    pitch: float
+    elevation: float
+    travel_rate: float
+    v_front: float
+    v_rear: float
+
+    def state(self, parameters: PlantParameters) -> PlantState:
+        """Give the plant's state there, motors settled."""
+        front, rear = motor_input(self.v_front, parameters), motor_input(self.v_rear, parameters)
+        return start_state(self.pitch, self.elevation, 0.0, front, rear, (0.0, 0.0, self.travel_rate))
+
+
+def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: float = 0.0) -> OperatingPoint:
+    """Find the equilibrium of the plant at a pitch and an elevation [rad].
+
+    Raises
+    ------
+    ConfigurationError
+        There is none within the motors' voltages.
+    """
+    switches = switched_on(parameters)
+
+    def left_over(unknown: np.ndarray) -> tuple[float, float, float]:
+        v_front, v_rear, travel_rate = (float(value) for value in unknown)
+        front, rear = (motor_input(v, parameters._replace(v_max=1e6)) for v in (v_front, v_rear))
+        mu_diff, mu_sum = thrust_voltages(front, rear, 0.0, parameters)
+        rigid = rigid_start(start_state(pitch, elevation, 0.0, front, rear), parameters).elevation
+        return accelerations(
+            0.0, pitch, rigid, 0.0, 0.0, 0.0, travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches, parameters
+        )
+
+    starts = ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0))  # on either side of a dead zone
+    for start in starts:
+        found = root(left_over, start, tol=1e-12)
+        if np.abs(left_over(found.x)).max() < BALANCED:
+            v_front, v_rear, travel_rate = (float(value) for value in found.x)
+            break
+    else:
+        raise ConfigurationError(f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad.")
+    most = max(abs(v_front), abs(v_rear))
+    if most >= parameters.v_max:
+        raise ConfigurationError(
+            f"pitch {pitch:g} rad and elevation {elevation:g} rad need {most:.3g} V, the motors take "
+            f"{parameters.v_max:g} V; choose a point nearer to rest."
+        )
+    return OperatingPoint(pitch, elevation, travel_rate, v_front, v_rear)

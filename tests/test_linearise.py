@@ -1,0 +1,235 @@
+"""Linear models, margins and gains, held to closed forms, to python-control and to simulation of the whole plant."""
+
+import json
+from dataclasses import replace
+
+import control
+import numpy as np
+import pytest
+from scipy.io import loadmat
+from typer.testing import CliRunner
+
+from heli_identifier.cli.app import app
+from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.linearise import drawn_plants, linear_model, margins, operating_point, retuned
+from heli_identifier.linearise.closed_loop import closed_loop
+from heli_identifier.linearise.controller import controller
+from heli_identifier.linearise.loop import frequencies
+from heli_identifier.linearise.retuning import PEAK, weighted_error
+from heli_identifier.linearise.step_response import step_response
+from heli_identifier.report.diagnosis_document import document_text
+from heli_identifier.report.parameter_set import ParameterSet, plant_values, read_parameter_set
+from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.parameters import TABLE_2
+from heli_plant.simulation import simulate
+from tests.diagnosis_example import AFTER, example
+
+H = 0.01
+PID = PidSettings()
+
+
+def model_at(parameters, pitch=0.0, elevation=0.0):
+    return linear_model(parameters, operating_point(parameters, pitch, elevation), H)
+
+
+@pytest.mark.parametrize("pitch", [-0.2, 0.0, 0.15])
+def test_the_plant_stays_at_its_operating_point(pitch):
+    plant = TABLE_2._replace(quadratic_thrust_rotors=0.1, dead_zone_rotors=0.1, rotor_mismatch_pitch=0.01)
+    point = operating_point(plant, pitch, 0.2)
+    held = np.tile((point.v_front, point.v_rear), (500, 1))
+    states, angles = simulate(held, H, point.state(plant), plant)
+    # the acceleration left is below 1e-9 rad/s^2, over 5 s that is 1e-8 rad
+    assert np.abs(angles[:, :2] - (pitch, 0.2)).max() < 2e-8
+    assert np.abs(states[:, 5] - point.travel_rate).max() < 2e-8
+
+
+def test_a_point_that_the_motors_cannot_hold_is_refused():
+    with pytest.raises(ConfigurationError, match="V, the motors take 5 V"):
+        operating_point(TABLE_2, 0.0, 1.5)
+
+
+def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
+    pitch, p = 0.1, TABLE_2
+    point = operating_point(p, pitch, 0.2)
+    total = point.v_front + point.v_rear
+    A = np.zeros((8, 8))
+    A[0, 3] = A[1, 4] = A[2, 5] = 1.0
+    A[3] = [-p.a_th * np.cos(pitch - p.theta0), 0, 0, -p.a_wx, 0, 0, p.k_x, -p.k_x]
+    lift = p.k_z * np.cos(pitch)
+    A[4] = [-p.k_z * total * np.sin(pitch), -p.a_e, 0, -p.a_lt * point.travel_rate, -p.a_wz, 0, lift, lift]
+    pull = p.k_y * np.sin(pitch)
+    A[5] = [p.k_y * total * np.cos(pitch), 0, 0, 0, 0, -p.a_wy, pull, pull]
+    A[6, 6] = A[7, 7] = -1.0 / p.T_m
+    B = np.zeros((8, 2))
+    B[6, 0] = B[7, 1] = 1.0 / p.T_m
+    model = model_at(p, pitch, 0.2)
+    # the Runge-Kutta step's own error, (h lambda)^5/120/h, is 2.5e-6 for the motors of 12.5/s were they not exact;
+    # the central difference adds some 1e-9/h
+    assert np.abs(model.A - A).max() < 5e-6
+    assert np.abs(model.B - B).max() < 5e-6
+    assert np.abs(model.C - np.eye(3, 8)).max() < 1e-11
+
+
+def test_sampling_the_continuous_system_gives_the_sampled_one():
+    model = model_at(AFTER, 0.1, 0.2)
+    sampled = control.sample_system(model.system(), H, method="zoh")
+    # entries of A below 1e-6 are set to zero: over a period that is 1e-8
+    assert np.abs(sampled.A - model.F).max() < 1e-7
+    assert np.abs(sampled.B - model.G).max() < 1e-7
+    assert model.system(sampled=True).dt == H
+
+
+@pytest.mark.parametrize("bending", [0.0, 0.01])
+def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
+    plant = TABLE_2._replace(arm_bending_elevation=bending, quadratic_thrust_rotors=0.1)
+    point = operating_point(plant, 0.1, 0.2)
+    model = linear_model(plant, point, H)
+    assert len(model.states) == (10 if bending else 8)
+    size = 1e-4
+    moves = size * np.random.default_rng(1).normal(size=(300, 2))
+    _, angles = simulate((point.v_front, point.v_rear) + moves, H, point.state(plant), plant)
+    time = np.arange(300) * H
+    still = np.column_stack((np.full(300, 0.1), np.full(300, 0.2), point.travel_rate * time))
+    x, path = np.zeros(len(model.F)), []
+    for move in moves:
+        path.append(model.C @ x)
+        x = model.F @ x + model.G @ move
+    # second order in the motion, which stays below 1e-4 rad
+    assert np.abs(angles - still - path).max() < 1e-7
+
+
+def test_friction_that_sticks_is_left_out_of_the_linear_model():
+    assert np.array_equal(model_at(AFTER).A, model_at(AFTER._replace(dry_friction_pitch=0.0)).A)
+
+
+def test_a_plant_without_motor_lag_is_refused():
+    with pytest.raises(ConfigurationError, match="positive lag"):
+        model_at(TABLE_2._replace(T_m=0.0))
+
+
+def test_the_linear_controller_is_the_controller():
+    random = np.random.default_rng(2)
+    K, z, state = controller(PID, H), np.zeros(6), start_pid(0.0, 0.0, 0.0)
+    for _ in range(200):
+        angles, references = 1e-3 * random.normal(size=(2, 3))
+        state, voltages = pid_step(state, *angles, tuple(references), H, PID._replace(trim=0.0))
+        assert np.abs(K.C @ z + K.D @ angles + K.H @ references - voltages).max() < 1e-9
+        z = K.A @ z + K.B @ angles + K.E @ references
+    # rounding of a difference at the integrals' scale
+    assert np.abs(z - state).max() < 1e-9
+
+
+@pytest.mark.parametrize(("axis", "channel"), [("pitch", (1.0, -1.0)), ("elevation", (1.0, 1.0))])
+def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
+    model = model_at(TABLE_2)
+    margin = margins(model, PID)[axis].gain
+    direction = np.array(channel)
+    # only the cut channel's gain grows
+    projector = np.outer(direction, direction) / 2.0
+
+    def stable(factor):
+        scaled = replace(model, G=model.G @ (np.eye(2) + (factor - 1.0) * projector))
+        return closed_loop(scaled, PID).is_stable
+
+    # the grid has a per cent from one frequency to the next, and the margin is interpolated
+    assert stable(0.99 * margin)
+    assert not stable(1.01 * margin)
+
+
+def test_the_phase_margin_and_crossover_are_those_of_python_control():
+    model = model_at(TABLE_2)
+    K = controller(PID, H)
+    pid = control.ss(K.A, K.B, K.C, K.D, H)
+    plant, wait = model.system(sampled=True), control.tf([1], [1, 0], H)
+    split, join = np.array([[0.5], [-0.5]]), np.array([[1.0, -1.0]])
+    loop = -control.ss([], [], [], join, H) * pid * plant * control.ss([], [], [], split, H)
+    _, phase, _, crossover = control.margin(control.frequency_response(loop * wait, frequencies(H, 2000)))
+    found = margins(model, PID)["pitch"]
+    assert found.phase == pytest.approx(phase, abs=0.5)
+    assert found.crossover == pytest.approx(crossover, rel=0.01)
+
+
+def test_an_input_delay_takes_its_phase_off_the_margin():
+    bare, late = model_at(TABLE_2), model_at(TABLE_2._replace(input_delay_rotors=0.05))
+    before, after = margins(bare, PID)["pitch"], margins(late, PID)["pitch"]
+    # the gain does not change, so the crossover stays and the margin falls by its phase
+    assert before.phase - after.phase == pytest.approx(np.degrees(before.crossover * 0.05), abs=0.5)
+
+
+def test_the_papers_pid_is_stable_on_table_2_and_its_printed_sign_is_not():
+    model = model_at(TABLE_2)
+    assert closed_loop(model, PID).is_stable
+    printed = PID._replace(pitch=type(PID.pitch)(*(-gain for gain in PID.pitch)))
+    assert not closed_loop(model, printed).is_stable
+
+
+def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
+    parameters = parameter_set()
+    model = model_at(AFTER)
+    others = [model_at(plant) for plant in drawn_plants(parameters, 8)]
+    new = retuned(model, PID, others, trim=-1.0)
+    assert new.trim == -1.0
+    assert new.travel == PID.travel
+    for loop, axis in enumerate(("pitch", "elevation")):
+        assert weighted_error(model, new, loop) < weighted_error(model, PID, loop)
+        # the bound is a penalty; four digits of the gains leave a per cent
+        assert max(margins(one, new)[axis].sensitivity for one in (model, *others)) < 1.01 * PEAK
+        loud = [getattr(s, axis).proportional + getattr(s, axis).derivative / s.rate_time_constant for s in (new, PID)]
+        assert loud[0] < 1.01 * loud[1]
+
+
+def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop():
+    point = operating_point(TABLE_2, 0.0, 0.1)
+    settings = PID._replace(trim=point.v_front + point.v_rear)
+    simulated = step_response(TABLE_2, point, settings, "pitch", size=1e-3, duration=4.0)
+    loop = closed_loop(linear_model(TABLE_2, point, H), settings)
+    linear = 1e-3 * loop.trajectory(loop.R[:, 0], 400)[:, 0]
+    assert np.abs(simulated.angle[:100]).max() < 1e-9
+    # the square of a motion of 1e-3 rad
+    assert np.abs(simulated.angle[100:] - linear).max() < 2e-6
+
+
+def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
+    plants = drawn_plants(parameter_set(), 400)
+    gains = np.array([plant.k_x for plant in plants])
+    # the spread of 400 draws is known to 3.5 %, the mean to a twentieth of the error
+    assert gains.std() == pytest.approx(0.01 * AFTER.k_x, rel=0.15)
+    assert gains.mean() == pytest.approx(AFTER.k_x, rel=0.002)
+    assert {plant.T_m for plant in plants} == {AFTER.T_m}
+
+
+def test_frequencies_end_below_the_nyquist_frequency():
+    assert frequencies(H)[-1] < np.pi / H
+
+
+def parameter_set():
+    errors = {
+        name: Estimate(value.value, value.standard_error, value.unit)
+        for name, value in example().parameters_after.items()
+    }
+    return ParameterSet("HelicopterPlant", plant_values(AFTER, errors))
+
+
+def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
+    file = tmp_path / "parameters.json"
+    file.write_text(document_text(parameter_set().document()), encoding="utf-8")
+    out = tmp_path / "control"
+    said = CliRunner().invoke(app, ["linearise", str(file), "--elevation", "0.1", "--output", str(out), "--json"])
+    assert said.exit_code == 0, said.stderr
+    assert {path.name for path in out.iterdir()} == {
+        "linear_model.json", "linear_model.mat", "controller.json", "steps.svg",
+    }  # fmt: skip
+    document = json.loads(said.stdout)
+    assert document == json.loads((out / "linear_model.json").read_text())
+    matrices = loadmat(out / "linear_model.mat")
+    A = np.array(document["continuous"]["A"])
+    assert np.array_equal(matrices["A"], A)
+    low, high = (np.array(document["intervals"]["A"][end]) for end in ("low", "high"))
+    # the estimate lies inside the interval that is drawn around it
+    assert np.all((low - 1e-9 <= A) & (high + 1e-9 >= A))
+    assert document["loops"]["after"]["stable_share"] == 1.0
+    gains = read_parameter_set(out / "controller.json").start_values
+    assert gains["pitch.proportional"] == document["loops"]["after"]["gains"]["pitch"]["proportional"]
+    words = ["build", "PidController", "--parameters", str(out / "controller.json"), "--output", str(tmp_path)]
+    assert CliRunner().invoke(app, words).exit_code == 0
