@@ -22,7 +22,7 @@ BALANCED = 1e-9
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where the plant stands still but for its travel: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
+    """Where all but the travel stands still: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
 
     pitch: float
     elevation: float
