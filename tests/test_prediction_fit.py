@@ -116,6 +116,46 @@ def test_a_line_in_the_torque_is_fitted_beside_the_parameters():
     np.testing.assert_array_equal(found.residuals[0], left)
 
 
+SHAPED = [
+    # truth, and a start of the same fields as a search's grid would give it
+    ({"input_delay_rotors": 0.047}, (0.03,)),
+    ({"motor_lag_rotors": 0.05}, (0.12,)),
+    ({"motor_lag_rotors": -0.03}, (-0.05,)),
+    ({"dead_zone_rotors": 0.2}, (0.3,)),
+    ({"thrust_fade_rotors": 0.002}, (0.0005,)),
+    ({"breakaway_friction_pitch": 0.04, "stribeck_rate_pitch": 0.09}, (0.02, 0.06)),
+    ({"moving_mass_elevation": 0.05, "moving_mass_time": 31.3}, (0.02, 30.8)),
+    ({"arm_bending_elevation": 0.004, "bending_frequency": 3.1, "bending_damping": 0.06}, (0.001, 2.8, 0.05)),
+    ({"ground_effect_elevation": 0.5, "ground_height": 0.12}, (0.2, 0.15)),
+]
+GROUND = TABLE_2._replace(ground_elevation=-0.05)
+"""The table at the lowest elevation of the records: where a ground effect's coefficient is stated."""
+
+
+@pytest.mark.parametrize(("truth", "start"), SHAPED, ids=[next(iter(truth)) for truth, _ in SHAPED])
+def test_effects_with_memory_or_shape_give_their_numbers_with_honest_errors(truth, start):
+    record = noisy(GROUND._replace(**truth), drive(SECONDS, 4), 4)
+    begin = first_estimate((record,), GROUND)._replace(**dict(zip(truth, start, strict=True)))
+    found = fit(Problem((record,)), begin, (*BASE, *truth))
+    for name, value in truth.items():
+        # where responses have corners the difference is taken over some samples; a tenth of an error at most
+        assert abs(getattr(found.parameters, name) - value) < FAR * found.standard_error(name), name
+        # a number and not a shrug: the coefficient known to a fifth
+    first = next(iter(truth))
+    assert found.standard_error(first) < 0.2 * abs(truth[first])
+
+
+def test_what_the_data_do_not_feel_has_no_bounded_error(records):
+    # a ground 1.5 rad below the arm and a cushion of .01 rad: exp(-145) of an effect, nothing to the last bit
+    far = TABLE_2._replace(ground_effect_elevation=0.1, ground_elevation=-1.5, ground_height=0.01)
+    blind = fit(Problem(records[:1]), far, (*BASE, "ground_effect_elevation", "ground_height"), iterations=3)
+    assert np.isinf(blind.standard_error("ground_effect_elevation"))
+    assert np.isinf(blind.standard_error("ground_height"))
+    sighted = fit(Problem(records[:1]), TABLE_2, iterations=3)
+    for name in BASE:
+        assert blind.standard_error(name) == pytest.approx(sighted.standard_error(name), rel=0.05), name
+
+
 @pytest.mark.parametrize(("name", "axis", "torque"), [("k_x", 0, (1.0, -1.0)), ("k_z", 1, (1.0, 1.0))])
 def test_sensitivity_to_a_gain_is_the_answer_to_the_voltage_it_multiplies(fitted, name, axis, torque):
     problem, at = fitted.problem, fitted.model_residuals

@@ -111,7 +111,11 @@ def sensitivities(
 def block_covariance(
     problem: Problem, whitener: Whitener, jacobian: NDArray[np.float64], white: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Sandwich covariance with blocks in time that span the three axes."""
+    """Sandwich covariance with blocks in time that span the three axes; infinite for what the data do not feel."""
+    length = np.linalg.norm(jacobian, axis=0)
+    silent = length == 0.0
+    length = np.where(silent, 1.0, length)
+    jacobian = jacobian / length  # columns of many units: alike, so that none passes for rounding of another
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
     blocks = block_labels(problem, whitener.order)
     count = int(blocks.max()) + 1
@@ -121,7 +125,9 @@ def block_covariance(
     robust = inverse @ (scores.T @ scores) @ inverse * small_sample
     plain = inverse * float(white @ white) / max(len(white) - jacobian.shape[1], 1)
     widen = np.sqrt(np.maximum(np.diag(plain) / np.maximum(np.diag(robust), 1e-300), 1.0))
-    return robust * np.outer(widen, widen)
+    covariance = robust * np.outer(widen, widen) / np.outer(length, length)
+    covariance[silent, silent] = np.inf
+    return covariance
 
 
 def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
