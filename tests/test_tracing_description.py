@@ -98,6 +98,19 @@ def test_a_band_is_two_standard_errors_to_either_side(fitted):
     np.testing.assert_allclose(high - low, 2.0 * 1.96 * error * norms, rtol=1e-9)
 
 
+def test_where_no_record_has_been_nothing_is_drawn(fitted):
+    model = model_of(fitted, [("travel", "travel", np.sin)], 1e-4)
+    covariance = model.fit.covariance.copy()
+    row = len(fitted.free) + 4
+    covariance[row, row] = np.inf  # the data do not feel the fifth spline
+    shape = described(replace(model, fit=replace(model.fit, covariance=covariance)), 0)
+    x = np.array(shape["band"])[:, 0]
+    # a cubic spline lives on four intervals of a fourteenth of a turn
+    assert POINTS - len(x) == pytest.approx(4 * (POINTS - 1) / 14, abs=1.0)
+    assert np.isfinite(shape["band"]).all()
+    assert np.array_equal(np.array(shape["curve"])[:, 0], x)
+
+
 def test_the_second_torque_is_described_by_its_own_weights(fitted):
     curves = [("pitch", "travel", lambda la: 0.05 * np.sin(3.0 * la)), ("elevation", "pitch_rate", np.tanh)]
     model = model_of(fitted, curves, 1e-4)

@@ -19,8 +19,8 @@ def described(model: Model, index: int) -> dict[str, Any]:
     Returns
     -------
     dict
-        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], or
-        "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
+        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], both where a
+        record has been, or "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
     """
     unknown = model.unknowns[index]
     first = sum(u.degrees for u in model.unknowns[:index])
@@ -32,13 +32,17 @@ def described(model: Model, index: int) -> dict[str, Any]:
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
     basis = unknown.curve(x)
     y = basis @ weights
-    half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, covariance, basis))
+    silent = np.isinf(np.diag(covariance))  # splines of places that no record visits
+    known = np.where(silent[:, None] | silent, 0.0, covariance)
+    half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
+    half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
+    visited = np.isfinite(half)
     return {
         "variable": unknown.variable,
         "unit": UNITS[unknown.variable],
         "description": _words(unknown, x, y, half),
-        "curve": [[float(a), float(b)] for a, b in zip(x, y, strict=True)],
-        "band": [[float(a), float(b - h), float(b + h)] for a, b, h in zip(x, y, half, strict=True)],
+        "curve": np.column_stack((x, y))[visited].tolist(),
+        "band": np.column_stack((x, y - half, y + half))[visited].tolist(),
     }
 
 
