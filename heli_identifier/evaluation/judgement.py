@@ -41,8 +41,7 @@ def figures(
     problem: Problem, parameters: PlantParameters, free_errors: Sequence[NDArray[np.float64]] | None, step: float
 ) -> Figures:
     """Errors of one model on the records of ``problem``; ``free_errors`` (N_i, 3) [rad] of its free runs."""
-    one = rms_figures([prediction_errors(r, parameters, 1.0) for r in problem.records], SPACING)
-    two = rms_figures([prediction_errors(r, parameters, 2.0) for r in problem.records], SPACING)
+    one, two = predictions(problem.records, parameters)
     acceleration = rms_figures(problem.residuals(parameters), 1.0 / REDUCED_RATE)
     finite = free_errors is not None and all(np.isfinite(e).all() for e in free_errors)
     run: Sequence[ErrorFigure | None] = rms_figures(free_errors or [], step) if finite else [None] * 3
@@ -50,10 +49,19 @@ def figures(
     return Figures(one, two, [f if ok else None for f, ok in zip(run, stable, strict=True)], acceleration)
 
 
+def predictions(
+    records: Sequence[Record], parameters: PlantParameters
+) -> tuple[list[ErrorFigure], list[ErrorFigure]]:
+    """Figures of the predictions one and two seconds ahead."""
+    one, two = ([prediction_errors(r, parameters, horizon) for r in records] for horizon in (1.0, 2.0))
+    return rms_figures(one, SPACING), rms_figures(two, SPACING)
+
+
 def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
     """Figures of a model on records that it generated itself; in pieces, without a free run, where it is unstable.
 
-    Zero, which bounds nothing, where even short pieces run away.
+    Pieces are too short for the observer to settle; the noise they were made with gives their acceleration. Zero, which
+    bounds nothing, where even short pieces run away.
     """
     stable = stable_axes(parameters)
     if stable[0] and stable[1]:
@@ -69,7 +77,8 @@ def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
     if not pieces:
         nothing = [ErrorFigure(0.0, 0.0, 0.0)] * 3
         return Figures(nothing, nothing, [None] * 3, nothing)
-    return figures(Problem(pieces, problem.bandwidth), parameters, None, pieces[0].step)
+    noise = rms_figures(problem.residuals(parameters), 1.0 / REDUCED_RATE)
+    return Figures(*predictions(pieces, parameters), [None] * 3, noise)
 
 
 def _free_run_error(record: Record, parameters: PlantParameters) -> NDArray[np.float64]:
