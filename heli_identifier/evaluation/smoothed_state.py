@@ -1,7 +1,7 @@
 """The motion along a record as a zero-phase smoother sees it: where predictions start from, for every model alike.
 
-Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which passes motion up to 3 Hz; no
-model takes part. Motors and bending follow from the voltages by the plant's own step.
+Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which keeps .99 of a motion at 1 Hz and
+.88 at 2 Hz; no model takes part. Motors and bending follow from the voltages by the plant's own step.
 """
 
 import numpy as np

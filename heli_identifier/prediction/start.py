@@ -14,7 +14,7 @@ from heli_identifier.prediction.record import Record
 from heli_plant.parameters import PlantParameters
 
 SMOOTHING_WINDOW = 0.6
-"""Length [s] of the local polynomial of degree 3: passes motion below about 1.5 Hz."""
+"""Length [s] of the local polynomial of degree 3: keeps .94 of an acceleration at .5 Hz and .76 at 1 Hz."""
 
 
 def smoothed(values: NDArray[np.float64], step: float, order: int = 0) -> NDArray[np.float64]:
