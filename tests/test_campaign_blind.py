@@ -7,8 +7,9 @@ import pytest
 
 from benchmarks.blind_figures import Share, bars, is_miss, prediction_ratios
 from benchmarks.blind_measures import measured
-from benchmarks.blind_page import BEGIN, END, misses, section, write_section
+from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
+from benchmarks.page import markers, write_section
 from heli_identifier.campaign import TrueEffect, TrueUnknown, Truth
 from heli_identifier.campaign.results import complete
 from heli_identifier.campaign.row import error_column, truth_columns
@@ -182,21 +183,24 @@ def test_misses_are_the_rigs_that_break_their_groups_bar():
     assert lines[2].endswith("true dry_friction pitch 0.02 (told 30.0) | found nothing")
 
 
+BEGIN, END = markers("blind")
+
+
 # --- page --------------------------------------------------------------------------------------------------------
 
 
 def test_section_replaces_what_stood_between_its_markers_and_nothing_else(tmp_path):
     page = tmp_path / "results.md"
     page.write_text(f"# Results\n\nbefore\n\n{BEGIN}\nold\n{END}\n\nafter\n")
-    write_section(page, "new\n")
+    write_section(page, "blind", "new\n")
     assert page.read_text() == f"# Results\n\nbefore\n\n{BEGIN}\nnew\n{END}\n\nafter\n"
 
 
 def test_section_is_added_to_a_page_that_has_none(tmp_path):
     page = tmp_path / "results.md"
-    write_section(page, "new")
+    write_section(page, "blind", "new")
     page.write_text(page.read_text() + "more\n")
-    write_section(page, "newer")
+    write_section(page, "blind", "newer")
     assert page.read_text() == f"# Results\n\n{BEGIN}\nnewer\n{END}\nmore\n"
 
 
