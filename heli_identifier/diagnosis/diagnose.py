@@ -216,7 +216,7 @@ def _series(
         out.append(
             HeldOutSeries(
                 log.name, log.step, log.voltages, log.angles, runs["before"][i], runs["after"][i], start._asdict(),
-                residuals["before"][i], residuals["after"][i], _white(before, residuals["before"][i]),
+                residuals["before"][i], residuals["after"][i], _white(after, residuals["before"][i]),
                 _white(after, residuals["after"][i]), 1.0 / REDUCED_RATE,
             )
         )  # fmt: skip

@@ -16,6 +16,7 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.record import Record
 from heli_identifier.prediction.start import lagged_voltages
+from heli_identifier.prediction.whitening import Whitener
 from heli_identifier.records.log import Log, log_from_samples
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -109,8 +110,8 @@ def judged(
     }
     floor = noise_floor(held, after.parameters)
     tests = {
-        "before": _residual_tests(held, before),
-        "after": _residual_tests(held, after),
+        "before": _residual_tests(held, before.parameters, after.whitener),
+        "after": _residual_tests(held, after.parameters, after.whitener),
     }
     reports = {
         axis: AxisReport(
@@ -125,14 +126,20 @@ def judged(
     return reports, runs
 
 
-def _residual_tests(held: Problem, fit: Fit) -> Mapping[str, tuple[float, float]]:
-    """Ljung-Box p value and input correlation per axis, residuals whitened as the training logs' were."""
-    order = fit.whitener.order
-    residuals = held.residuals(fit.parameters)
-    voltages = [lagged_voltages(record, fit.parameters.T_m) for record in held.records]
+def _residual_tests(
+    held: Problem, parameters: PlantParameters, whitener: Whitener
+) -> Mapping[str, tuple[float, float]]:
+    """Ljung-Box p value and input correlation per axis.
+
+    Before and after are whitened alike, by the colour that the training logs have after: the whitening of the model
+    before has taken the missing effect for noise, and would make its residual look the whiter of the two.
+    """
+    order = whitener.order
+    residuals = held.residuals(parameters)
+    voltages = [lagged_voltages(record, parameters.T_m) for record in held.records]
     out = {}
     for i, axis in enumerate(AXES):
-        white = [fit.whitener.apply_axis(i, [r[:, i]]) for r in residuals]
+        white = [whitener.apply_axis(i, [r[:, i]]) for r in residuals]
         signs = (1.0, -1.0) if axis == "pitch" else (1.0, 1.0)
         driving = zip(held.records, voltages, strict=True)
         inputs = [held.reduce(record, v @ np.array(signs))[order:] for record, v in driving]

@@ -10,9 +10,6 @@ from heli_identifier.tracing.model import Model, effect_score, without
 from heli_plant.effects import Effect
 from heli_plant.parameters import PlantParameters
 
-CERTAIN = 12.0
-"""Score above which a held-out log as long as a third of the training logs cannot speak against an effect by chance."""
-
 HORIZONS = (1.0, 2.0)
 """Prediction horizons [s] of the loss."""
 
@@ -75,8 +72,6 @@ def borne_out(model: Model, bare: Fit, held: Problem) -> tuple[Model, Fit, Withd
     """
     withdrawn: Withdrawn = []
     for effect in sorted(model.effects, key=lambda e: abs(effect_score(model.fit, e))):
-        if abs(effect_score(model.fit, effect)) > CERTAIN:
-            break
         rest = without(model, effect)
         gain = 2.0 * (held_out_log_likelihood(model.fit, held) - held_out_log_likelihood(rest.fit, held))
         if gain <= 0.0:
