@@ -1,13 +1,14 @@
 """The page stands alone, says what the diagnosis says, and its figures take the theme's colours."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
 from heli_identifier.diagnosis.result import Estimate
-from heli_identifier.report.figures.held_out import autocorrelation
+from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure
 from heli_identifier.report.figures.style import COLOURS, thinned
 from heli_identifier.report.page import report_page
 from heli_identifier.report.provenance import provenance
@@ -112,6 +113,27 @@ def test_the_sentence_names_the_effect_its_size_and_what_it_brings():
     assert said.startswith("The rig has dry friction on the pitch (c = 0.0250 ± 0.0012 rad/s²)")
     assert "periodic torque on the elevation at 0.700 Hz" in said
     assert "falls from 5.00 to 2.00 mrad" in said
+
+
+def test_the_sentence_does_not_praise_what_brings_nothing():
+    whole = example()
+    same = {axis: replace(report, after=report.before) for axis, report in whole.axes.items()}
+    assert "falls from" not in verdict_sentence(replace(whole, axes=same))
+
+
+def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(text):
+    assert "Spectrum of the elevation&#39;s residual on the held-out log" in text
+    assert "The curve that was found, against the travel" in text
+
+
+def test_a_free_run_that_runs_away_leaves_the_measurement_to_be_seen():
+    series = example().series[0]
+    away = replace(series, free_run_after=series.free_run_after + np.exp(np.arange(len(series.measured)) / 50.0)[:, None])
+    above, below = free_run_figure(away, "pitch").axes
+    span = np.ptp(series.measured[:, 0])
+    # the measurement fills at least a third of the upper axes
+    assert np.ptp(above.get_ylim()) <= 3.0 * span + 1e-12
+    assert np.ptp(below.get_ylim()) <= 2e3 * span + 1e-9
 
 
 def test_a_line_that_is_thinned_keeps_its_ends_and_every_peak():

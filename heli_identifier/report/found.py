@@ -14,7 +14,7 @@ from heli_identifier.diagnosis.result import (
     Estimate,
     FoundEffect,
 )
-from heli_identifier.report.figures.effect import effect_figure
+from heli_identifier.report.figures.effect import effect_figure, line_figure
 from heli_identifier.report.figures.style import inline_svg
 from heli_identifier.report.rounding import significant, with_interval
 from heli_identifier.report.sentences import effect_name, effect_title, law_text, listed, variable_name
@@ -29,13 +29,14 @@ def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     curves = list(diagnosis.curves)
     entries = []
     for number, found in enumerate(diagnosis.effects):
-        curve = next((c for c in curves if c.name == found.name and _same_axis(c, found)), None)
-        if curve is not None:
+        figure, caption = None, ""
+        if "frequency_hz" in found.shape:
+            figure = line_figure(diagnosis.series[0], found.axis, float(found.shape["frequency_hz"]))
+            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the line."
+        elif curve := next((c for c in curves if c.name == found.name and _same_axis(c, found)), None):
             curves.remove(curve)
-        svg = caption = ""
-        if curve is not None:
-            caption = _caption(curve)
-            svg = inline_svg(effect_figure(curve), f"effect-{number}", f"{effect_title(found)}: {caption}")
+            figure, caption = effect_figure(curve), _caption(curve)
+        svg = inline_svg(figure, f"effect-{number}", f"{effect_title(found)}: {caption}") if figure else ""
         entries.append(
             {
                 "title": effect_title(found),
@@ -76,7 +77,7 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
         facts += [(name.replace("_", " "), _shape_text(shape)) for name, shape in found.shape.items()]
     else:
         if "description" in found.shape:
-            facts.append(("description", str(found.shape["description"])))
+            facts.append(("description", str(found.shape["description"]).replace("^2", "²")))
         if "amplitude" in found.shape:
             facts.append(("amplitude", f"{significant(float(found.shape['amplitude']))} rad/s²"))
     facts.append(("score", f"{significant(found.score)} standard errors"))

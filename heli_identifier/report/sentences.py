@@ -64,6 +64,10 @@ def law_text(law: str) -> str:
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
 
 
+WORTH_SAYING = 1.03
+"""Ratio of errors before and after from which the verdict mentions them."""
+
+
 def effect_name(name: str, axis: str) -> str:
     """Give an effect as words: ``dry friction of the pitch``."""
     if axis == "rotors":
@@ -133,10 +137,11 @@ def _gain(diagnosis: Diagnosis) -> str:
         return ""
     axis = max(gains, key=lambda name: gains[name])
     report = diagnosis.axes[axis]
-    if gains[axis] <= 1.0:
+    if gains[axis] < WORTH_SAYING:
         return ""
+    it = "it" if len(diagnosis.effects) == 1 else "them"
     before, after = (significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after))
-    return f"; with it the {axis}'s error of a 1 s prediction on held-out data falls from {before} to {after} mrad"
+    return f"; with {it} the {axis}'s error of a 1 s prediction on held-out data falls from {before} to {after} mrad"
 
 
 def _ratio(report: AxisReport) -> float:

@@ -1,6 +1,7 @@
 """Before and after on a held-out log: free run, residual, its spectrum and its autocorrelation."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from heli_plant.effects import AXES
 
 LAGS = 50
 """Lags of the autocorrelation: two seconds of the reduced innovations."""
+
+FARTHEST = 1.0
+"""Ranges of the measurement by which a free run is followed beyond it."""
 
 SEGMENT = 256
 """Samples of a segment of the spectrum: .1 Hz of resolution at 25 Hz."""
@@ -29,6 +33,10 @@ def free_run_figure(series: HeldOutSeries, axis: str) -> Figure:
     for run, colour, label in _pair(series.free_run_before, series.free_run_after):
         above.plot(*thinned(time, run[:, index]), color=colour, linewidth=1.0, label=f"free run {label}")
         below.plot(*thinned(time, 1e3 * (measured - run[:, index])), color=colour, linewidth=0.9)
+    low, high = float(measured.min()), float(measured.max())
+    span = max(high - low, 1e-3)
+    _bounded(above, low - FARTHEST * span, high + FARTHEST * span)
+    _bounded(below, -1e3 * FARTHEST * span, 1e3 * FARTHEST * span)
     above.set_ylabel(f"{axis} [rad]")
     below.set_ylabel("error [mrad]")
     below.set_xlabel("time [s]")
@@ -96,6 +104,13 @@ def autocorrelation(values: NDArray[np.float64], lags: int) -> NDArray[np.float6
     centred = values - values.mean()
     power = max(float(centred @ centred), 1e-300)
     return np.array([float(centred[lag:] @ centred[:-lag]) / power for lag in range(1, lags + 1)])
+
+
+def _bounded(axes: Axes, low: float, high: float) -> None:
+    """Keep the ordinate inside a range: a free run that runs away would press everything else flat."""
+    bottom, top = axes.get_ylim()
+    if not (bottom >= low and top <= high):
+        axes.set_ylim(max(bottom, low) if np.isfinite(bottom) else low, min(top, high) if np.isfinite(top) else high)
 
 
 def _pair(before: NDArray[np.float64], after: NDArray[np.float64]) -> tuple[tuple[NDArray[np.float64], str, str], ...]:
