@@ -128,7 +128,8 @@ def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(
 
 def test_a_free_run_that_runs_away_leaves_the_measurement_to_be_seen():
     series = example().series[0]
-    away = replace(series, free_run_after=series.free_run_after + np.exp(np.arange(len(series.measured)) / 50.0)[:, None])
+    growth = np.exp(np.arange(len(series.measured)) / 50.0)
+    away = replace(series, free_run_after=series.free_run_after + growth[:, None])
     above, below = free_run_figure(away, "pitch").axes
     span = np.ptp(series.measured[:, 0])
     # the measurement fills at least a third of the upper axes
