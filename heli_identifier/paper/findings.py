@@ -7,11 +7,11 @@ from math import pi, sqrt
 import numpy as np
 
 from heli_identifier.paper.open_loop import SideBySide
-from heli_identifier.paper.published import PITCH
+from heli_identifier.paper.published import EXPERIMENTS, PITCH
 from heli_identifier.paper.runs import FREE, KNOWN, Run
 from heli_identifier.paper.search import AS_GOOD
 from heli_identifier.paper.spread import HALF_WIDTHS, Explanation
-from heli_identifier.paper.table1 import worst_deviation
+from heli_identifier.paper.table1 import found_range, worst_deviation
 from heli_identifier.paper.table2 import CERTAIN_GAIN, table_2
 from heli_identifier.paper.within import TorqueSpread
 from heli_plant.encoders import EncoderCounts
@@ -42,7 +42,7 @@ def sentences(found: Findings) -> tuple[str, ...]:
         _table_2(found.pitch_runs, found.joint_runs),
         _figures(found.pair, found.differences),
         *_between(found.explained),
-        *_within(found.spreads),
+        *_within(found.pitch_runs, found.spreads),
     )
 
 
@@ -96,13 +96,21 @@ def _named(one: Explanation) -> str:
     return " with ".join(f"{effect.name} on {effect.axis}, c = {c:.2g} {effect.unit}" for effect, c in parts)
 
 
-def _within(spreads: Sequence[TorqueSpread]) -> tuple[str, ...]:
-    told = []
-    for spread in spreads:
-        ratios = spread.widths / (2.0 * HALF_WIDTHS)
+def _within(runs: Sequence[Run], spreads: Sequence[TorqueSpread]) -> tuple[str, ...]:
+    """Say how wide the ranges are that encoders and starts make, and those that random torques make."""
+    found = [[found_range(runs, experiment, name, KNOWN).half_width for name in PITCH] for experiment in EXPERIMENTS]
+    told = [
+        "Spread within an experiment: encoders, starts, Omega(0) and Gamma(0) make ranges of at most "
+        f"{100.0 * np.max(np.array(found) / HALF_WIDTHS):.1f} % of the paper's."
+    ]
+    if spreads:
+        torques = ", ".join(
+            f"{one.deviation:.2g} rad/s^2 of {one.correlation_time:g} s memory "
+            f"({np.min(one.widths / (2.0 * HALF_WIDTHS)):.1f} to {np.max(one.widths / (2.0 * HALF_WIDTHS)):.1f} times)"
+            for one in spreads
+        )
         told.append(
-            f"Spread within an experiment: a random torque of {spread.deviation:.2g} rad/s^2 over "
-            f"{spread.correlation_time:g} s makes ranges as wide as the paper's in geometric mean "
-            f"({np.min(ratios):.1f} to {np.max(ratios):.1f} times by parameter)."
+            "Spread within an experiment: in geometric mean a random torque makes ranges as wide as the paper's with "
+            f"{torques}."
         )
     return tuple(told)

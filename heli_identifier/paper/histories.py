@@ -21,6 +21,9 @@ _COLOURS = (BEFORE, AFTER, THIRD)
 _MARGIN = 0.5
 """What is shown around the truth, as a share of it: the first seconds leave every frame."""
 
+_FROM, _TICKS = 10.0, (10.0, 20.0, 50.0, 100.0, 200.0, 400.0)
+"""Time axis [s], logarithmic from where the adaptation begins."""
+
 
 @styled
 def histories_figure(runs: Sequence[Run], experiment: int, names: Sequence[str], rest_angle: str) -> Figure:
@@ -44,14 +47,18 @@ def histories_figure(runs: Sequence[Run], experiment: int, names: Sequence[str],
         panel.axhline(truth, color=INK, linewidth=0.8, linestyle=(0, (4, 3)))
         panel.set_ylim(*sorted((truth * (1.0 - _MARGIN), truth * (1.0 + _MARGIN))))
         panel.set_ylabel(f"{name}\n[{unit_text(UNITS[name]) or '1'}]")
-        panel.margins(x=0.01)
+    end = max(run.time[-1] for run in own)
+    panels[-1].set_xscale("log")
+    panels[-1].set_xlim(min(_FROM, 0.5 * end), end)
+    panels[-1].set_xticks([tick for tick in _TICKS if tick <= end], [f"{tick:g}" for tick in _TICKS if tick <= end])
+    panels[-1].set_xticks([], minor=True)
     panels[-1].set_xlabel("time [s]")
     key(panels[0], len(omegas))
     return figure
 
 
 def write_histories(runs: Sequence[Run], names: Sequence[str], rest_angle: str, path: Path) -> None:
-    """Write the histories of ``names`` as CSV, one row per run and second."""
+    """Write the histories of ``names`` as CSV, all runs below each other."""
     columns = [TRUTH._fields.index(name) for name in names]
     write_table(
         path,

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 STEP = 0.01
 """Control and communication period [s]."""
 
+_LIVELY = 30.0
+"""Until then the histories are kept ten times as densely [s]."""
+
 Progress = Callable[[int, int, str], None]
 """Called with what is done, what there is to do, and its name."""
 
@@ -57,7 +60,7 @@ JOINT_RUN = Kind("elevation and travel", 0, 2.0, 400.0, (FREE,))
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run and its estimates, one row a second and one at the end.
+    """One run and its estimates, a row every tenth of a second at first, every second later, and one at the end.
 
     Attributes
     ----------
@@ -143,9 +146,17 @@ def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -
         {name: fmus[unit] for name, unit in scenario.units},
         record=[*(name for names in columns.values() for name in names), error],
     )
-    rows = np.unique(np.append(np.arange(0, len(result.time), round(1.0 / STEP)), len(result.time) - 1))
+    rows = _kept_rows(len(result.time))
     estimates = {unit: result.columns(*names)[rows] for unit, names in columns.items()}
     return Run(kind, experiment, start, result.time[rows], estimates, result.column(error)[rows])
+
+
+def _kept_rows(count: int) -> NDArray[np.int64]:
+    """Rows of ``count`` that a run keeps: most happens soon after the adaptation begins at 10 s."""
+    late = min(round(_LIVELY / STEP), count - 1)
+    return np.concatenate(
+        [np.arange(0, late, round(0.1 / STEP)), np.arange(late, count - 1, round(1.0 / STEP)), [count - 1]]
+    )
 
 
 def run_all(
