@@ -112,11 +112,11 @@ CATALOGUE: tuple[Effect, ...] = (
     ),
     _on_axis("cable_stiffness", "travel", "-c (lambda - lambda(0))", "1/s^2", 1.0, "reports on sister rigs"),
     _on_axis(
-        "inertial_coupling", "elevation", "-c/2 sin(2 eps) lambda'^2", "1", 3.0, _OMEGA_K, lower=-3.0,
+        "inertial_coupling", "elevation", "-c/2 sin(2 eps) lambda'^2", "1", 3.0, _OMEGA_K,
         shapes=(_HORIZONTAL,),
     ),
     _on_axis(
-        "inertial_coupling", "travel", "+2 c tan(eps) eps' lambda'", "1", 3.0, _OMEGA_K, lower=-3.0,
+        "inertial_coupling", "travel", "+2 c tan(eps) eps' lambda'", "1", 3.0, _OMEGA_K,
         shapes=(_HORIZONTAL,),
     ),
     _on_axis(

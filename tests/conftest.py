@@ -18,6 +18,11 @@ HOSTS = Path(__file__).parent / "hosts"
 
 
 def pytest_configure(config):
+    from hypothesis import settings
+
+    # a loaded machine is no defect: examples have no deadline
+    settings.register_profile("patient", deadline=None)
+    settings.load_profile("patient")
     config.addinivalue_line("markers", "slow: a test of some seconds, a Monte Carlo or a whole search; -m 'not slow'")
 
 

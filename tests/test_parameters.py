@@ -49,6 +49,8 @@ DESIGN = {
 NOT_NEGATIVE = {
     "dry_friction", "breakaway_friction", "quadratic_drag", "reverse_thrust_loss", "dead_zone", "input_delay",
     "airspeed_thrust_loss", "cable_stiffness", "large_angle_gravity", "pitch_gravity_coupling", "ground_effect",
+    # theory says 1, and a negative coupling of inertia would make kinetic energy negative
+    "inertial_coupling",
 }  # fmt: skip
 
 
