@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_identifier.prediction.observer import DAMPING, observe, observer_start
+from heli_identifier.prediction.observer import DAMPING, corrected, observe, observer_start
 from heli_identifier.prediction.record import Record
 from heli_identifier.prediction.whitening import fit_axis
 from heli_plant.compiled import compiled, parameter_record
@@ -36,21 +36,7 @@ def _generate(voltages, noise, start, h, p, l1, l2, angles):
         recent, older = max(k - whole, 0), max(k - whole - 1, 0)
         v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
         v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
-        corrected = PlantState(
-            state.pitch + l1 * e1,
-            state.elevation + l1 * e2,
-            state.travel + l1 * e3,
-            state.pitch_rate + l2 * e1,
-            state.elevation_rate + l2 * e2,
-            state.travel_rate + l2 * e3,
-            state.nu_front,
-            state.nu_rear,
-            state.bending,
-            state.bending_rate,
-            state.mass_position,
-            state.cable_rest,
-        )
-        state = step(corrected, v_front, v_rear, 0.0, k * h, h, p)
+        state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
 
 
 def synthetic_record(record: Record, parameters: PlantParameters, bandwidth: float, seed: int = 0) -> Record:

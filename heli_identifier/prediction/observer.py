@@ -25,6 +25,24 @@ DAMPING = 0.7
 """Damping ratio rho of the observer's poles, as in eq. (11)."""
 
 
+def corrected(state, e1, e2, e3, l1, l2):
+    """State moved towards the measurement by the innovations [rad] of the three axes, with gains on angle and rate."""
+    return PlantState(
+        state.pitch + l1 * e1,
+        state.elevation + l1 * e2,
+        state.travel + l1 * e3,
+        state.pitch_rate + l2 * e1,
+        state.elevation_rate + l2 * e2,
+        state.travel_rate + l2 * e3,
+        state.nu_front,
+        state.nu_rear,
+        state.bending,
+        state.bending_rate,
+        state.mass_position,
+        state.cable_rest,
+    )
+
+
 def _observe(voltages, angles, start, h, p, l1, l2, innovations, motion):
     """Fill ``innovations`` (N, 3) [rad] and ``motion`` (N, 8), the predicted angles, rates and lagged voltages."""
     whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
@@ -38,21 +56,7 @@ def _observe(voltages, angles, start, h, p, l1, l2, innovations, motion):
         recent, older = max(k - whole, 0), max(k - whole - 1, 0)
         v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
         v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
-        corrected = PlantState(
-            state.pitch + l1 * e1,
-            state.elevation + l1 * e2,
-            state.travel + l1 * e3,
-            state.pitch_rate + l2 * e1,
-            state.elevation_rate + l2 * e2,
-            state.travel_rate + l2 * e3,
-            state.nu_front,
-            state.nu_rear,
-            state.bending,
-            state.bending_rate,
-            state.mass_position,
-            state.cable_rest,
-        )
-        state = step(corrected, v_front, v_rear, 0.0, k * h, h, p)
+        state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
 
 
 def observer_start(record: Record) -> PlantState:
