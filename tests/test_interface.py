@@ -88,6 +88,11 @@ def test_a_notebook_shows_every_effect_and_error_in_closed_tags(made):
         assert f">{axis}<" in text
 
 
+def test_a_diagnosis_prints_as_its_verdict_and_not_as_its_arrays():
+    assert repr(adequate()) == "<Diagnosis: model adequate>"
+    assert repr(example()).startswith("<Diagnosis: effects shown: dry_friction on pitch, arm_bending on elevation")
+
+
 def test_what_a_notebook_shows_is_light_enough_to_be_saved_in_it():
     """A notebook keeps every output; half a megabyte of them would bury the text in a review."""
     assert len(example()._repr_html_().encode()) < 200_000

@@ -243,6 +243,10 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
 
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
+        return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
+
     def _repr_html_(self) -> str:
         """Show the diagnosis in a notebook."""
         from heli_identifier.report.notebook import notebook_view

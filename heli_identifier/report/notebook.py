@@ -23,10 +23,7 @@ def notebook_view(diagnosis: Diagnosis) -> str:
     return template.render(
         colours={**COLOURS, **_ON_ANY_GROUND},
         sentence=verdict_sentence(diagnosis),
-        effects=[
-            {**entry, "known": "; ".join(f"{term}: {text}" for term, text in entry["facts"])}
-            for entry in effect_entries(diagnosis)
-        ],
+        effects=effect_entries(diagnosis),
         withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
         errors=[
             (row["axis"], row["what"], row["before"], row["after"], row["floor"]) for row in error_rows(diagnosis.axes)

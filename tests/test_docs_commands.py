@@ -1,0 +1,119 @@
+"""Every command of the documentation does what its page says: typed in order, in a fresh copy of a clone."""
+
+import resource
+from time import monotonic, sleep
+
+import pytest
+
+from tests.docs_pages import DOCS, ROOT, SHELL, blocks, clone, predecessor, session, typed, unlike
+
+PAGES = {
+    str(page.relative_to(ROOT)): page.read_text(encoding="utf-8") for page in (ROOT / "README.md", *DOCS.rglob("*.md"))
+}
+TYPED = sorted(name for name, text in PAGES.items() if any(typed(block) for block in blocks(text)))
+CPU_SECONDS = 120.0 * 2
+"""Two minutes on two cores for all pages together, so that nobody has a reason to skip them."""
+
+
+@pytest.fixture(scope="module")
+def typed_page(tmp_path_factory):
+    """Type a page once, behind the page that it continues; gives what each block printed, its folder, and CPU time."""
+    done = {}
+
+    def typed_once(name):
+        if name not in done:
+            before = predecessor(PAGES[name])
+            folder = typed_once(f"docs/{before}")[1] if before else clone(tmp_path_factory.mktemp("docs") / "heli-twin")
+            began = spent()
+            done[name] = session(PAGES[name], folder), folder, spent() - began
+        return done[name]
+
+    return typed_once
+
+
+def spent():
+    """CPU time [s] of all processes that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", TYPED)
+def test_a_reader_who_types_the_page_gets_what_it_shows(name, typed_page):
+    outputs = typed_page(name)[0]
+    last = None
+    for block in blocks(PAGES[name]):
+        if block.line in outputs:
+            last = block
+        elif block.language == "text" and last is not None and last.language in SHELL:
+            missing = unlike(block.text, outputs[last.line])
+            assert missing == [], f"line {block.line}: the commands print\n{outputs[last.line]}"
+        else:
+            last = None
+
+
+@pytest.mark.slow
+def test_all_pages_together_take_two_minutes_of_two_cores(typed_page):
+    seconds = {name: typed_page(name)[2] for name in TYPED}
+    assert sum(seconds.values()) < CPU_SECONDS, seconds
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_block_of_commands_is_run_or_says_why_not(name):
+    for block in blocks(PAGES[name]):
+        if block.language in ("sh", "shell", "zsh"):
+            pytest.fail(f"line {block.line}: a block of {block.language} is never run; call it bash")
+        if block.language in SHELL:
+            assert typed(block) or block.reason, f"line {block.line}: nothing in this block is run"
+
+
+def test_the_documentation_has_commands():
+    assert {"docs/tutorial.md", "docs/howto/own-log.md", "docs/howto/ci-gate.md", "docs/howto/cluster.md"} <= set(TYPED)
+
+
+# --- the runner itself ---------------------------------------------------------------------------------------------
+
+
+def test_commands_share_a_shell_and_its_folder(tmp_path):
+    page = "```bash\nmkdir here\ncd here\n```\ntext\n```console\n$ basename $PWD\nhere\n```\n"
+    outputs = session(page, tmp_path)
+    assert [text.strip() for text in outputs.values()] == ["", "here"]
+
+
+def test_a_failing_command_fails_with_its_own_words(tmp_path):
+    with pytest.raises(AssertionError, match="line 4 ended with 3:\nso it is"):
+        session("```bash\ntrue\n```\n```bash\necho so it is; exit 3\n```\n```bash\ntrue\n```\n", tmp_path)
+
+
+def test_a_block_that_says_why_is_not_run(tmp_path):
+    page = "<!-- not run: it would fail -->\n```bash\nfalse\n```\n"
+    assert session(page, tmp_path) == {}
+    assert blocks(page)[0].reason == "it would fail"
+
+
+def test_a_titled_block_is_a_file(tmp_path):
+    session('```toml title="new/heli.toml"\n[rig]\nname = "$HOME"\n```\n', tmp_path)
+    assert (tmp_path / "new" / "heli.toml").read_text() == '[rig]\nname = "$HOME"\n'
+
+
+def test_what_a_page_leaves_running_ends_with_it(tmp_path):
+    outputs = session("```bash\nsleep 1000 > /dev/null 2>&1 &\necho $!\n```\n", tmp_path)
+    (number,) = (int(text) for text in outputs.values())
+    began = monotonic()
+    while _runs(number) and monotonic() - began < 10.0:  # a signal takes effect when the process is next scheduled
+        sleep(0.05)
+    assert not _runs(number)
+
+
+def _runs(number):
+    """Whether a process runs; one that has ended and is not yet collected does not."""
+    try:
+        with open(f"/proc/{number}/stat", encoding="ascii") as stat:
+            return stat.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+def test_shown_output_may_differ_in_figures_alone():
+    assert unlike("pitch 1 s ahead 5.1\n...\n", "axis error\npitch  1 s ahead  7.3 (6 to 9)\n") == []
+    assert unlike("travel 1 s ahead 5.1\n", "pitch  1 s ahead  7.3\n") == ["travel 1 s ahead 5.1"]
