@@ -100,7 +100,7 @@ def _estimates(identify: Identify, effects: Sequence[Effect], x: Vector) -> Vect
 def _fit(
     identify: Identify, effects: Sequence[Effect], start: Vector, evaluations: int, held: int = 0
 ) -> tuple[Vector, Any]:
-    """Scale and result of least squares over own parameters and coefficients from ``start``, the last ``held`` fixed."""
+    """Scale and result of least squares over own parameters and coefficients from ``start``, the last ``held`` kept."""
     free = len(start) - held
     lowest = np.array([*_LOWEST, *(effect.lower for effect in effects)])[:free]
     highest = np.array([*_HIGHEST, *(effect.upper for effect in effects)])[:free]
