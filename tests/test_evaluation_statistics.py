@@ -71,9 +71,7 @@ def test_a_weak_memory_is_no_white_noise():
 
 def test_correlation_with_inputs_that_mean_nothing_stays_near_its_bound():
     random, draws = np.random.default_rng(7), 200
-    found = [
-        input_correlation([random.standard_normal(1500)], [random.standard_normal(1500)]) for _ in range(draws)
-    ]
+    found = [input_correlation([random.standard_normal(1500)], [random.standard_normal(1500)]) for _ in range(draws)]
     # the largest of 50 independent normals in units of 1.96: below x with probability (2 Phi(1.96 x) - 1)^50
     for level in (0.5, 0.9):
         wanted = norm.ppf(0.5 * (1.0 + level ** (1.0 / LAGS))) / 1.96

@@ -58,9 +58,7 @@ def test_one_step_is_the_exact_flow_of_the_differential_equation():
         def right_hand_side(_, x):
             g, omega = x[: n * n].reshape(n, n), x[n * n :]
             turned = g @ row
-            return np.concatenate(
-                [(alpha * g - np.outer(turned, turned)).ravel(), turned * (value - row @ omega)]
-            )
+            return np.concatenate([(alpha * g - np.outer(turned, turned)).ravel(), turned * (value - row @ omega)])
 
         return right_hand_side
 

@@ -113,7 +113,5 @@ def test_the_voltage_of_a_sample_acts_only_after_it():
 def test_voltages_are_saturated_as_the_plant_saturates_them():
     angles = np.tile((0.1, 0.2, 0.3), (300, 1))
     beyond, at_limit = np.tile((9.0, 1.0), (300, 1)), np.tile((5.0, 1.0), (300, 1))
-    for (_, phi), (_, reference) in zip(
-        regressions(beyond, angles), regressions(at_limit, angles), strict=True
-    ):
+    for (_, phi), (_, reference) in zip(regressions(beyond, angles), regressions(at_limit, angles), strict=True):
         assert np.array_equal(phi, reference)

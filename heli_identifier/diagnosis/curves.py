@@ -60,9 +60,7 @@ def _along(time, motion, voltages, h, p, out, mu):
         nu_rear = advance(nu_rear, u_rear, h, time_constant)
 
 
-def accelerations_along(
-    record: Record, parameters: PlantParameters
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
     motion = np.column_stack((smoothed_motion(record), smoothed_motion(record, 1)))
     out, mu = np.empty((record.samples, 3)), np.empty((record.samples, 2))

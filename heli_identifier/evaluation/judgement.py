@@ -50,9 +50,7 @@ def figures(
     return Figures(one, two, [f if ok else None for f, ok in zip(run, stable, strict=True)], acceleration)
 
 
-def predictions(
-    records: Sequence[Record], parameters: PlantParameters
-) -> tuple[list[ErrorFigure], list[ErrorFigure]]:
+def predictions(records: Sequence[Record], parameters: PlantParameters) -> tuple[list[ErrorFigure], list[ErrorFigure]]:
     """Figures of the predictions one and two seconds ahead."""
     one, two = ([prediction_errors(r, parameters, horizon) for r in records] for horizon in (1.0, 2.0))
     return rms_figures(one, SPACING), rms_figures(two, SPACING)

@@ -105,8 +105,7 @@ def check_extent(rate_hz: float, samples: int, file: str) -> None:
     # Half a sample of tolerance: whether the last sample's hold counts is no reason to refuse.
     if samples < SHORTEST_S * rate_hz - 0.5:
         raise LogError(
-            f"{file}: {samples / rate_hz:.3g} s of log are shorter than {SHORTEST_S:g} s; log longer or "
-            "cut less."
+            f"{file}: {samples / rate_hz:.3g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less."
         )
 
 

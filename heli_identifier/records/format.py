@@ -55,9 +55,7 @@ class LogFormat:
         for name in ("columns", "units", "signs"):
             for signal in getattr(self, name):
                 if signal not in SIGNALS:
-                    raise ConfigurationError(
-                        f"{name}.{signal} names no signal, choose one of {', '.join(SIGNALS)}."
-                    )
+                    raise ConfigurationError(f"{name}.{signal} names no signal, choose one of {', '.join(SIGNALS)}.")
         for signal, unit in self.units.items():
             if unit not in known_units(signal):
                 raise ConfigurationError(

@@ -80,9 +80,7 @@ class Log:
                 raise LogError(f"log {self.name}: {name} is not finite at sample {row}; leave that out.")
         for name, values in self.extra.items():
             if values.shape != (count,):
-                raise LogError(
-                    f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed."
-                )
+                raise LogError(f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed.")
         if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
             raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
         if count < 2:

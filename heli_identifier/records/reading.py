@@ -131,9 +131,7 @@ def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
             )
 
 
-def _cut(
-    table: Table, column: Column, start: float | None, end: float | None
-) -> tuple[slice, tuple[str, ...]]:
+def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, tuple[str, ...]]:
     """Find the samples from the first at or after `start` to the last before time passes `end`."""
     count = len(table.columns[column.index])
     if start is None and end is None:
