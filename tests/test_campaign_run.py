@@ -19,7 +19,7 @@ from heli_identifier.campaign.run import run_campaign
 from heli_identifier.campaign.work import diagnosed
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.prediction import problem
+from heli_identifier.prediction import problem, workers
 from heli_identifier.prediction.record import reduce_log
 from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
 from heli_plant.parameters import PlantParameters
@@ -188,12 +188,10 @@ def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, mon
 
 
 @pytest.fixture
-def as_a_worker(monkeypatch):
+def as_a_worker():
     """Undo afterwards what work does to its process."""
-    monkeypatch.setattr(problem, "_POOL", problem._POOL)
-    work._use_one_thread.cache_clear()
     yield
-    work._use_one_thread.cache_clear()
+    workers.use_threads(os.cpu_count() or 1)
 
 
 class Given:

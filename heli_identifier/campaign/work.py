@@ -7,9 +7,7 @@ truth is set beside the result only after the diagnosis has ended.
 import os
 import sys
 import traceback
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
 from time import perf_counter
 
 from heli_identifier.campaign.rig import Rig
@@ -18,7 +16,7 @@ from heli_identifier.campaign.sources import Source, named_function
 from heli_identifier.diagnosis.diagnose import diagnose
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import IdentifierError
-from heli_identifier.prediction import problem
+from heli_identifier.prediction.workers import use_threads
 
 
 def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
@@ -38,7 +36,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     dict
         The row without its key; ``error`` tells why there is no result.
     """
-    _use_one_thread()
+    use_threads(1)  # a cluster has a worker for each core: threads of theirs would only take turns
     began = perf_counter()
     row: Row = {"rig": source.rig}
     try:
@@ -66,9 +64,3 @@ def _told(error: Exception) -> str:
         return str(error)
     place = traceback.extract_tb(sys.exc_info()[2])[-1]
     return f"{type(error).__name__}: {error} (in {place.name}, {os.path.basename(place.filename)} line {place.lineno})"
-
-
-@cache
-def _use_one_thread() -> None:
-    """Run one rig on one core: a cluster has a worker for each, and threads of theirs would only take turns."""
-    problem._POOL = ThreadPoolExecutor(max_workers=1)

@@ -77,7 +77,7 @@ def diagnose(
     model, agreed, unstable = agreement(selection.model, settings.agreement)
     tell("checking on the held-out logs", 0.75)
     model, final, unborne = borne_out(model, selection.bare.model.fit, held)
-    withdrawn = tuple((effect.name, effect.axis, why) for effect, why in (*unstable, *unborne))
+    withdrawn = tuple((w.name, w.axis, w.why) for w in (*unstable, *unborne))
     rivals = _rivals(selection, model, settings)
     tell("judging before and after", 0.85)
     axes, runs = judged(validation, held, selection.bare.model.fit, final)

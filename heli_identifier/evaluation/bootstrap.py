@@ -15,16 +15,20 @@ DRAWS = 1000
 
 def rms_figures(errors: Sequence[NDArray[np.float64]], spacing: float, seed: int = 0) -> list[ErrorFigure]:
     """One figure per column of errors (S_i, axes) that lie ``spacing`` [s] apart, pooled over records."""
-    width = max(1, round(SEGMENT / spacing))
-    sums, counts = [], []
-    for values in errors:
-        for first in range(0, len(values), width):
-            segment = values[first : first + width]
-            sums.append((segment**2).sum(axis=0))
-            counts.append(len(segment))
-    totals, lengths = np.array(sums), np.array(counts)
-    picks = np.random.default_rng(seed).integers(0, len(totals), size=(DRAWS, len(totals)))
-    draws = np.sqrt(totals[picks].sum(axis=1) / lengths[picks].sum(axis=1)[:, None])
-    centre = np.sqrt(totals.sum(axis=0) / lengths.sum())
-    low, high = np.quantile(draws, (0.025, 0.975), axis=0)
+    squares = [values**2 for values in errors]
+    low, high = np.sqrt(np.quantile(segment_means(squares, spacing, seed), (0.025, 0.975), axis=0))
+    centre = np.sqrt(np.concatenate(squares).mean(axis=0))
     return [ErrorFigure(float(c), float(a), float(b)) for c, a, b in zip(centre, low, high, strict=True)]
+
+
+def segment_means(values: Sequence[NDArray[np.float64]], spacing: float, seed: int = 0) -> NDArray[np.float64]:
+    """Means of values (S_i, ...) that lie ``spacing`` [s] apart, over segments drawn at random, shape (DRAWS, ...).
+
+    One seed draws the same segments every time: differences of figures are paired.
+    """
+    width = max(1, round(SEGMENT / spacing))
+    segments = [v[first : first + width] for v in values for first in range(0, len(v), width)]
+    totals, lengths = np.array([s.sum(axis=0) for s in segments]), np.array([len(s) for s in segments], dtype=float)
+    picks = np.random.default_rng(seed).integers(0, len(segments), size=(DRAWS, len(segments)))
+    sizes = lengths[picks].sum(axis=1)
+    return totals[picks].sum(axis=1) / sizes.reshape(-1, *(1,) * (totals.ndim - 1))

@@ -63,9 +63,7 @@ def adapt_axis(
     factor_now, omega_now = list(factor), list(omega)
     sigma = adapt(factor_now, omega_now, phi, y, count, c, [0.0] * len(omega))
     sums = tuple(map(add, sums, (*phi, *watched, y)))
-    return AxisState(
-        tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores
-    )
+    return AxisState(tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores)
 
 
 def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
@@ -73,9 +71,7 @@ def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisSt
     factor, omega, sigma, sums, moments, errors, excitation, last_scores = axis
     share = 1.0 / samples
     moments = add_sample(moments, tuple([share * x for x in sums]), c)
-    return AxisState(
-        factor, omega, sigma, (0.0,) * len(sums), moments, errors, excitation, last_scores
-    )
+    return AxisState(factor, omega, sigma, (0.0,) * len(sums), moments, errors, excitation, last_scores)
 
 
 def judge_axis(

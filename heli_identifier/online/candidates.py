@@ -84,9 +84,7 @@ def candidate(name: str, axis: str) -> Candidate:
     if axis not in WATCHABLE:
         raise ConfigurationError(f"watched axis {axis!r} must be one of {', '.join(WATCHABLE)}")
     if name not in WATCHABLE[axis]:
-        raise ConfigurationError(
-            f"effect {name!r} cannot be watched on {axis}; choose of {', '.join(WATCHABLE[axis])}"
-        )
+        raise ConfigurationError(f"effect {name!r} cannot be watched on {axis}; choose of {', '.join(WATCHABLE[axis])}")
     in_rotors = name in _IN_ROTORS
     entry = effect(name, "rotors" if in_rotors else axis)
     alone = {field: 0.0 for field in PlantParameters._fields}

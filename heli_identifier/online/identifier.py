@@ -28,9 +28,7 @@ from .watch import advance_watch, settled_watch
 __all__ = ["Estimate", "IdentifierState", "Plan", "estimate_of", "prepare", "restored", "start", "step"]
 
 
-def start(
-    plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float
-) -> IdentifierState:
+def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float) -> IdentifierState:
     """Return the state at sample 0, filters and motors settled at it; voltages [V], angles [rad]."""
     at, gain = plan.settings.initial, plan.settings.initial_gain
     if plan.rest_angle_is_known:
@@ -80,9 +78,7 @@ def step(
     own_3: tuple[float, ...] = ()
     if watch is not None:
         watch = advance_watch(watch, signals, plan.watch, f)
-        own_1, own_2, own_3 = [
-            tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns
-        ]
+        own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns]
     axis_1, axis_2, axis_3 = state.pitch, state.elevation, state.travel
     samples = state.samples + 1
     count = samples - plan.hold_samples

@@ -89,9 +89,7 @@ def _sum(a, b):
 def row_indices(size: int) -> tuple[tuple[int, ...], ...]:
     """Positions, in the packed triangle of a symmetric matrix of ``size`` rows, of each row's elements."""
     starts = [i * size - i * (i - 1) // 2 for i in range(size)]
-    return tuple(
-        tuple(starts[min(i, j)] + max(i, j) - min(i, j) for j in range(size)) for i in range(size)
-    )
+    return tuple(tuple(starts[min(i, j)] + max(i, j) - min(i, j) for j in range(size)) for i in range(size))
 
 
 def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[float], list[tuple[float, ...]]]:
@@ -114,6 +112,4 @@ def dot(a, b) -> float:
 def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     """Return the coefficients that make u^T A v, A symmetric and packed, an inner product with its triangle."""
     size = len(u)
-    return [
-        u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)
-    ]
+    return [u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)]

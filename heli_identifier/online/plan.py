@@ -51,9 +51,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
     )
     return Plan(
         settings,
-        SignalCoefficients(
-            discretise(omega, settings.filter_damping, h, lag), h, kept(h, lag), settings.voltage_limit
-        ),
+        SignalCoefficients(discretise(omega, settings.filter_damping, h, lag), h, kept(h, lag), settings.voltage_limit),
         adaptation_coefficients(settings.forgetting, h, settings.gain_limit),
         moment_coefficients(spacing * h, settings.forgetting, settings.excitation_window),
         round(hold / h),

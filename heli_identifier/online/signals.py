@@ -133,9 +133,7 @@ def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
         filter_line(s.travel_f[0], s.travel_f[1], s.travel, travel, f),
         filter_line(s.sine_f[0], s.sine_f[1], sine_0, sine_1, f),
         filter_line(s.cosine_f[0], s.cosine_f[1], cosine_0, cosine_1, f),
-        filter_lagged(
-            s.difference_f[0], s.difference_f[1], s.v_front - s.v_rear, s.nu_front - s.nu_rear, 1.0, 1.0, f
-        ),
+        filter_lagged(s.difference_f[0], s.difference_f[1], s.v_front - s.v_rear, s.nu_front - s.nu_rear, 1.0, 1.0, f),
         filter_held(s.rate_product_f[0], s.rate_product_f[1], rate_product, f),
         filter_lagged(s.lift_f[0], s.lift_f[1], held_total, lagged_total, cosine_0, cosine_1, f),
         filter_lagged(s.thrust_f[0], s.thrust_f[1], held_total, lagged_total, sine_0, sine_1, f),

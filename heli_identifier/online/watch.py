@@ -50,9 +50,7 @@ def watch_coefficients(candidates: tuple[Candidate, ...], h: float) -> WatchCoef
     return WatchCoefficients(candidates, rate_filter, 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH)
 
 
-def rate(
-    filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients
-) -> float:
+def rate(filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients) -> float:
     """Return w [rad/s] from the state of an angle's rate filter and its last three samples [rad], newest first."""
     xi_1, xi_2 = filtered
     return xi_2 + c.delay * second_derivative(xi_1, xi_2, angle, angle_1, angle_2, c.rate_filter)

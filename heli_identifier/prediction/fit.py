@@ -23,8 +23,8 @@ BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a
 BLOCK_SECONDS = 4.0
 """Length [s] of the sandwich's blocks: several times the memory that a whitened residual can keep."""
 
-LONG_STEP = 3.0
-"""A step of more standard errors than this outdates the sensitivities."""
+OUTDATED = 3.0
+"""Sensitivities serve until a parameter has moved by more standard errors than this from where they were taken."""
 
 DIFFERENCE_STEPS = {"moving_mass_time": 0.3, "input_delay_rotors": 2e-3, "dead_zone_rotors": 5e-3}
 """Difference steps of parameters whose response has corners: wide enough to average over several samples."""
@@ -91,21 +91,30 @@ def log_likelihood(problem: Problem, whitener: Whitener) -> float:
 
 
 def sensitivities(
-    problem: Problem, parameters: PlantParameters, free: Sequence[str], at: Residuals
+    problem: Problem, parameters: PlantParameters, free: Sequence[str], at: Residuals, near: Fit | None = None
 ) -> Residuals:
     """Sensitivities of the reduced innovations to ``free``, one array (n_i, 3, len(free)) a record.
 
-    A difference that would leave the parameter's range is taken to the other side.
+    A difference that would leave the parameter's range is taken to the other side. What ``near`` was fitted with is
+    taken from there, as it is.
     """
+    known = near.free if near is not None else ()
+    missing = [name for name in free if name not in known]
     moves, sizes = [], []
-    for name in free:
+    for name in missing:
         value = getattr(parameters, name)
         size = difference_step(name, value)
         if value + size > BY_FIELD[name].maximum:
             size = -size
         moves.append({name: value + size})
         sizes.append(size)
-    return problem.responses(parameters, moves, at, sizes)
+    taken = problem.responses(parameters, moves, at, sizes)
+    if near is None:
+        return taken
+    order = [(known + tuple(missing)).index(name) for name in free]
+    width = len(known)  # of the columns of ``near`` that are fields; those of an unknown torque follow them
+    pairs = zip(near.raw_jacobian, taken, strict=True)
+    return [np.concatenate((old[..., :width], new), axis=2)[..., order] for old, new in pairs]
 
 
 def block_covariance(
@@ -159,6 +168,7 @@ def fit(
     free: Sequence[str] = BASE,
     extra: Residuals | None = None,
     weights: NDArray[np.float64] | None = None,
+    near: Fit | None = None,
     iterations: int = 16,
     tolerance: float = 3e-2,
 ) -> Fit:
@@ -175,6 +185,8 @@ def fit(
         Jacobian and the covariance.
     weights : NDArray, shape (k,), optional
         Where the search for their coefficients begins.
+    near : Fit, optional
+        A fit to the same problem whose sensitivities the search begins with.
     iterations : int
         Most Gauss-Newton steps.
     tolerance : float
@@ -187,13 +199,12 @@ def fit(
     free = tuple(free)
     columns = extra if extra is not None else [np.empty((n, 3, 0)) for n in problem.lengths]
     parameters, linear = start, np.zeros(columns[0].shape[2]) if weights is None else weights
-    damping, converged, raw = 0.0, False, None
+    damping, converged, fresh = 0.0, False, near is None
     model = problem.residuals(parameters)
     residuals = _explained(model, columns, linear)
+    raw = _joined(sensitivities(problem, parameters, free, model, near), columns)
+    taken_at = parameters if near is None else near.parameters
     for _ in range(iterations):
-        # sensitivities change slowly: they are kept until a step is long or fails (chord method)
-        fresh = raw is None
-        raw = raw or _joined(sensitivities(problem, parameters, free, model), columns)
         whitener = fit_whitener(residuals)
         white = whitener.apply(residuals)
         jacobian = whitener.apply(raw)
@@ -201,6 +212,7 @@ def fit(
         scale[scale == 0.0] = 1.0
         cost = float(white @ white)
         normal, gradient = (jacobian / scale).T @ (jacobian / scale), (jacobian / scale).T @ white
+        errors = np.sqrt(np.diag(np.linalg.pinv(normal))) / scale
         for _ in range(6 if fresh else 1):
             step = -np.linalg.solve(normal + (damping + 1e-10) * np.eye(len(scale)), gradient) / scale
             moved = clipped(parameters, free, step[: len(free)])
@@ -215,26 +227,30 @@ def fit(
         else:
             if fresh:
                 break
-            raw = None
+            raw, taken_at, fresh = _joined(sensitivities(problem, parameters, free, model), columns), parameters, True
             continue
-        fields_moved = [getattr(moved, f) - getattr(parameters, f) for f in free]
-        actual = np.concatenate((fields_moved, moved_linear - linear))
-        errors = np.sqrt(np.diag(np.linalg.pinv(normal))) / scale
+        actual = np.concatenate((_apart(moved, parameters, free), moved_linear - linear))
         parameters, model, residuals, linear = moved, trial_model, trial, moved_linear
+        # sensitivities change slowly: they are kept until the search has left where they were taken (chord method)
+        fresh = bool(np.any(np.abs(_apart(parameters, taken_at, free)) > OUTDATED * errors[: len(free)]))
+        if fresh:
+            raw, taken_at = _joined(sensitivities(problem, parameters, free, model), columns), parameters
         if np.all(np.abs(actual) <= tolerance * errors):
             converged = True
             break
-        if np.any(np.abs(actual) > LONG_STEP * errors):
-            raw = None
     whitener = fit_whitener(residuals)
     white = whitener.apply(residuals)
-    raw = _joined(sensitivities(problem, parameters, free, model), columns)
     jacobian = whitener.apply(raw)
     covariance = block_covariance(problem, whitener, jacobian, white)
     return Fit(
         problem, parameters, free, model, residuals, whitener, white, linear, raw, jacobian, covariance,
         log_likelihood(problem, whitener), converged,
     )  # fmt: skip
+
+
+def _apart(parameters: PlantParameters, others: PlantParameters, fields: Sequence[str]) -> NDArray[np.float64]:
+    """Differences of two parameter sets in some fields."""
+    return np.array([getattr(parameters, field) - getattr(others, field) for field in fields])
 
 
 def _explained(model: Residuals, columns: Residuals, linear: NDArray[np.float64]) -> Residuals:

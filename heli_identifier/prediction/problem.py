@@ -1,8 +1,6 @@
 """The prediction-error problem of one data set: parameters in, reduced innovations and their sensitivities out."""
 
-import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.prediction.observer import observe, observer_start
 from heli_identifier.prediction.record import Record
+from heli_identifier.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
@@ -22,8 +21,6 @@ REDUCED_RATE = 25.0
 
 SETTLING = 10.0
 """The first SETTLING / omega_f seconds of a record still carry its unknown start and are left out."""
-
-_POOL = ThreadPoolExecutor(max_workers=os.cpu_count() or 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +49,9 @@ class Problem:
         """Average blocks of a record's signal (N, ...) down to the reduced rate and drop the settling time."""
         factor = self.factor(record)
         count = len(values) // factor
-        blocks = values[: count * factor].reshape(count, factor, *values.shape[1:]).mean(axis=1)
+        blocks = values[: count * factor : factor] / factor
+        for offset in range(1, factor):
+            blocks += values[offset : count * factor : factor] / factor
         return blocks[round(SETTLING / self.bandwidth / (record.step * factor)) :]
 
     @cached_property
@@ -79,7 +78,7 @@ class Problem:
         """:meth:`residuals` of many parameter sets, on all cores."""
         count = len(self.records)
         jobs = [(index, parameters) for parameters in sets for index in range(count)]
-        results = list(_POOL.map(lambda job: self._reduced_innovations(*job), jobs))
+        results = parallel(lambda job: self._reduced_innovations(*job), jobs)
         return [results[i * count : (i + 1) * count] for i in range(len(sets))]
 
     def responses(
@@ -100,6 +99,8 @@ class Problem:
         -------
         list of NDArray, shape (n_i, 3, len(moves))
         """
+        if not moves:
+            return [np.empty((length, 3, 0)) for length in self.lengths]
         moved = self.residuals_of([parameters._replace(**move) for move in moves])
         return [
             np.stack([(residuals[i] - at[i]) / size for residuals, size in zip(moved, sizes, strict=True)], axis=-1)

@@ -1,21 +1,30 @@
 """Agreement over filter frequencies: an effect is a property of the rig, not of the filter it was seen through."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
 
 from heli_identifier.diagnosis.result import Estimate
 from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
-from heli_identifier.tracing.model import Model, effect_score, without
+from heli_identifier.prediction.workers import parallel
+from heli_identifier.tracing.model import Model, Withdrawal, effect_score, unknown_columns, without, without_unknown
+from heli_identifier.tracing.unknown import Unknown, one_degree_equivalent, responses_in
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0
-"""Score that an effect must keep at every filter frequency, with its sign."""
+"""Score that an effect must keep at every filter frequency, with its sign; of an unknown torque the surplus's root."""
+
+LEAST_LIKENESS = 0.5
+"""Cosine between an unknown torque as two filters see it; of unrelated curves of fifteen splines it is below .5."""
 
 
 def agreement(
     model: Model, bandwidths: Sequence[float]
-) -> tuple[Model, dict[str, dict[float, Estimate]], list[tuple[Effect, str]]]:
-    """Refit the model at other filter frequencies; withdraw what does not hold there.
+) -> tuple[Model, dict[str, dict[float, Estimate]], list[Withdrawal]]:
+    """Refit the model at other filter frequencies; withdraw, weakest first, what does not hold there.
 
     Returns
     -------
@@ -23,22 +32,59 @@ def agreement(
         What holds.
     dict
         Per coefficient field and filter frequency [rad/s] the estimate.
-    list of (Effect, str)
-        Withdrawn effects with the reason.
+    list of Withdrawal
     """
-    found: dict[str, dict[float, Estimate]] = {effect.field: {} for effect in model.effects}
-    failed: dict[str, tuple[Effect, str]] = {}
-    for bandwidth in bandwidths:
-        other = Problem(model.fit.problem.records, bandwidth)
-        refit = fit(other, model.fit.parameters, model.fields, tolerance=0.1, iterations=4)
-        for effect in model.effects:
-            value = getattr(refit.parameters, effect.field)
-            found[effect.field][bandwidth] = Estimate(value, refit.standard_error(effect.field), effect.unit)
-            same_sign = value * getattr(model.fit.parameters, effect.field) > 0.0
-            score = abs(effect_score(refit, effect))
-            if not same_sign or score < LEAST_SCORE:
-                seen = f"it is {value:.3g} {effect.unit}, score {score:.1f}"
-                failed[effect.field] = (effect, f"at the filter frequency {bandwidth:g} rad/s {seen}")
-    for effect, _ in failed.values():
-        model = without(model, effect)
-    return model, found, list(failed.values())
+    withdrawn: list[Withdrawal] = []
+    while True:
+        refits = dict(zip(bandwidths, parallel(partial(seen_at, model), bandwidths), strict=True))
+        failures = [failure for bandwidth, other in refits.items() for failure in _failures(model, other, bandwidth)]
+        if not failures:
+            break
+        _, weakest, why = min(failures, key=lambda failure: failure[0])
+        withdrawn.append(Withdrawal(weakest.name, weakest.axis, why))
+        model = without(model, weakest) if isinstance(weakest, Effect) else without_unknown(model, weakest)
+    found = {effect.field: {b: _estimate(other, effect) for b, other in refits.items()} for effect in model.effects}
+    return model, found, withdrawn
+
+
+def seen_at(model: Model, bandwidth: float) -> Model:
+    """Refit a model under the observer of another filter frequency [rad/s]."""
+    problem, parameters = Problem(model.fit.problem.records, bandwidth), model.fit.parameters
+    unknowns = tuple(replace(u, columns=responses_in(u, problem, parameters)) for u in model.unknowns)
+    columns = unknown_columns(problem, unknowns)
+    fitted = fit(problem, parameters, model.fields, columns, model.fit.linear, tolerance=0.1, iterations=4)
+    return Model(fitted, model.effects, unknowns)
+
+
+def _estimate(model: Model, effect: Effect) -> Estimate:
+    return Estimate(getattr(model.fit.parameters, effect.field), model.fit.standard_error(effect.field), effect.unit)
+
+
+def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[float, Effect | Unknown, str]]:
+    """Score, effect and reason of all that is not found again at another filter frequency."""
+    where = f"at the filter frequency {bandwidth:g} rad/s"
+    for effect in model.effects:
+        estimate, score = _estimate(other, effect), abs(effect_score(other.fit, effect))
+        if score < LEAST_SCORE or estimate.value * getattr(model.fit.parameters, effect.field) <= 0.0:
+            yield score, effect, f"{where} it is {estimate.value:.3g} {effect.unit}, score {score:.1f}"
+    for index, unknown in enumerate(model.unknowns):
+        score, like = unknown_score(other, index), likeness(model, other, index)
+        if score < LEAST_SCORE:
+            yield score, unknown, f"{where} its score is {score:.1f}"
+        elif like < LEAST_LIKENESS:
+            yield score, unknown, f"{where} its curve is another, the cosine between them {like:.2f}"
+
+
+def unknown_score(model: Model, index: int) -> float:
+    """Root of the surplus of an unknown torque in a model, from its coefficients and their covariance."""
+    weights, covariance = model.weights(index), model.weights_covariance(index)
+    felt = np.isfinite(np.diag(covariance))  # splines of places that no record visits have no error to compare with
+    chi_squared = float(weights[felt] @ np.linalg.pinv(covariance[np.ix_(felt, felt)]) @ weights[felt])
+    return float(np.sqrt(one_degree_equivalent(chi_squared, int(felt.sum()))))
+
+
+def likeness(model: Model, other: Model, index: int) -> float:
+    """Cosine between an unknown torque's responses as two models' coefficients give it."""
+    columns = np.concatenate([c[:, 0] for c in model.unknowns[index].columns])
+    one, two = columns @ model.weights(index), columns @ other.weights(index)
+    return float(one @ two / max(float(np.linalg.norm(one) * np.linalg.norm(two)), 1e-300))

@@ -4,6 +4,7 @@ The model without the effect is scanned again; rivals are refitted in its place.
 comes within a few units of the chosen one's is an alternative that these data cannot rule out.
 """
 
+from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.model import Model, without
 from heli_identifier.tracing.scan import scored, subset
 from heli_identifier.tracing.selection import Round, looked_at
@@ -29,14 +30,13 @@ def alternatives(model: Model, effect: Effect, bare: Round, settings: SelectionS
     gain = 2.0 * (model.fit.log_likelihood - fit.log_likelihood)
     scanned = subset(around.scanned, [i for i, c in enumerate(around.scanned.candidates) if _rival(c.effect, effect)])
     sharp = scored(fit, around.colour, scanned.candidates, scanned.raw)
-    rivals = []
-    for index, value, linear in contenders(scanned, sharp, 0.8 * around.threshold, settings.shortlist):
-        if linear < 0.6 * gain - 3.0 * CLOSE:
-            continue
-        tried = trial(around.model, scanned.candidates[index], value, settings)
-        if tried.gain > gain - CLOSE:
-            rivals.append((tried.gain, tried.effect))
-    return [rival for _, rival in sorted(rivals, key=lambda pair: -pair[0])]
+    contending = contenders(scanned, sharp, 0.8 * around.threshold, settings.shortlist)
+    tried = parallel(
+        lambda contender: trial(around.model, scanned.candidates[contender[0]], contender[1], settings),
+        [contender for contender in contending if contender[2] >= 0.6 * gain - 3.0 * CLOSE],
+    )
+    rivals = [trial_ for trial_ in tried if trial_.gain > gain - CLOSE]
+    return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.gain)]
 
 
 def _rival(candidate: Effect, effect: Effect) -> bool:

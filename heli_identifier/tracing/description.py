@@ -23,10 +23,7 @@ def described(model: Model, index: int) -> dict[str, Any]:
         record has been, or "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
     """
     unknown = model.unknowns[index]
-    first = sum(u.degrees for u in model.unknowns[:index])
-    rows = slice(len(model.fit.free) + first, len(model.fit.free) + first + unknown.degrees)
-    weights = model.fit.linear[first : first + unknown.degrees]
-    covariance = model.fit.covariance[rows, rows]
+    weights, covariance = model.weights(index), model.weights_covariance(index)
     if unknown.frequency is not None:
         return _line(unknown, weights, covariance)
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)

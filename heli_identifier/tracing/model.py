@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.prediction.fit import BASE, Fit, fit
 from heli_identifier.prediction.problem import Problem, Residuals
@@ -29,6 +31,29 @@ class Model:
     def extra(self) -> Residuals | None:
         """Columns of the unknown torques on all axes, (n_i, 3, k) per record."""
         return unknown_columns(self.fit.problem, self.unknowns)
+
+    def span(self, index: int) -> slice:
+        """Place of the coefficients of unknown torque number ``index`` among those of all."""
+        first = sum(unknown.degrees for unknown in self.unknowns[:index])
+        return slice(first, first + self.unknowns[index].degrees)
+
+    def weights(self, index: int) -> NDArray[np.float64]:
+        """Coefficients of unknown torque number ``index``, shape (degrees,)."""
+        return self.fit.linear[self.span(index)]
+
+    def weights_covariance(self, index: int) -> NDArray[np.float64]:
+        """Their covariance, shape (degrees, degrees); infinite for splines of places that no record visits."""
+        own, first = self.span(index), len(self.fit.free)
+        rows = slice(first + own.start, first + own.stop)
+        return self.fit.covariance[rows, rows]
+
+
+class Withdrawal(NamedTuple):
+    """What was found and taken back: the effect's name ("unknown" of an unknown torque), its axis, the reason."""
+
+    name: str
+    axis: str
+    why: str
 
 
 def free_fields(effects: Sequence[Effect]) -> tuple[str, ...]:
@@ -67,7 +92,7 @@ def with_unknown(model: Model, unknown: Unknown) -> Model:
     unknowns = (*model.unknowns, unknown)
     columns = unknown_columns(model.fit.problem, unknowns)
     weights = np.concatenate((model.fit.linear, unknown.gain.coefficients))
-    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights)
+    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights, model.fit)
     return Model(fitted, model.effects, unknowns)
 
 
@@ -75,8 +100,18 @@ def without(model: Model, effect: Effect) -> Model:
     """Refit ``model`` with one of its effects switched off."""
     rest = tuple(e for e in model.effects if e is not effect)
     start = model.fit.parameters._replace(**{effect.field: 0.0})
-    fitted = fit(model.fit.problem, start, free_fields(rest), model.extra, model.fit.linear)
+    fitted = fit(model.fit.problem, start, free_fields(rest), model.extra, model.fit.linear, model.fit)
     return Model(fitted, rest, model.unknowns)
+
+
+def without_unknown(model: Model, unknown: Unknown) -> Model:
+    """Refit ``model`` without one of its unknown torques."""
+    kept = [index for index, other in enumerate(model.unknowns) if other is not unknown]
+    rest = tuple(model.unknowns[index] for index in kept)
+    weights = np.concatenate([np.empty(0), *(model.weights(index) for index in kept)])
+    columns = unknown_columns(model.fit.problem, rest)
+    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights, model.fit)
+    return Model(fitted, model.effects, rest)
 
 
 def eliminated(model: Model, threshold: float) -> Model:

@@ -15,6 +15,7 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE
 from heli_identifier.prediction.relinearised import linear_gain
 from heli_identifier.prediction.whitening import Whitener, fit_axis
+from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.splines import variable
 from heli_identifier.tracing.unknown import curve_columns
 
@@ -33,13 +34,13 @@ def noise_whitener(fit: Fit, candidate_columns: Sequence[NDArray[np.float64]]) -
     time = variable("time", [np.arange(r.samples, dtype=np.float64) * r.step for r in fit.problem.records])
     begin = [fit_axis([r[:, axis] for r in fit.residuals], fit.whitener.order, CONTRACTION) for axis in range(3)]
     start = Whitener(np.array([taps for taps, _ in begin]), np.array([scale for _, scale in begin]))
-    filters, scales = [], []
-    for axis in range(3):
+
+    def of_axis(axis: int) -> tuple[NDArray[np.float64], float]:
         drift = curve_columns(fit, axis, time)
         pairs = zip(candidate_columns, drift, strict=True)
         columns = [np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in pairs]
         left = linear_gain(fit, columns, (axis,), start, 2, CONTRACTION).residuals
-        taps, scale = fit_axis([r[:, 0] for r in left], fit.whitener.order, CONTRACTION)
-        filters.append(taps)
-        scales.append(scale)
-    return Whitener(np.array(filters), np.array(scales))
+        return fit_axis([r[:, 0] for r in left], fit.whitener.order, CONTRACTION)
+
+    colour = parallel(of_axis, range(3))
+    return Whitener(np.array([taps for taps, _ in colour]), np.array([scale for _, scale in colour]))

@@ -95,8 +95,6 @@ def subset(scanned: Scan, keep: Sequence[int]) -> Scan:
 
 def raw_columns(fit: Fit, candidates: Sequence[Candidate]) -> Residuals:
     """Secants of the innovations along each candidate's move, (n_i, 3, K); zero where the plant diverges."""
-    if not candidates:
-        return [np.empty((n, 3, 0)) for n in fit.problem.lengths]
     moves = [candidate.move(fit.parameters) for candidate in candidates]
     sizes = [candidate.size for candidate in candidates]
     raw = fit.problem.responses(fit.parameters, moves, fit.model_residuals, sizes)

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from heli_identifier.prediction.fit import Fit
+from heli_identifier.prediction.problem import Problem
+from heli_plant.parameters import PlantParameters
 
 UNITS = {
     "pitch": "rad", "elevation": "rad", "travel": "rad", "pitch_rate": "rad/s", "elevation_rate": "rad/s",
@@ -46,12 +48,18 @@ class Variable:
 
 
 def variables(fit: Fit) -> dict[str, Variable]:
-    """Return every variable as the observer predicts it; the travel wrapped to one turn.
+    """Return every variable of a fit's records with its splines."""
+    values = variable_values(fit.problem, fit.parameters)
+    return {name: variable(name, columns) for name, columns in values.items()}
+
+
+def variable_values(problem: Problem, parameters: PlantParameters) -> dict[str, list[NDArray[np.float64]]]:
+    """Return every variable as the observer predicts it, per record (N_i,); the travel wrapped to one turn.
 
     A smoother that looks ahead would see the noise it is meant to explain and find every rate guilty.
     """
     values: dict[str, list[NDArray[np.float64]]] = {name: [] for name in UNITS}
-    for record, motion in zip(fit.problem.records, fit.problem.motion(fit.parameters), strict=True):
+    for record, motion in zip(problem.records, problem.motion(parameters), strict=True):
         front, rear = motion[:, 6], motion[:, 7]
         columns = (
             motion[:, 0], motion[:, 1], np.mod(motion[:, 2], 2.0 * np.pi), motion[:, 3], motion[:, 4], motion[:, 5],
@@ -59,7 +67,7 @@ def variables(fit: Fit) -> dict[str, Variable]:
         )  # fmt: skip
         for name, column in zip(UNITS, columns, strict=True):
             values[name].append(column)
-    return {name: variable(name, columns) for name, columns in values.items()}
+    return values
 
 
 def variable(name: str, values: list[NDArray[np.float64]]) -> Variable:
@@ -105,7 +113,7 @@ def trend(x: NDArray[np.float64], axis: str, variable: str) -> NDArray[np.float6
 def projection_of(variable: Variable, axis: str) -> NDArray[np.float64]:
     """Coefficients (trends, k) of the trend in each spline of a variable, over all records."""
     held = trend(np.concatenate(variable.values), axis, variable.name)
-    return np.asarray(np.linalg.lstsq(held, np.concatenate(variable.splines), rcond=None)[0], dtype=np.float64)
+    return np.asarray(np.linalg.pinv(held) @ np.concatenate(variable.splines), dtype=np.float64)
 
 
 def without_trend(

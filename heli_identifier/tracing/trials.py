@@ -6,6 +6,7 @@ import numpy as np
 
 from heli_identifier.prediction.fit import Fit, fit
 from heli_identifier.prediction.relinearised import linear_gain
+from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.candidates import Candidate, shape_fields
 from heli_identifier.tracing.model import Model, effect_score, free_fields
 from heli_identifier.tracing.scan import Scan, admissible
@@ -38,7 +39,8 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
     """Refit ``model`` with a candidate's effect added."""
     effect = candidate.effect
     start = started(model.fit.parameters, candidate, coefficient)
-    fitted = fit(model.fit.problem, start, free_fields((*model.effects, effect)), model.extra, model.fit.linear)
+    fields = free_fields((*model.effects, effect))
+    fitted = fit(model.fit.problem, start, fields, model.extra, model.fit.linear, model.fit)
     price = settings.shape_price * len(shape_fields(effect))
     gain = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood) - price
     return Trial(effect, fitted, gain, effect_score(fitted, effect))
@@ -49,15 +51,18 @@ def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list
 
     Looked at are those that score well under either whitening, the fit's own or the noise's (``sharp``).
     """
+
+    def relinearised(index: int) -> tuple[float, float]:
+        axes = [AXES.index(axis) for axis in scanned.candidates[index].effect.axes]
+        gain = linear_gain(scanned.fit, [raw[:, axes, index : index + 1] for raw in scanned.raw], axes, sharp.whitener)
+        return gain.value, float(gain.coefficients[0])
+
     best: dict[str, tuple[float, int, float]] = {}
-    for index in promising(scanned, floor) | promising(sharp, floor):
-        candidate = scanned.candidates[index]
-        axes = [AXES.index(axis) for axis in candidate.effect.axes]
-        columns = [raw[:, axes, index : index + 1] for raw in scanned.raw]
-        gain = linear_gain(scanned.fit, columns, axes, sharp.whitener)
-        value = float(gain.coefficients[0])
-        if admissible(candidate.effect, value) and gain.value > best.get(candidate.effect.field, (0.0,))[0]:
-            best[candidate.effect.field] = (gain.value, int(index), value)
+    looked_at = sorted(promising(scanned, floor) | promising(sharp, floor))
+    for index, (gain, value) in zip(looked_at, parallel(relinearised, looked_at), strict=True):
+        effect = scanned.candidates[index].effect
+        if admissible(effect, value) and gain > best.get(effect.field, (0.0,))[0]:
+            best[effect.field] = (gain, index, value)
     ranked = sorted(best.values(), reverse=True)
     return [(index, value, gain) for gain, index, value in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
 
@@ -73,10 +78,10 @@ def named_trials(
     model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings
 ) -> list[Trial]:
     """Refits of the round's contenders that pass ``threshold``, the round's winner first."""
-    trials = [
-        trial(model, scanned.candidates[index], value, settings)
-        for index, value, _ in contenders(scanned, sharp, 0.8 * threshold, settings.shortlist)
-    ]
+    trials = parallel(
+        lambda contender: trial(model, scanned.candidates[contender[0]], contender[1], settings),
+        contenders(scanned, sharp, 0.8 * threshold, settings.shortlist),
+    )
     return simplest_first(sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain), settings)
 
 

@@ -13,13 +13,23 @@ from scipy.special import gammaln
 from scipy.stats import chi2
 
 from heli_identifier.prediction.fit import Fit
+from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.relinearised import Gain, linear_gain
 from heli_identifier.prediction.torque import torque_responses
 from heli_identifier.prediction.whitening import Whitener
+from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.lines import line_columns, strongest_lines
 from heli_identifier.tracing.scan import basis_of
-from heli_identifier.tracing.splines import Variable, projection_of, spline_basis, variables, without_trend
+from heli_identifier.tracing.splines import (
+    Variable,
+    projection_of,
+    spline_basis,
+    variable_values,
+    variables,
+    without_trend,
+)
 from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
 
 LARGEST_SHARE = 5.0
 """A curve that explains this many times the residual's standard deviation is a difference of huge columns."""
@@ -59,6 +69,11 @@ class Unknown:
         return without_trend(splines, x, self.axis, self.variable, self.projection)
 
     @property
+    def name(self) -> str:
+        """What stands in the place of a catalogue entry's name."""
+        return "unknown"
+
+    @property
     def surplus(self) -> float:
         """Gain in log-likelihood beyond what as many columns of noise give, on chi-squared's one-degree scale."""
         return one_degree_equivalent(self.gain.value, self.degrees)
@@ -94,6 +109,18 @@ def curve_of(fit: Fit, axis: int, variable: Variable, columns: list[NDArray[np.f
     gain = linear_gain(fit, columns, (axis,))
     projection = projection_of(variable, AXES[axis])
     return Unknown(AXES[axis], variable.name, None, gain, columns[0].shape[2], columns, variable.knots, projection)
+
+
+def responses_in(unknown: Unknown, problem: Problem, parameters: PlantParameters) -> list[NDArray[np.float64]]:
+    """Responses (n_i, 1, degrees) of another problem's innovations to the torque's columns.
+
+    A line has its own phase in every record, and so as many columns as that problem has records.
+    """
+    axis = AXES.index(unknown.axis)
+    if unknown.frequency is not None:
+        return line_columns(problem, parameters, axis, unknown.frequency)
+    bases = [unknown.curve(x) for x in variable_values(problem, parameters)[unknown.variable]]
+    return [-r[:, None, :] for r in torque_responses(problem, axis, parameters, bases)]
 
 
 def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
@@ -135,11 +162,13 @@ def screened(
 def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
     """Unknown torques by falling surplus: per axis the best few curves and lines, found under ``whitener``."""
     known = variables(fit)
-    found = []
-    for axis in range(3):
-        for _, name, columns in screened(fit, whitener, known, axis)[:shortlist]:
-            found.append(curve_of(fit, axis, known[name], columns))
-        found.extend(line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis))
+
+    def of_axis(axis: int) -> list[Unknown]:
+        best = screened(fit, whitener, known, axis)[:shortlist]
+        curves = [curve_of(fit, axis, known[name], columns) for _, name, columns in best]
+        return curves + [line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis)]
+
+    found = [unknown for of_one in parallel(of_axis, range(3)) for unknown in of_one]
     return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.surplus)
 
 
