@@ -1,11 +1,13 @@
-"""Sections of docs/results.md, each between markers of its own name."""
+"""Sections of a page, each between markers of its own name, so that one can be measured again without the others."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from heli_identifier.records import write_whole
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results.md"
+BENCHMARKS = ROOT / "docs" / "benchmarks.md"
 
 
 def markers(name: str) -> tuple[str, str]:
@@ -15,10 +17,49 @@ def markers(name: str) -> tuple[str, str]:
 
 def write_section(page: Path, name: str, section: str) -> None:
     """Put the section between its markers; at the end of the page where it has none yet."""
-    first, last = markers(name)
     text = page.read_text(encoding="utf-8") if page.exists() else "# Results\n"
-    marked = f"{first}\n{section.strip()}\n{last}"
+    first, last = markers(name)
     before, begin, rest = text.partition(first)
     _, end, after = rest.partition(last)
-    whole = f"{before}{marked}{after}" if begin and end else f"{text.rstrip()}\n\n{marked}\n"
+    whole = f"{before}{marked(name, section)}{after}" if begin and end else f"{text.rstrip()}\n\n{marked(name, section)}\n"
     write_whole(page, whole)
+
+
+def marked(name: str, section: str) -> str:
+    """Give a section with its markers."""
+    first, last = markers(name)
+    return f"{first}\n{section.strip()}\n{last}"
+
+
+def section_of(text: str, name: str) -> str | None:
+    """Section ``name`` of a page's text; None if it has none."""
+    first, last = markers(name)
+    _, begin, rest = text.partition(first)
+    inner, end, _ = rest.partition(last)
+    return inner.strip() if begin and end else None
+
+
+def assembled(head: str, order: Sequence[str], text: str, new: Mapping[str, str]) -> str:
+    """Give a page that consists of sections alone: new ones, and those of ``text`` that were not measured anew.
+
+    Parameters
+    ----------
+    head : str
+        What stands above the sections.
+    order : sequence of str
+        Names of all sections; what was never measured is left out.
+    text : str
+        The page as it is.
+    new : mapping of str to str
+        Sections by name.
+
+    Raises
+    ------
+    ValueError
+        If ``new`` holds a name that ``order`` lacks.
+    """
+    strange = set(new) - set(order)
+    if strange:
+        raise ValueError(f"{', '.join(sorted(strange))} is no section of this page.")
+    sections = {name: new.get(name) or section_of(text, name) for name in order}
+    return "\n\n".join([head.strip(), *(marked(name, s) for name, s in sections.items() if s)]) + "\n"

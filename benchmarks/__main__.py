@@ -1,0 +1,58 @@
+"""Benchmarks by name, each written into its section of docs/benchmarks.md as soon as it is done.
+
+Usage: python -m benchmarks [NAME...]. Without a name all run, in some quarter of an hour; the machine should have
+nothing else to do. The blind battery is apart, `python -m benchmarks.blind`: it takes more than an hour.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from time import perf_counter
+
+from benchmarks.machine import load
+from benchmarks.page import BENCHMARKS, assembled
+from heli_identifier.records import write_whole
+
+MODULES = {
+    "commands": "benchmarks.commands",
+    "loop": "benchmarks.loop",
+    "simulation": "benchmarks.simulation",
+    "adaptation": "benchmarks.adaptation",
+    "selection": "benchmarks.selection",
+    "campaign": "benchmarks.campaign_speed",
+    "cost": "benchmarks.cost",
+    "memory": "benchmarks.memory",
+}
+"""Module of each section; its function ``section`` measures and gives the text."""
+
+HEAD = """# Benchmarks
+
+Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section anew. Contenders run in turn within
+one run, everyone once a round; ratios are of medians. The blind battery and other rigs are in [Results](results.md).
+"""
+
+
+def main(arguments: Sequence[str]) -> None:
+    for name in _parsed(arguments):
+        began, busy = perf_counter(), load()
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        measure: Callable[[float], str] = import_module(MODULES[name]).section
+        text = f"{measure(busy)}\n\n`python -m benchmarks {name}`"
+        page = BENCHMARKS.read_text(encoding="utf-8") if BENCHMARKS.exists() else ""
+        write_whole(BENCHMARKS, assembled(HEAD, tuple(MODULES), page, {name: text}))
+        print(f"{name}: {perf_counter() - began:.0f} s, written to {BENCHMARKS.name}", file=sys.stderr, flush=True)
+
+
+def _parsed(arguments: Sequence[str]) -> list[str]:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(MODULES)}; all if none is given")
+    names = parser.parse_args(arguments).names
+    strange = [name for name in names if name not in MODULES]
+    if strange:
+        parser.error(f"{', '.join(strange)} is no benchmark, choose of {', '.join(MODULES)}")
+    return names or list(MODULES)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

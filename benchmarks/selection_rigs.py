@@ -1,0 +1,132 @@
+"""Rigs whose truth is known, and the catalogue scored at each one's simplified model: the matrix to select from."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.blind_rigs import sources
+from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.prediction.fit import fit
+from heli_identifier.prediction.problem import Problem
+from heli_identifier.prediction.record import reduce_log
+from heli_identifier.prediction.start import first_estimate
+from heli_identifier.records import Log, demo_logs, read_logs
+from heli_identifier.tracing.model import Model
+from heli_identifier.tracing.scan import Scan
+from heli_identifier.tracing.selection import looked_at
+from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.threshold import largest_scores, quantile
+from heli_plant.parameters import PlantParameters
+
+Entries = frozenset[tuple[str, str]]
+"""Names and axes of effects."""
+
+DEMO_TRUTH: dict[str, Entries] = {
+    "rig-a": frozenset({("dry_friction", "pitch")}),
+    "rig-b": frozenset({("quadratic_thrust", "rotors")}),
+    "rig-c": frozenset(),
+}
+"""As the demonstration logs' README states it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Matrix:
+    """What there is to select from on one rig.
+
+    Attributes
+    ----------
+    rig : str
+    true : frozenset of (str, str)
+    problem : Problem
+    start : PlantParameters
+    scanned : Scan
+        The catalogue at the fitted simplified model, without columns that show nothing. Its ``directions`` (M, K) are
+        the regressors: whitened, the model's own parameters projected out, of unit length; ``-white`` (M,) is the
+        regressand.
+    """
+
+    rig: str
+    true: Entries
+    problem: Problem
+    start: PlantParameters
+    scanned: Scan
+
+    def entries(self, chosen: list[int]) -> Entries:
+        """Effects that columns belong to."""
+        effects = [self.scanned.candidates[i].effect for i in chosen]
+        return frozenset((effect.name, effect.axis) for effect in effects)
+
+
+def matrices(settings: SelectionSettings) -> Iterator[Matrix]:
+    """Give the demonstration rigs and the first of each of the blind battery's kinds of pairs."""
+    for rig, true in DEMO_TRUTH.items():
+        yield matrix(rig, true, read_logs(demo_logs(rig)[0]), settings)
+    for name, (_, source) in sources(("pair",), {"pair": 1}).items():
+        made = source.load()
+        assert made.truth is not None
+        true = frozenset((effect.name, effect.axis) for effect in made.truth.effects)
+        yield matrix(name, true, made.training, settings)
+
+
+def matrix(rig: str, true: Entries, logs: tuple[Log, ...], settings: SelectionSettings) -> Matrix:
+    """Fit the simplified model to a rig's training logs and score the catalogue."""
+    diagnosis = DiagnosisSettings()
+    problem = Problem(tuple(reduce_log(log) for log in logs), diagnosis.bandwidth)
+    start = first_estimate(problem.records, diagnosis.base_parameters())
+    scanned = looked_at(Model(fit(problem, start)), settings).scanned
+    seen = np.flatnonzero(np.linalg.norm(scanned.directions, axis=0) > 0.5)
+    return Matrix(rig, true, problem, start, kept(scanned, seen))
+
+
+def kept(scanned: Scan, columns: np.ndarray) -> Scan:
+    """Give a scan with some of its columns."""
+    return replace(
+        scanned,
+        candidates=tuple(scanned.candidates[i] for i in columns),
+        raw=[raw[..., columns] for raw in scanned.raw],
+        directions=np.ascontiguousarray(scanned.directions[:, columns]),
+        scores=scanned.scores[columns],
+        coefficients=scanned.coefficients[columns],
+        standard_errors=scanned.standard_errors[columns],
+        visibility=scanned.visibility[columns],
+    )
+
+
+def chosen(scanned: Scan, settings: SelectionSettings) -> list[int]:
+    """Columns that the tracer's scores and thresholds choose of the matrix alone.
+
+    A round of the tracer without its refits: the largest admissible score enters if it passes the threshold over the
+    whole catalogue; its column is projected out of residual and regressors, and the next round begins.
+    """
+    found: list[int] = []
+    while len(found) < settings.most:
+        scores = np.where(scanned.allowed(), np.abs(scanned.scores), 0.0)
+        best = int(np.argmax(scores))
+        if scores[best] < quantile(largest_scores(scanned), settings.significance):
+            break
+        found.append(best)
+        scanned = without_column(scanned, best)
+    return found
+
+
+def without_column(scanned: Scan, index: int) -> Scan:
+    """Give a scan behind the projection that takes one column out; every column of the same effect becomes zero."""
+    direction = scanned.directions[:, index]
+    projected = scanned.directions - np.outer(direction, direction @ scanned.directions)
+    length = np.linalg.norm(projected, axis=0)
+    effect = scanned.candidates[index].effect
+    other = np.array([candidate.effect.field != effect.field for candidate in scanned.candidates])
+    seen = other & (length > 1e-9)
+    directions = np.where(seen, projected / np.where(seen, length, 1.0), 0.0)
+    white = scanned.white - direction * (direction @ scanned.white)
+    scores = -(directions.T @ white)
+    errors = np.where(seen, scanned.standard_errors / np.where(seen, length, 1.0), np.inf)
+    return replace(
+        scanned,
+        white=white,
+        directions=directions,
+        scores=scores,
+        standard_errors=errors,
+        coefficients=np.where(seen, scores * np.where(seen, errors, 0.0), 0.0),
+    )
