@@ -1,5 +1,7 @@
 """What was found is checked: at other filter frequencies, on logs never seen, against what could stand in its place."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
@@ -7,14 +9,16 @@ from scipy.signal import butter, sosfiltfilt
 from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
-from heli_identifier.tracing.agreement import LEAST_SCORE, agreement
+from heli_identifier.tracing.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
 from heli_identifier.tracing.ambiguity import alternatives
-from heli_identifier.tracing.held_out import borne_out, held_out_log_likelihood
-from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, without
+from heli_identifier.tracing.held_out import TOLERATED, borne_out, held_out_log_likelihood, squared_errors, worst_axis
+from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.selection import looked_at
 from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.unknown import search
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
+from tests.online_record import H
 from tests.simulated import drive, noisy
 
 SECONDS = 60.0
@@ -113,6 +117,87 @@ def test_held_out_data_are_likeliest_under_their_own_model(moved):
     model, bare = moved[STRONG]
     held = problem_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
     assert held_out_log_likelihood(model, held) > held_out_log_likelihood(bare, held) + 20.0
+
+
+CENTRE, WIDTH, DEPTH = -0.1, 0.06, 0.06
+
+
+def detent(k, state):
+    """A notch that holds the pitch: outside of it nothing, ``DEPTH`` at one width from its middle [rad/s^2]."""
+    x = (state.pitch - CENTRE) / WIDTH
+    return (-DEPTH * x * np.exp(0.5 - 0.5 * x * x), 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def notched():
+    """A model of a pitch with a notch, which it holds as a torque of unknown origin."""
+    problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, detent) for seed in (1, 2)))
+    bare = looked_at(model_of(problem), SelectionSettings())
+    curve = next(u for u in search(bare.model.fit, bare.colour) if (u.axis, u.variable) == ("pitch", "pitch"))
+    return with_unknown(bare.model, curve), bare.model
+
+
+def test_a_torque_of_unknown_origin_is_the_same_through_every_filter(notched):
+    model, _ = notched
+    left, _, withdrawn = agreement(model, (2.0, 8.0))
+    assert left is model
+    assert withdrawn == []
+    other = seen_at(model, 8.0)
+    # the same data and the same splines: only what noise does to fifteen of them differs
+    assert likeness(model, other, 0) > 0.9
+    assert unknown_score(other, 0) > 5.0 * LEAST_SCORE
+
+
+def test_a_curve_that_another_filter_draws_upside_down_is_withdrawn(notched):
+    model, _ = notched
+    fit_ = model.fit
+    upside_down = replace(model, fit=replace(fit_, linear=-fit_.linear))
+    left, _, (gone,) = agreement(upside_down, (8.0,))
+    assert left.unknowns == ()
+    assert (gone.name, gone.axis) == ("unknown", "pitch")
+    assert "its curve is another" in gone.why
+
+
+def test_a_torque_of_unknown_origin_stays_where_the_held_out_log_has_it_and_only_there(notched):
+    model, bare = notched
+    held = Problem((noisy(TABLE_2, drive(SECONDS, 7), 7, detent),))
+    left, _, withdrawn = borne_out(model, bare.fit, held)
+    assert left.unknowns == model.unknowns
+    assert withdrawn == []
+    left, _, (gone,) = borne_out(model, bare.fit, problem_of(TABLE_2, (7,)))
+    assert left.unknowns == ()
+    assert (gone.name, gone.axis) == ("unknown", "pitch")
+    assert "2 log L" in gone.why
+
+
+def hum(k, state):
+    return (0.0, 0.03 * np.sin(2.0 * np.pi * 0.37 * H * k + 1.0), 0.0)
+
+
+def test_a_line_is_looked_for_in_the_held_out_log_with_a_phase_of_its_own():
+    problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, hum) for seed in (1, 2)))
+    bare = looked_at(model_of(problem), SelectionSettings())
+    line = next(u for u in search(bare.model.fit, bare.colour) if u.frequency is not None)
+    model = with_unknown(bare.model, line)
+
+    def later(k, state):
+        return hum(k + 77, state)
+
+    with_it, without_it = (Problem((noisy(TABLE_2, drive(SECONDS, 7), 7, law),)) for law in (later, None))
+    assert borne_out(model, bare.model.fit, with_it)[2] == []
+    assert [w.name for w in borne_out(model, bare.model.fit, without_it)[2]] == ["unknown"]
+
+
+def test_the_axis_that_a_model_predicts_worse_is_named(moved):
+    _, bare = moved[STRONG]
+    held = problem_of(TABLE_2, (7, 8))
+    reference = squared_errors(held, bare.fit.parameters)
+    assert worst_axis(held, bare.fit.parameters, reference) is None
+    # a gain of the pitch too low by a tenth shows in the pitch alone
+    weaker = bare.fit.parameters._replace(k_x=0.9 * bare.fit.parameters.k_x)
+    axis, ratio = worst_axis(held, weaker, reference)
+    assert axis == 0
+    assert ratio > TOLERATED
 
 
 def slow(voltages):
