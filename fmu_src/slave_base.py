@@ -7,16 +7,18 @@
   variable has been set to a good value.
 * Parameters are read when initialisation ends, and outputs are right from the start time on; a fixed parameter that
   comes later is refused with a log message and changes nothing.
-* Save and restore take the whole state (the unit's ``freeze`` and ``thaw``), not just the registered variables.
-* Values lie in flat dictionaries by value reference (:mod:`fmu_src.value_table`).
+* Save and restore take the whole state (:mod:`fmu_src.slave_state`), not just the registered variables.
 
-A unit gives its ``variables`` and four methods: ``initialise``, ``advance``, ``freeze``, ``thaw``.
+The three calls of every communication step, ``set_real``, ``do_step`` and ``get_real``, have a short way for a unit
+that is ``_steady``: initialised, and with nothing refused. Whatever is out of the ordinary takes the thorough one.
+
+A unit gives its ``variables`` and four methods: ``initialise``, ``advance``, ``freeze``, ``thaw``. Its ``values`` lie
+in one flat list by value reference (:mod:`fmu_src.value_table`).
 """
 
 from __future__ import annotations
 
 import sys
-from traceback import format_exc
 from typing import Any, ClassVar
 from xml.etree.ElementTree import Element
 
@@ -24,12 +26,17 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .errors import Refusal
+from .slave_messages import message, printable
+from .slave_state import read, restore, saved
 from .value_table import EARLY, LATE, ValueTable
 from .variables import Value, Variable
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 WHOLE_UNIT = -1
 """Key of a refusal that no single variable can set right."""
+
+_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
+"""What a variable that does not exist reads as."""
 
 
 class SlaveBase(Fmi2Slave):
@@ -49,13 +56,12 @@ class SlaveBase(Fmi2Slave):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.phase = INSTANTIATED
         self.start_time = 0.0
         self.table = ValueTable(self.variables, self.start_values)
-        self.reals, self.integers = self.table.reals, self.table.integers
-        self.booleans, self.strings = self.table.booleans, self.table.strings
-        self._stale = False
-        self._prepared_for: list[Any] | None = None
+        self.values = self.table.values
+        self.prepared_for: list[Any] | None = None
+        self._pick_reals = self.table.pickers["Real"]
+        self.enter(INSTANTIATED)
         self._keep_one_path_entry()
 
     def _keep_one_path_entry(self) -> None:
@@ -78,27 +84,22 @@ class SlaveBase(Fmi2Slave):
     def thaw(self, frozen: Any) -> None:
         """Take back what :meth:`freeze` returned; parameters and outputs are taken care of by the base."""
 
-    # Calls of the host
+    # From instantiation to the first step
 
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        """Step, or refuse and stay where the unit is."""
-        try:
-            if self.phase is not STEPPING or self.table.refused or not 0.0 < step_size < 1e9:
-                self._check_step(current_time, step_size)
-            self.advance(current_time, step_size)
-            return True
-        except BaseException as problem:  # also KeyboardInterrupt: through the C boundary it would kill the host
-            self._tell("doStep", problem)
-            return False
+    def enter(self, phase: str) -> None:
+        """Be in ``phase`` from now on."""
+        self.phase = phase
+        self._stale = phase == INITIALISING
+        self.table.open_for(LATE if self.is_initialised() else EARLY)
+        self._settle()
 
-    def _check_step(self, time: float, step: float) -> None:
-        if self.phase is not STEPPING:
-            raise Refusal(f"a step from t = {time:g} s needs initialisation before it; the unit is {self.phase}")
-        if self.table.refused:
-            raise Refusal(
-                f"no step from t = {time:g} s before this is set right: " + "; ".join(self.table.refused.values())
-            )
-        raise Refusal(f"communication step {step!r} s at t = {time:g} s must be positive and finite")
+    def is_initialised(self) -> bool:
+        """Whether initialisation has ended."""
+        return self.phase in (STEPPING, TERMINATED)
+
+    def _settle(self) -> None:
+        """Note whether there is anything out of the ordinary."""
+        self._steady = self.phase == STEPPING and not self.table.refused
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None):
         """Note the start time [s]."""
@@ -106,79 +107,106 @@ class SlaveBase(Fmi2Slave):
 
     def enter_initialization_mode(self) -> None:
         """Let outputs be asked for from here on."""
-        self.phase = INITIALISING
-        self._stale = True
+        self.enter(INITIALISING)
 
     def exit_initialization_mode(self) -> None:
         """Fix the parameters and compute the outputs at the start time."""
         try:
-            self._stale = True
-            self._prepare()
+            self.prepare()
         except BaseException as problem:
             self._tell("exitInitializationMode", problem)
             self.table.refused[WHOLE_UNIT] = f"{problem} (initialisation failed; reset the unit)"
-        self.table.open_for(LATE)
-        self.phase = STEPPING
+        self.enter(STEPPING)
 
-    def _prepare(self) -> None:
+    def prepare(self) -> None:
         """Bring the state and the outputs up to date with what was set during initialisation."""
         self._stale = False
-        self._prepared_for = None
+        self.prepared_for = None
         self.initialise(self.start_time)
-        self._prepared_for = self._settings()
+        self.prepared_for = self.initial_conditions()
 
-    def _settings(self) -> list[Any]:
+    def initial_conditions(self) -> list[Any]:
         """Return the start time and the value of every parameter: what ``initialise`` depends on."""
         return [self.start_time, *self.table.parameters()]
 
     def terminate(self) -> None:
         """Take no further steps."""
-        self.phase = TERMINATED
+        self.enter(TERMINATED)
+
+    # Every step
+
+    def set_real(self, vrs: list[int], values: list[float]) -> None:
+        """Take Real values that are in range, log and refuse the others."""
+        try:
+            limits, mine = self.table.real_limits, self.values
+            for reference, value in zip(vrs, values, strict=True):
+                low, high = limits[reference]
+                if not low <= value <= high:  # true of a NaN as well
+                    break
+                mine[reference] = value
+            else:
+                if self._steady:
+                    return
+        except BaseException:  # a reference that cannot be set: the thorough way says so
+            pass
+        self._set("Real", vrs, values)
+
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Step, or refuse and stay where the unit is."""
+        try:
+            if not (self._steady and 0.0 < step_size < 1e9):
+                self._check_step(current_time, step_size)
+            self.advance(current_time, step_size)
+            return True
+        except BaseException as problem:  # also KeyboardInterrupt: through the C boundary it would kill the host
+            self._tell("doStep", problem)
+            return False
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Values of Real variables by reference."""
         try:
             if self._stale:
-                self._prepare()
-            return [*map(self.reals.__getitem__, vrs)]
+                self.prepare()
+            return list(self._pick_reals(*vrs)(self.values))
         except BaseException as problem:
-            return self._blanks("getReal", self.reals, vrs, float("nan"), problem)
+            return self._blanks("Real", vrs, problem)
+
+    def _check_step(self, time: float, step: float) -> None:
+        if self.phase != STEPPING:
+            raise Refusal(f"a step from t = {time:g} s needs initialisation before it; the unit is {self.phase}")
+        if self.table.refused:
+            raise Refusal(
+                f"no step from t = {time:g} s before this is set right: " + "; ".join(self.table.refused.values())
+            )
+        raise Refusal(f"communication step {step!r} s at t = {time:g} s must be positive and finite")
+
+    # Other types, and whatever is out of the ordinary
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         """Values of Integer variables by reference."""
-        return self._get("getInteger", self.integers, vrs, 0)
+        return self._get("Integer", vrs)
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Values of Boolean variables by reference."""
-        return self._get("getBoolean", self.booleans, vrs, False)
+        return self._get("Boolean", vrs)
 
     def get_string(self, vrs: list[int]) -> list[str]:
         """Values of String variables by reference."""
-        return self._get("getString", self.strings, vrs, "")
+        return self._get("String", vrs)
 
-    def _get(self, call: str, store: dict[int, Any], vrs: list[int], blank: Any) -> list[Any]:
+    def _get(self, kind: str, vrs: list[int]) -> list[Any]:
         try:
             if self._stale:
-                self._prepare()
-            return [store[reference] for reference in vrs]
+                self.prepare()
+            return list(self.table.pickers[kind](*vrs)(self.values))
         except BaseException as problem:
-            return self._blanks(call, store, vrs, blank, problem)
+            return self._blanks(kind, vrs, problem)
 
-    def _blanks(self, call: str, store: dict[int, Any], vrs: list[int], blank: Any, problem: BaseException) -> list:
-        """As many values as were asked for, since the binary reads that many: ``blank`` for what does not exist."""
-        self._tell(call, problem)
-        return [store.get(reference, blank) for reference in vrs]
-
-    def set_real(self, vrs: list[int], values: list[float]) -> None:
-        """Take Real values that are in range, log and refuse the others."""
-        try:
-            problems = self.table.take_reals(vrs, values)
-            if problems:
-                self._tell_all("setReal", problems)
-            if self.phase is INITIALISING:
-                self._stale = True
-        except BaseException as problem:
-            self._tell("setReal", problem)
+    def _blanks(self, kind: str, vrs: list[int], problem: BaseException) -> list[Any]:
+        """As many values as were asked for, since the binary reads that many: a blank for what does not exist."""
+        self._tell(f"get{kind}", problem)
+        known = self.table.of_type[kind]
+        return [self.values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Take Integer values that are in range, log and refuse the others."""
@@ -194,77 +222,42 @@ class SlaveBase(Fmi2Slave):
 
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
         try:
-            self._tell_all(f"set{kind}", self.table.take(kind, vrs, values))
-            self._stale = self.phase is INITIALISING
+            for text in self.table.take(kind, vrs, values):
+                self._tell(f"set{kind}", Refusal(text))
+            self._stale = self.phase == INITIALISING
+            self._settle()
         except BaseException as problem:
             self._tell(f"set{kind}", problem)
-
-    # State
 
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             if self._stale:
-                self._prepare()
-            return {
-                "unit": self._signature(),
-                "phase": self.phase,
-                "start_time": self.start_time,
-                "values": self.table.dump(),
-                "refused": list(self.table.refused.items()),
-                "hidden": self.freeze(),
-            }
+                self.prepare()
+            return saved(self)
         except BaseException as problem:
             self._tell("getFMUstate", problem)
             return {}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         try:
-            if not state or state["unit"] != self._signature():
-                raise Refusal("this is no complete state of this unit; nothing was changed")
-            self.table.restore(state["values"])
-            self.start_time = state["start_time"]
-            phases = (INSTANTIATED, INITIALISING, STEPPING, TERMINATED)
-            self.phase = phases[phases.index(state["phase"])]  # the same objects again: phases are compared by identity
-            self.table.refused = {reference: text for reference, text in state["refused"]}
-            early = self.phase in (INSTANTIATED, INITIALISING)
-            self.table.open_for(EARLY if early else LATE)
-            self._stale = self.phase is INITIALISING
-            if not early:
-                if self._prepared_for != self._settings():
-                    self._prepare()
-                    self.table.restore(state["values"])  # since ``initialise`` has shown the outputs of the start
-                self.thaw(state["hidden"])
+            restore(self, state)
         except BaseException as problem:
             self._tell("setFMUstate", problem)
 
-    def _signature(self) -> list[Any]:
-        return [type(self).__name__, len(self.variables)]
-
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        """Read a serialised state; bytes that are none give an empty state, which ``setFMUstate`` refuses."""
-        try:
-            return Fmi2Slave._fmu_state_from_bytes(state)
-        except (ValueError, RecursionError):
-            return {}
+        """Read a serialised state."""
+        return read(state)
 
     # Messages
 
     def _tell(self, call: str, problem: BaseException) -> None:
-        """Log a refusal with its text, anything unforeseen with its traceback."""
-        if isinstance(problem, Refusal):
-            self.log(f"{call}: {problem}", Fmi2Status.discard)
-        else:
-            self.log(f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error)
-
-    def _tell_all(self, call: str, refusals: list[str]) -> None:
-        for text in refusals:
-            self._tell(call, Refusal(text))
+        """Log what went wrong in ``call``."""
+        self.log(*message(call, problem))
 
     def log(self, msg: str, status: Fmi2Status = Fmi2Status.ok, category: str | None = None, debug: Any = None) -> None:
-        """Queue a message for the host, which reads it as a printf format and as UTF-8."""
-        clean = msg.replace("%", "%%").encode("utf-8", "backslashreplace").decode("utf-8")
-        super().log(clean, status, category)
+        """Queue a message for the host."""
+        super().log(printable(msg), status, category)
 
     def to_xml(self, model_options: dict[str, str] | None = None) -> Element:
         """Model description of this unit."""

@@ -1,12 +1,14 @@
-"""The values of a unit by reference: one flat dictionary per type, and which of them may be set to what.
+"""The values of a unit by reference: one flat list, what may be read of it, and what may be set to what.
 
-A get or set is a look-up per value. A value that is not finite, out of range, or not open to be set is not taken;
-:meth:`ValueTable.take` returns the reason. ``refused`` remembers the variables whose last value was bad.
+A value that is not finite, out of range, or not open to be set is not taken; :meth:`ValueTable.take` returns the
+reason. ``refused`` remembers the variables whose last value was bad.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
+from operator import itemgetter
 from typing import Any
 
 from .variables import Value, Variable, problem_with
@@ -17,55 +19,48 @@ TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 EARLY, LATE = ("input", "parameter"), ("input",)
 """Causalities that may be set before initialisation has ended, and after; tunable parameters always."""
 
+_PICKERS_KEPT = 256
+"""A host asks for the same few sets of variables again and again; one that does not must not fill the memory."""
+
 
 class ValueTable:
-    """Values of all variables, value references being the positions in ``variables``."""
+    """Values of all variables, value references being the positions in ``variables`` and in ``values``."""
 
     def __init__(self, variables: tuple[Variable, ...], start_values: Mapping[str, Value]) -> None:
         self.variables = variables
-        self.reals: dict[int, float] = {}
-        self.integers: dict[int, int] = {}
-        self.booleans: dict[int, bool] = {}
-        self.strings: dict[int, str] = {}
-        self.stores: dict[str, dict[int, Any]] = {
-            "Real": self.reals, "Integer": self.integers, "Boolean": self.booleans, "String": self.strings,
-        }  # fmt: skip
-        for reference, variable in enumerate(variables):
+        self.values: list[Any] = []
+        for variable in variables:
             start = start_values.get(variable.name, variable.start)
             kind = TYPES[variable.type]
-            self.stores[variable.type][reference] = kind() if start is None else kind(start)
+            self.values.append(kind() if start is None else kind(start))
+        self.of_type = {
+            kind: frozenset(reference for reference, variable in enumerate(variables) if variable.type == kind)
+            for kind in TYPES
+        }
+        self.pickers = {kind: lru_cache(_PICKERS_KEPT)(partial(_picker, known)) for kind, known in self.of_type.items()}
         self.refused: dict[int, str] = {}
         self.open_for(EARLY)
 
     def open_for(self, causalities: tuple[str, ...]) -> None:
-        """Let variables of these causalities and tunable parameters be set from now on."""
+        """Let variables of these causalities and tunable parameters be set from now on.
+
+        ``limits`` are the bounds of every such variable by its reference, ``real_limits`` those of the Reals.
+        """
         self.limits = {
             reference: variable.bounds
             for reference, variable in enumerate(self.variables)
             if variable.causality in causalities or variable.variability == "tunable"
         }
-
-    def take_reals(self, references: Sequence[int], values: Sequence[float]) -> list[str]:
-        """Take Real values that are in range; return why the others were not taken."""
-        limits, reals, problems = self.limits, self.reals, []
-        for reference, value in zip(references, values, strict=True):
-            if reference in limits and reference in reals:
-                low, high = limits[reference]
-                if low <= value <= high:  # false for a NaN
-                    reals[reference] = value
-                    if self.refused:
-                        self.refused.pop(reference, None)
-                    continue
-            problems.append(self._problem("Real", reference, value))
-        return problems
+        reals = self.of_type["Real"]
+        self.real_limits = {reference: bounds for reference, bounds in self.limits.items() if reference in reals}
 
     def take(self, kind: str, references: Sequence[int], values: Sequence[Value]) -> list[str]:
-        """Take values of any type that are good; return why the others were not taken."""
-        store, problems = self.stores[kind], []
+        """Take values that are good; return why the others were not taken."""
+        known, problems = self.of_type[kind], []
         for reference, value in zip(references, values, strict=True):
-            known = reference in self.limits and reference in store
-            if known and problem_with(self.variables[reference], value) is None:
-                store[reference] = value
+            is_open = reference in known and reference in self.limits
+            if is_open and problem_with(self.variables[reference], value) is None:
+                self.values[reference] = value
                 self.refused.pop(reference, None)
             else:
                 problems.append(self._problem(kind, reference, value))
@@ -73,7 +68,7 @@ class ValueTable:
 
     def _problem(self, kind: str, reference: int, value: Value) -> str:
         """Say why ``value`` is not taken; remember it if a better value can still come."""
-        if reference not in self.stores[kind]:
+        if reference not in self.of_type[kind]:
             return f"no variable of this type has value reference {reference}"
         variable = self.variables[reference]
         if reference not in self.limits:
@@ -85,16 +80,23 @@ class ValueTable:
     def parameters(self) -> list[Value]:
         """Return the value of every parameter, in order."""
         return [
-            self.stores[variable.type][reference]
-            for reference, variable in enumerate(self.variables)
+            value
+            for value, variable in zip(self.values, self.variables, strict=True)
             if variable.causality == "parameter"
         ]
 
-    def dump(self) -> dict[str, list[tuple[int, Any]]]:
-        """Return all values, by type."""
-        return {kind: list(store.items()) for kind, store in self.stores.items()}
 
-    def restore(self, dumped: Mapping[str, Sequence[Sequence[Any]]]) -> None:
-        """Take back what :meth:`dump` returned."""
-        for kind, store in self.stores.items():
-            store.update((reference, value) for reference, value in dumped[kind])
+def _picker(known: frozenset[int], *references: int) -> Callable[[Sequence[Any]], Sequence[Any]]:
+    """Return what picks these references out of the values; neighbours, or a single one, as a slice.
+
+    Raises
+    ------
+    KeyError
+        A reference is not among those ``known``.
+    """
+    for reference in references:
+        if reference not in known:
+            raise KeyError(f"no variable of this type has value reference {reference}")
+    first = references[0] if references else 0
+    beyond = first + len(references)
+    return itemgetter(slice(first, beyond)) if references == (*range(first, beyond),) else itemgetter(*references)

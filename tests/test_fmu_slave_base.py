@@ -32,17 +32,17 @@ class Integrator(SlaveBase):
     summary = "test"
 
     def initialise(self, time):
-        if self.strings[6] == "broken":
+        if self.values[6] == "broken":
             raise Refusal("the note is broken")
-        self.x = self.reals[1] = self.reals[2]
+        self.x = self.values[1] = self.values[2]
         self.seen = 0.0
 
     def advance(self, time, step_size):
-        if self.reals[0] == 7.0:
+        if self.values[0] == 7.0:
             raise ZeroDivisionError("seven")
-        self.seen += self.reals[0]
-        self.x += self.reals[3] * self.reals[0] * step_size
-        self.reals[1] = self.x
+        self.seen += self.values[0]
+        self.x += self.values[3] * self.values[0] * step_size
+        self.values[1] = self.x
 
     def freeze(self):
         return [self.x, self.seen]
@@ -126,6 +126,30 @@ def test_outputs_and_unknown_references_cannot_be_set_and_an_unknown_one_reads_a
     assert "no variable of this type has value reference 99" in said(unit)
     assert math.isnan(unit.get_real([99])[0])
     assert "99" in said(unit)
+
+
+@pytest.mark.parametrize("references", [[U, X], [X, U], [GAIN, U, X, INITIAL], [X], [U, U], []])
+def test_values_are_read_in_the_order_asked_for_whether_neighbours_or_not(unit, references):
+    shown = {U: 3.0, X: 0.5, INITIAL: 0.5, GAIN: 2.0}
+    unit.set_real([U], [3.0])
+    for _ in range(2):  # the second time by the picker that was kept
+        assert unit.get_real(references) == [shown[reference] for reference in references]
+
+
+@pytest.mark.parametrize("reference", [-1, ORDER, NOTE])
+def test_a_reference_of_another_type_or_below_zero_is_no_real(unit, reference):
+    # the binary hands references over as signed numbers, and a list has an element at -1
+    assert math.isnan(unit.get_real([reference])[0])
+    unit.set_real([reference], [1.0])
+    assert "no variable of this type" in said(unit)
+    assert unit.get_string([NOTE]) == ["none"]
+    assert unit.do_step(0.0, 0.1)
+
+
+def test_good_values_that_come_with_a_bad_one_are_taken(unit):
+    unit.set_real([GAIN, U, X], [4.0, 99.0, 1.0])
+    assert unit.get_real([GAIN, U, X]) == [4.0, 0.0, 0.5]
+    assert "u = 99.0" in said(unit)
 
 
 def test_a_get_call_always_gives_as_many_values_as_were_asked_for(unit):

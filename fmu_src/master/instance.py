@@ -1,20 +1,21 @@
-"""One unit under the master: an instance of an FMU with its buffers laid out once.
+"""One unit under the master: an instance of an FMU, and its three calls of a step made ready (:mod:`.tape`).
 
-fmpy's methods build ctypes arrays with every call; here the value references and the values lie in arrays that are
-made once, and a step is three calls with ready pointers. Every status is checked: whatever is not fmi2OK becomes a
-:class:`fmu_src.errors.MasterError` that names unit, call and time, with what the unit itself said in its log.
+Every status is checked: whatever is worse than a warning becomes a :class:`fmu_src.errors.MasterError` that names
+unit, call and time, with what the unit itself said in its log.
 """
 
 from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from ctypes import POINTER, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from ctypes import PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 import fmpy
+import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
@@ -24,11 +25,15 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 from fmpy.logging import addLoggerProxy
+from numpy.typing import NDArray
 
 from ..errors import MasterError
 from ..variables import Value, nearest
+from .tape import DISCARD, OK, Call, Clock
 
-OK, WARNING, DISCARD = 0, 1, 2
+_NO_EARLIER_STATE = c_int(1)
+"""fmi2DoStep: the master will not go back to a state before the step."""
+
 _KEYS = count(1)
 _LISTENERS: dict[int, Instance] = {}
 """Instances by their component environment: fmpy's logger proxy serves one callback function in a process."""
@@ -56,13 +61,15 @@ class Instance:
         Its name in the scenario.
     fmu : Path
         The FMU file.
+    alarm : list, optional
+        The instance appends itself when the unit's log tells of a refusal; shared by the instances of a run.
     """
 
-    def __init__(self, name: str, fmu: Path) -> None:
+    def __init__(self, name: str, fmu: Path, alarm: list[Instance] | None = None) -> None:
         self.name = name
         self.messages: list[str] = []
         self.worst = OK
-        self._kept: list[Any] = []
+        self.alarm: list[Instance] = [] if alarm is None else alarm
         self.description = fmpy.read_model_description(fmu)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.folder = fmpy.extract(fmu)
@@ -88,6 +95,8 @@ class Instance:
         """Keep what the unit says for the next check."""
         self.messages.append(message)
         self.worst = max(self.worst, status)
+        if status >= DISCARD:
+            self.alarm.append(self)
 
     def _call(self, call: str, time: float, function: Any, *arguments: Any, **options: Any) -> Any:
         """Run one of fmpy's methods, with its failure put into the master's words."""
@@ -144,48 +153,35 @@ class Instance:
         """Leave initialisation mode."""
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
-    def bind(self, inputs: list[str], outputs: list[str], input_address: int, output_address: int) -> None:
-        """Lay out the buffers: inputs and outputs lie at these addresses in the master's arrays of doubles."""
+    def bind(
+        self, inputs: list[str], outputs: list[str], fed: NDArray[np.float64], shown: NDArray[np.float64], clock: Clock
+    ) -> None:
+        """Make the calls of a step ready: ``puts``, ``steps`` and ``fetches``, empty where there is nothing to do.
+
+        ``inputs`` are read from ``fed`` and ``outputs`` written to ``shown``, both shape (number of names,) and
+        contiguous: the calls work on these arrays in place.
+        """
         for name in inputs:
             if self.variable(name).causality != "input":
                 raise MasterError(f"{self.name}.{name} is no input")
-        fed, shown = (self._references(names) for names in (inputs, outputs))
+        component = c_void_p(self.slave.component)
+        self.puts = self._transfer("setReal", component, inputs, fed)
+        self.steps = [self._ready("doStep", component, clock.time, clock.step, _NO_EARLIER_STATE)]
+        self.fetches = self._transfer("getReal", component, outputs, shown)
+
+    def _transfer(self, call: str, component: c_void_p, names: list[str], values: NDArray[np.float64]) -> list[Call]:
+        """Return the call that moves these variables to or from ``values``; none if there are no variables."""
+        if not names:
+            return []
+        references = (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
+        buffer = (c_double * len(names)).from_buffer(values.data)
+        return [self._ready(call, component, byref(references), c_size_t(len(names)), byref(buffer))]
+
+    def _ready(self, call: str, *arguments: Any) -> Call:
+        """Return a call of the FMU (``doStep``: fmi2DoStep) with C values as arguments, which it keeps alive."""
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and there is nobody else to run.
         library = PyDLL(None, handle=self.slave.dll._handle)
-        self._set = _raw(library, "fmi2SetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
-        self._get = _raw(library, "fmi2GetReal", (c_void_p, c_void_p, c_size_t, c_void_p))
-        self._step = _raw(library, "fmi2DoStep", (c_void_p, c_double, c_double, c_int))
-        self._component = c_void_p(self.slave.component)
-        self._set_arguments = (self._component, fed, c_size_t(len(inputs)), c_void_p(input_address))
-        self._get_arguments = (self._component, shown, c_size_t(len(outputs)), c_void_p(output_address))
-        self._is_fed, self._is_shown = bool(inputs), bool(outputs)
-
-    def _references(self, names: list[str]) -> c_void_p:
-        """Pointer to an array of value references, which this instance keeps alive."""
-        array = (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
-        self._kept.append(array)
-        return cast(array, c_void_p)
-
-    def put(self, time: float) -> None:
-        """Hand the inputs over."""
-        if self._is_fed and ((status := self._set(*self._set_arguments)) or self.worst):
-            self._judge("setReal", time, status)
-
-    def fetch(self, time: float) -> None:
-        """Take the outputs."""
-        if self._is_shown and ((status := self._get(*self._get_arguments)) or self.worst):
-            self._judge("getReal", time, status)
-
-    def step(self, time: float, step: float) -> None:
-        """Step from ``time`` by ``step`` [s]."""
-        if (status := self._step(self._component, time, step, 1)) or self.worst:
-            self._judge("doStep", time, status)
-
-    def _judge(self, call: str, time: float, status: int) -> None:
-        """Raise for anything worse than a warning."""
-        if status > WARNING:
-            self.fail(call, time, status)
-        self.check_messages(call, time)
+        return Call(self, call, partial(library[f"fmi2{call[0].upper()}{call[1:]}"], *arguments))
 
     def close(self) -> None:
         """Free the instance and its folder."""
@@ -196,16 +192,3 @@ class Instance:
         finally:
             del _LISTENERS[self._key]
             shutil.rmtree(self.folder, ignore_errors=True)
-
-
-def _raw(library: Any, name: str, arguments: tuple[Any, ...]) -> Any:
-    """Return a function of the library with its own argument types: fmpy's prototypes stay as they are."""
-    function = library[name]
-    function.argtypes = arguments
-    function.restype = c_int
-    return function
-
-
-def address(array: Any) -> int:
-    """Address of a NumPy array's first double."""
-    return cast(array.ctypes.data_as(POINTER(c_double)), c_void_p).value or 0

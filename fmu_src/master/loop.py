@@ -1,13 +1,14 @@
 """The master's loop: set all inputs, step all units, get all outputs, at t_k = k H.
 
 All inputs of all units lie in one array, all outputs in another; the wiring table becomes one array of indices, so a
-communication step copies every connection at once and makes three calls per unit.
+communication step copies every connection at once and plays a tape of at most three calls per unit (:mod:`.tape`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -18,10 +19,11 @@ from ..builder import build
 from ..errors import MasterError, WiringError
 from ..variables import Value
 from ..wiring import Scenario, scenario
-from .instance import Instance, address
+from .instance import Instance
 from .layout import Layout, laid_out
 from .order import parameters_by_unit, whole_steps
 from .result import Result
+from .tape import Clock, Tape
 
 
 def run(
@@ -80,13 +82,14 @@ def _instances(wiring: Scenario, fmus: dict[str, str | Path]) -> Iterator[dict[s
         if name not in names:
             raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has {', '.join(names)}")
     units: dict[str, Instance] = {}
+    alarm: list[Instance] = []
     with TemporaryDirectory(prefix="heli-units-") as fresh:
         try:
             for name, unit in wiring.units:
                 file = Path(fmus[name]) if name in fmus else build(unit, fresh)
                 if not file.is_file():
                     raise MasterError(f"the FMU of {name} is missing: {file}")
-                units[name] = Instance(name, file)
+                units[name] = Instance(name, file, alarm)
             yield units
         finally:
             for instance in units.values():
@@ -98,28 +101,29 @@ def _stepped(
 ) -> Result:
     """Bring bound units through initialisation and all steps."""
     everyone = list(units.values())
+    clock, alarm = Clock(step), everyone[0].alarm
     shown, fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
     first_in = first_out = 0
     for name, unit in units.items():
         inputs, outputs = layout.inputs[name], layout.outputs[name]
-        unit.bind(inputs, outputs, address(fed) + 8 * first_in, address(shown) + 8 * first_out)
-        first_in, first_out = first_in + len(inputs), first_out + len(outputs)
-        unit.fetch(0.0)
-    shown.take(layout.sources, out=fed, mode="clip")
+        beyond_in, beyond_out = first_in + len(inputs), first_out + len(outputs)
+        unit.bind(inputs, outputs, fed[first_in:beyond_in], shown[first_out:beyond_out], clock)
+        first_in, first_out = beyond_in, beyond_out
+    copy_connections = partial(shown.take, layout.sources, None, fed, "clip")
+
+    Tape((call for unit in everyone for call in unit.fetches), clock, alarm).play(0.0)
+    copy_connections()
     for unit in everyone:
-        unit.put(0.0)
+        Tape(unit.puts, clock, alarm).play(0.0)
         unit.finish_initialisation(0.0)
-        unit.fetch(0.0)
+        Tape(unit.fetches, clock, alarm).play(0.0)
     values = np.empty((steps + 1, len(shown)))
     values[0] = shown
+    tape = Tape((call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches)), clock, alarm)
     began = perf_counter()
     for k in _counted(steps, progress, wiring.title):
-        time = k * step
-        shown.take(layout.sources, out=fed, mode="clip")
-        for unit in everyone:
-            unit.put(time)
-            unit.step(time, step)
-            unit.fetch(time + step)
+        copy_connections()
+        tape.play(k * step)
         values[k + 1] = shown
     seconds = perf_counter() - began
     physical = tuple(

@@ -33,8 +33,8 @@ _TABLE = (
 _DEFAULT = IdentifierSettings()
 SLOTS = 3
 """Effects of the catalogue that can be watched on each axis at a time."""
-_FIRST_OUTPUT = 5
-"""Outputs follow the two voltages and three angles."""
+_INPUTS = 5
+"""Two voltages and three angles; the outputs follow them."""
 _INSTANT = 1e-6
 """A sample is due this fraction of its period early: communication points k H carry rounding errors."""
 
@@ -106,40 +106,40 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
 
     def initialise(self, time: float) -> None:
         """Take the settings; show the initial estimate."""
-        at, reals = self.references, self.reals
-        hold = reals[at["adaptation.hold_time"]]
-        known = self.booleans[at["pitch.rest_angle_known"]]
+        at, values = self.references, self.values
+        hold = values[at["adaptation.hold_time"]]
+        known = values[at["pitch.rest_angle_known"]]
         self.slots = {axis: self._watched_on(axis) for axis in AXES}
         try:
             self.plan = prepare(
                 IdentifierSettings(
-                    sample_time=reals[at["sample.time"]],
-                    filter_frequency=reals[at["filter.frequency"]],
-                    filter_damping=reals[at["filter.damping"]],
-                    initial_gain=reals[at["adaptation.initial_gain"]],
-                    gain_limit=reals[at["adaptation.gain_limit"]],
-                    forgetting=reals[at["adaptation.forgetting"]],
+                    sample_time=values[at["sample.time"]],
+                    filter_frequency=values[at["filter.frequency"]],
+                    filter_damping=values[at["filter.damping"]],
+                    initial_gain=values[at["adaptation.initial_gain"]],
+                    gain_limit=values[at["adaptation.gain_limit"]],
+                    forgetting=values[at["adaptation.forgetting"]],
                     hold_time=None if hold < 0.0 else hold,
-                    rest_angle=reals[at["pitch.rest_angle"]] if known else None,
-                    motor_time_constant=reals[at["motor.time_constant"]],
-                    voltage_limit=reals[at["motor.voltage_limit"]],
-                    excitation_window=reals[at["excitation.window"]],
-                    report_interval=reals[at["report.interval"]],
-                    initial=ModelParameters(*(reals[at[f"initial.{name}"]] for name in _NAMES)),
+                    rest_angle=values[at["pitch.rest_angle"]] if known else None,
+                    motor_time_constant=values[at["motor.time_constant"]],
+                    voltage_limit=values[at["motor.voltage_limit"]],
+                    excitation_window=values[at["excitation.window"]],
+                    report_interval=values[at["report.interval"]],
+                    initial=ModelParameters(*(values[at[f"initial.{name}"]] for name in _NAMES)),
                     watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
                 )
             )
         except ConfigurationError as problem:
             raise Refusal(str(problem)) from problem
         self.state: IdentifierState | None = None
-        self.previous: tuple[float, ...] = ()
+        self.previous: list[float] = []
         gain = self.plan.settings.initial_gain
         errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
         self._show(Estimate(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
-        text = self.strings[self.references[f"watch.{axis}"]]
+        text = self.values[self.references[f"watch.{axis}"]]
         names = [name.strip() for name in text.split(",") if name.strip()]
         if len(names) > SLOTS:
             raise Refusal(f"watch.{axis} = {text!r} names {len(names)} effects, at most {SLOTS} can be watched")
@@ -147,55 +147,47 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
 
     def advance(self, time: float, step_size: float) -> None:
         """Take the samples that are due up to ``time`` [s], the inputs being those of ``time``."""
-        reals = self.reals
-        now = (time, reals[0], reals[1], reals[2], reals[3], reals[4])  # the first five of ``variables``
+        now = self.values[:_INPUTS]
         state, plan = self.state, self.plan
         if state is None:
-            self.state, self.first, self.previous = (
-                start(plan, reals[0], reals[1], reals[2], reals[3], reals[4]),
-                time,
-                now,
-            )
+            self.state, self.first, self.before, self.previous = start(plan, *now), time, time, now
             return
         period = plan.settings.sample_time
+        instant = _INSTANT * period
         estimate = None
         due = self.first + (state.samples + 1) * period
-        instant = _INSTANT * period
         while due <= time + instant:
-            if due >= time - instant:
-                _, v_front, v_rear, pitch, elevation, travel = now
-            else:
-                v_front, v_rear, pitch, elevation, travel = self._between(due, now)
+            sample = now if due >= time - instant else self._between(due, time, now)
+            v_front, v_rear, pitch, elevation, travel = sample
             state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
             due = self.first + (state.samples + 1) * period
         if estimate is not None:
             if not isfinite(sum(estimate.parameters)):
                 raise Refusal(f"the estimate leaves the finite range in the step from t = {time:g} s")
             self._show(estimate)
-        self.state, self.previous = state, now
+        self.state, self.before, self.previous = state, time, now
 
-    def _between(self, due: float, now: tuple[float, ...]) -> tuple[float, ...]:
-        """Voltages and angles at the time ``due`` [s] between the previous communication point and this one."""
-        before = self.previous
-        share = (due - before[0]) / (now[0] - before[0])
-        angles = (a + share * (b - a) for a, b in zip(before[3:], now[3:], strict=True))
-        return (before[1], before[2], *angles)
+    def _between(self, due: float, time: float, now: list[float]) -> list[float]:
+        """Voltages and angles at ``due`` [s] between the previous communication point and this one at ``time`` [s]."""
+        share = (due - self.before) / (time - self.before)
+        angles = [a + share * (b - a) for a, b in zip(self.previous[2:], now[2:], strict=True)]
+        return [*self.previous[:2], *angles]
 
     def _show(self, estimate: Estimate) -> None:
         shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
-        self.reals.update(enumerate(shown, _FIRST_OUTPUT))
+        self.values[_INPUTS : _INPUTS + len(shown)] = shown
         if estimate.scores:
             scores = iter(estimate.scores)
             for axis in AXES:
                 for slot, _ in enumerate(self.slots[axis], 1):
-                    self.reals[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
+                    self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
         """State of filters and adaptation, the previous inputs, the time of sample 0."""
-        return None if self.state is None else [self.state, self.previous, self.first]
+        return None if self.state is None else [self.state, self.before, self.previous, self.first]
 
     def thaw(self, frozen: Any) -> None:
         """Take it back, from tuples or, after serialisation, from lists."""
         if frozen is not None:
-            state, previous, self.first = frozen
-            self.state, self.previous = restored(state), tuple(previous)
+            state, self.before, previous, self.first = frozen
+            self.state, self.previous = restored(state), list(previous)

@@ -62,19 +62,19 @@ one period, random phases of least crest factor.</p>"""
         self._show(0.0)
 
     def _excitation(self) -> Excitation:
-        at, reals, integers = self.references, self.reals, self.integers
-        experiment = integers[at["excitation.experiment"]]
-        channel = CHANNELS[integers[at["excitation.channel"]]]
-        base, limit = reals[at["excitation.base"]], reals[at["excitation.limit"]]
+        at, values = self.references, self.values
+        experiment = values[at["excitation.experiment"]]
+        channel = CHANNELS[values[at["excitation.channel"]]]
+        base, limit = values[at["excitation.base"]], values[at["excitation.limit"]]
         if experiment in (EXPERIMENT_1, EXPERIMENT_2):
             paper = paper_excitation(experiment, channel, base)
             return Excitation(base, paper.difference, paper.total, limit)
         if experiment == NONE:
             return Excitation(base, None, None, limit)
-        lowest, highest, period = (reals[at[f"multisine.{name}"]] for name in ("lowest", "highest", "period"))
-        tones, seed = integers[at["multisine.tones"]], integers[at["multisine.seed"]]
-        difference = Multisine(reals[at["multisine.rms_difference"]], lowest, highest, tones, period, seed)
-        total = Multisine(reals[at["multisine.rms_sum"]], lowest, highest, tones, period, seed + 1)
+        lowest, highest, period = (values[at[f"multisine.{name}"]] for name in ("lowest", "highest", "period"))
+        tones, seed = values[at["multisine.tones"]], values[at["multisine.seed"]]
+        difference = Multisine(values[at["multisine.rms_difference"]], lowest, highest, tones, period, seed)
+        total = Multisine(values[at["multisine.rms_sum"]], lowest, highest, tones, period, seed + 1)
         return Excitation(
             base, None if channel == "total" else difference, None if channel == "difference" else total, limit
         )
@@ -84,7 +84,7 @@ one period, random phases of least crest factor.</p>"""
         self._show(time + step_size - self.start_time)
 
     def _show(self, time: float) -> None:
-        self.reals[0], self.reals[1] = voltages(time, self.excitation)
+        self.values[:2] = voltages(time, self.excitation)  # the first two of ``variables``
 
     def freeze(self) -> Any:
         """Nothing is hidden: the voltages follow from the time."""

@@ -11,21 +11,26 @@ Held = list[tuple[float, float, float]]
 
 def remember(history: Held, time: float, v_front: float, v_rear: float, reach: float) -> Held:
     """Return the history with the pair held from ``time`` [s]; what ended more than ``reach`` [s] ago is dropped."""
-    kept = [row for row in history if row[0] < time]
-    kept.append((time, v_front, v_rear))
-    first = 0
-    while first + 1 < len(kept) and kept[first + 1][0] <= time - reach:
-        first += 1
-    return kept[first:]
+    kept = [*history, (time, v_front, v_rear)]
+    while len(kept) > 1 and kept[-2][0] >= time:  # a step taken anew after a state was set back
+        del kept[-2]
+    while len(kept) > 1 and kept[1][0] <= time - reach:
+        del kept[0]
+    return kept
 
 
 def mean_between(history: Held, start: float, end: float) -> tuple[float, float]:
     """Mean front and rear voltage [V] over [``start``, ``end``] [s]; the first pair held ever since before it."""
     front = rear = 0.0
-    for index, (since, v_front, v_rear) in enumerate(history):
-        begin = start if index == 0 else max(since, start)
-        stop = min(history[index + 1][0], end) if index + 1 < len(history) else end
-        if stop > begin:
-            front += (stop - begin) * v_front
-            rear += (stop - begin) * v_rear
+    begin = start
+    for following, (_, v_front, v_rear) in enumerate(history, 1):
+        until = history[following][0] if following < len(history) else end
+        if until <= begin:
+            continue
+        held = (end if until > end else until) - begin
+        front += held * v_front
+        rear += held * v_rear
+        if until >= end:
+            break
+        begin = until
     return front / (end - start), rear / (end - start)

@@ -93,27 +93,27 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
 
     def initialise(self, time: float) -> None:
         """Collect the parameters, place the plant at its initial state."""
-        reals, at = self.reals, self.references
+        values, at = self.values, self.references
         try:
-            self.parameters = checked(PlantParameters(**{row.field: reals[at[row.name]] for row in PARAMETERS}))
+            self.parameters = checked(PlantParameters(**{row.field: values[at[row.name]] for row in PARAMETERS}))
         except ParameterError as problem:
             raise Refusal(str(problem)) from problem
-        self.inner_step = reals[at["solver.step"]]
-        pitch, elevation, travel = (reals[at[f"initial.{axis}"]] for axis in AXES)
-        pitch_rate, elevation_rate, travel_rate = (reals[at[f"initial.{axis}_rate"]] for axis in AXES)
-        v_front, v_rear = reals[at["initial.v_front"]], reals[at["initial.v_rear"]]
+        self.inner_step = values[at["solver.step"]]
+        pitch, elevation, travel = (values[at[f"initial.{axis}"]] for axis in AXES)
+        pitch_rate, elevation_rate, travel_rate = (values[at[f"initial.{axis}_rate"]] for axis in AXES)
+        v_front, v_rear = values[at["initial.v_front"]], values[at["initial.v_rear"]]
         rates = (pitch_rate, elevation_rate, travel_rate)
         first = start_state(pitch, elevation, travel, v_front, v_rear, rates)
         self.state: PlantState = rigid_start(first, self.parameters)
-        enabled = self.booleans[at["encoder.enabled"]]
-        self.counts = tuple(self.integers[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)
+        enabled = values[at["encoder.enabled"]]
+        self.counts = tuple(values[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)
         self.history: Held = []
         self._publish()
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        reals, p, state = self.reals, self.parameters, self.state
-        v_front, v_rear, command = reals[0], reals[1], reals[2]  # the first three of ``variables``
+        p, state = self.parameters, self.state
+        v_front, v_rear, command = self.values[:3]  # the first three of ``variables``
         delay, history = p.input_delay_rotors, self.history
         if delay > 0.0:
             history = remember(history, time, v_front, v_rear, delay)
@@ -134,15 +134,16 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
 
     def _publish(self) -> None:
         """Set the outputs to what the encoders and rates show of the state."""
-        reals, state = self.reals, self.state
+        state, (of_pitch, of_elevation, of_travel) = self.state, self.counts
         pitch, elevation, travel = measured_angles(state)
-        counts = self.counts
-        reals[3] = quantise(pitch, counts[0])
-        reals[4] = quantise(elevation, counts[1])
-        reals[5] = quantise(travel, counts[2])
-        reals[6] = state.pitch_rate
-        reals[7] = state.elevation_rate + state.bending_rate
-        reals[8] = state.travel_rate
+        self.values[3:9] = (  # behind the inputs
+            quantise(pitch, of_pitch),
+            quantise(elevation, of_elevation),
+            quantise(travel, of_travel),
+            state.pitch_rate,
+            state.elevation_rate + state.bending_rate,
+            state.travel_rate,
+        )
 
     def freeze(self) -> Any:
         """State and delayed voltages; everything else follows from the parameters."""

@@ -42,7 +42,7 @@ with the reason, and steps are refused.</p>"""
 
     def initialise(self, time: float) -> None:
         """Read the log and show its first row."""
-        path = self.strings[self.references["log.path"]]
+        path = self.values[self.references["log.path"]]
         if self.recording is None or self.recording.path != path:
             self.recording = read_recording(path)
         self._show(time)
@@ -54,11 +54,9 @@ with the reason, and steps are refused.</p>"""
     def _show(self, time: float) -> None:
         if self.recording is None:
             raise Refusal("there is no log to play")
-        since_first = time - self.start_time + self.reals[self.references["log.start"]]
+        since_first = time - self.start_time + self.values[self.references["log.start"]]
         index = bisect_right(self.recording.times, since_first + _EARLY) - 1
-        reals = self.reals
-        for reference, value in enumerate(self.recording.rows[max(index, 0)]):
-            reals[reference] = value
+        self.values[:5] = self.recording.rows[max(index, 0)]  # the first five of ``variables``
 
     def freeze(self) -> Any:
         """Nothing is hidden: what is shown follows from the parameters and the time."""

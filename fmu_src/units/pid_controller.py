@@ -68,36 +68,36 @@ delay of one period. Up to the first they are trim/2 each.</p>"""
     def initialise(self, time: float) -> None:
         """Take the settings, show the trim voltages."""
         at = self.references
-        value = {name: self.reals[reference] for name, reference in at.items() if reference in self.reals}
+        value = {name: self.values[reference] for name, reference in at.items()}
         axis_gains = type(_DEFAULT.pitch)
         self.settings = PidSettings(
             **{axis: axis_gains(*(value[f"{axis}.{gain}"] for gain in _GAINS)) for axis in AXES},
-            travel_enabled=self.booleans[at["travel.enabled"]],
+            travel_enabled=value["travel.enabled"],
             trim=value["trim"],
             pitch_limit=value["travel.pitch_limit"],
             rate_time_constant=value["rate.time_constant"],
             voltage_limit=value["voltage_limit"],
         )
-        self.steps = tuple(value[f"reference.step_{axis}"] for axis in AXES)
+        self.rises = tuple(value[f"reference.step_{axis}"] for axis in AXES)
         self.step_time = value["reference.step_time"] - _EARLY
         self.state: PidState | None = None
         self._show(0.5 * self.settings.trim, 0.5 * self.settings.trim)
 
     def advance(self, time: float, step_size: float) -> None:
         """Take the angles at ``time`` [s]; the voltages show at ``time + step_size``."""
-        reals = self.reals
-        pitch, elevation, travel = reals[0], reals[1], reals[2]  # the first three of ``variables``
-        references = (reals[7], reals[8], reals[9])  # after two excitations and two voltages
+        # the order of ``variables``: angles, excitations, the two voltages, references
+        pitch, elevation, travel, more_front, more_rear, _, _, to_pitch, to_elevation, to_travel = self.values[:10]
+        references = (to_pitch, to_elevation, to_travel)
         if time - self.start_time >= self.step_time:
-            a, b, c = self.steps
-            references = (references[0] + a, references[1] + b, references[2] + c)
+            a, b, c = self.rises
+            references = (to_pitch + a, to_elevation + b, to_travel + c)
         state = start_pid(pitch, elevation, travel) if self.state is None else self.state
         self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.settings)
-        self._show(front + reals[3], rear + reals[4])
+        self._show(front + more_front, rear + more_rear)
 
     def _show(self, v_front: float, v_rear: float) -> None:
         limit = self.settings.voltage_limit
-        self.reals[5], self.reals[6] = clip(v_front, limit), clip(v_rear, limit)
+        self.values[5:7] = clip(v_front, limit), clip(v_rear, limit)
 
     def freeze(self) -> Any:
         """Integrals and filtered angles, None before the first step."""
