@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.records import Log, RigConfiguration
 from heli_plant.parameters import BY_FIELD, PlantParameters

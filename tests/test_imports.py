@@ -53,6 +53,12 @@ RULES = (
         "heli_identifier", ("fmu_src",),
         ("heli_identifier.cli", "heli_identifier.diagnosis", "heli_identifier.paper"),
     ),
+    Rule(
+        "what a diagnosis is made of knows no diagnosis",
+        "heli_identifier",
+        ("heli_identifier.diagnosis",),
+        tuple(f"heli_identifier.{room}" for room in ("diagnosis", "campaign", "report", "cli", "interface")),
+    ),
     Rule("estimation on line is plain floats", "heli_identifier.online", ARRAYS),
     Rule("excitation is plain floats", "heli_identifier.excitation", ARRAYS),
     Rule("slaves hold no physics", "fmu_src.units", (*MATHEMATICS, "cmath", *ARRAYS)),

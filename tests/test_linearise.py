@@ -10,8 +10,8 @@ from scipy.io import loadmat
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
-from heli_identifier.diagnosis.result import Estimate
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.estimate import Estimate
 from heli_identifier.linearise import drawn_plants, linear_model, margins, operating_point, retuned
 from heli_identifier.linearise.closed_loop import closed_loop
 from heli_identifier.linearise.controller import controller

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from heli_identifier.diagnosis.result import Estimate
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.estimate import Estimate
 from heli_identifier.report.diagnosis_document import diagnosis_document, document_text, plain
 from heli_identifier.report.parameter_set import corrected_parameters, read_parameter_set
 from heli_identifier.report.provenance import provenance

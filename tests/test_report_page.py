@@ -7,7 +7,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure
 from heli_identifier.report.figures.style import COLOURS, thinned
 from heli_identifier.report.page import report_page

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.diagnosis.result import NOT_SHOWN, NOT_TESTABLE
 from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.prediction.whitening import fit_whitener
 from heli_identifier.tracing.candidates import Candidate, candidates, moving_mass_at
+from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE
 from heli_identifier.tracing.scan import admissible, basis_of, extended, raw_columns, scan, scored
 from heli_identifier.tracing.verdicts import LEAST_VISIBILITY, open_verdicts
 from heli_plant.effects import effect

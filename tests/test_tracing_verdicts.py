@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heli_identifier.diagnosis.result import NOT_SHOWN, NOT_TESTABLE, Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.tracing.candidates import Candidate
 from heli_identifier.tracing.experiments import EXPERIMENTS, experiment_for, separating
+from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE
 from heli_identifier.tracing.verdicts import open_verdicts, upper_bound
 from heli_plant.effects import CATALOGUE, effect
 

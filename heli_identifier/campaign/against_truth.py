@@ -6,7 +6,8 @@ rig that holds no unknown torque. *Covered*: the 95 % interval of a parameter or
 """
 
 from heli_identifier.campaign.row import Row
-from heli_identifier.diagnosis.result import UNKNOWN_EFFECT, Estimate
+from heli_identifier.diagnosis.result import UNKNOWN_EFFECT
+from heli_identifier.estimate import Estimate
 from heli_identifier.prediction.fit import BASE
 
 UNKNOWN = "unknown"

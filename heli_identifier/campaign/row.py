@@ -6,8 +6,9 @@ What was found and what is true stand in columns of their own; every column of t
 from typing import Any
 
 from heli_identifier.campaign.rig import Truth
-from heli_identifier.diagnosis.result import Diagnosis, FoundEffect
+from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.prediction.fit import BASE
+from heli_identifier.tracing.findings import FoundEffect
 from heli_plant.effects import AXES
 
 Row = dict[str, Any]

@@ -1,6 +1,7 @@
 """What ``heli diagnose`` leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
 
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -45,9 +46,12 @@ def write_results(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str,
     document = diagnosis_document(diagnosis, provenance)
     parameters = corrected_parameters(diagnosis, provenance)
     unit = build(PLANT, folder, parameters.start_values)
-    check_free_run(unit, diagnosis)
+    with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
+        checked = beside.submit(check_free_run, unit, diagnosis)
+        page = report_page(diagnosis, provenance, rig)
+        checked.result()
     (folder / "parameters.json").write_text(document_text(parameters.document()), encoding="utf-8")
-    (folder / "report.html").write_text(report_page(diagnosis, provenance, rig), encoding="utf-8")
+    (folder / "report.html").write_text(page, encoding="utf-8")
     (folder / "diagnosis.json").write_text(document_text(document), encoding="utf-8")
     return document
 

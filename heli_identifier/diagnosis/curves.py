@@ -1,8 +1,8 @@
 """A found effect drawn: the partial residual against the effect's variable, and the fitted law with its band.
 
 The partial residual is the smoothed acceleration less what the model gives without the effect, averaged over bins of
-the variable; the law's curve is the model with the effect less the model without, averaged the same way. No law is
-written again here: both come from the plant.
+the variable; the law's curve is the model with the effect less the model without, smoothed and averaged the same way.
+No law is written again here: both come from the plant.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.diagnosis.result import EffectCurve
-from heli_identifier.evaluation.smoothed_state import smoothed_motion
+from heli_identifier.evaluation.smoothed_state import as_smoothed, smoothed_motion
 from heli_identifier.prediction.record import Record
 from heli_identifier.tracing.model import Model
 from heli_plant.compiled import compiled, parameter_record
@@ -81,6 +81,7 @@ def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> Eff
     for record in records:
         without, mu = accelerations_along(record, bare)
         with_effect, _ = accelerations_along(record, parameters)
+        without, with_effect = as_smoothed(without, record), as_smoothed(with_effect, record)
         cut = slice(int(1.0 / record.step), -int(1.0 / record.step))
         xs.append(_variable(record, VARIABLE[effect.name], axis, mu)[cut])
         points.append((smoothed_motion(record, 2)[:, axis] - without[:, axis])[cut])

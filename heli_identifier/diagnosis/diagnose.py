@@ -6,41 +6,32 @@ from time import perf_counter
 import numpy as np
 
 from heli_identifier.diagnosis.curves import effect_curve
+from heli_identifier.diagnosis.findings import catalogue_verdicts, found_effects, parameter_estimates
 from heli_identifier.diagnosis.result import (
-    AMBIGUOUS,
     EFFECTS_SHOWN,
     MODEL_ADEQUATE,
-    SHOWN,
-    UNKNOWN,
     UNKNOWN_EFFECT,
-    CatalogueVerdict,
     DataEntry,
     Diagnosis,
     EffectCurve,
-    Estimate,
-    FoundEffect,
     HeldOutSeries,
 )
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.evaluation.free_run import run_start
 from heli_identifier.evaluation.judgement import judged
-from heli_identifier.prediction.fit import BASE, Fit
+from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.record import reduce_log
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.records.log import Log
 from heli_identifier.tracing.agreement import agreement
 from heli_identifier.tracing.ambiguity import alternatives
-from heli_identifier.tracing.candidates import shape_fields
-from heli_identifier.tracing.description import described
-from heli_identifier.tracing.experiments import separating
+from heli_identifier.tracing.findings import FoundEffect
 from heli_identifier.tracing.held_out import borne_out
-from heli_identifier.tracing.model import Model, effect_score
+from heli_identifier.tracing.model import Model
 from heli_identifier.tracing.scan import Scan
 from heli_identifier.tracing.selection import Selection, select
-from heli_identifier.tracing.verdicts import open_verdicts, upper_bound
 from heli_plant.effects import Effect
-from heli_plant.parameters import BY_FIELD
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
@@ -81,14 +72,14 @@ def diagnose(
     rivals = _rivals(selection, model, settings)
     tell("judging before and after", 0.85)
     axes, runs = judged(validation, held, selection.bare.model.fit, final)
-    effects = _found(model, agreed, rivals)
+    effects = found_effects(model, agreed, rivals)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
         withdrawn=withdrawn,
-        catalogue=_catalogue(selection, model, effects, withdrawn),
-        parameters_before=_parameters(selection.bare.model.fit),
-        parameters_after=_parameters(final),
+        catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
+        parameters_before=parameter_estimates(selection.bare.model.fit),
+        parameters_after=parameter_estimates(final),
         plant_before=selection.bare.model.fit.parameters,
         plant_after=final.parameters,
         axes=axes,
@@ -114,96 +105,10 @@ def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> 
     return {e.field: alternatives(model, e, selection.bare, settings.selection) for e in model.effects}
 
 
-def _found(
-    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]]
-) -> tuple[FoundEffect, ...]:
-    """Named and unknown effects, strongest evidence first."""
-    found = []
-    for effect in model.effects:
-        others = rivals[effect.field]
-        found.append(
-            FoundEffect(
-                effect.name,
-                effect.axis,
-                _estimate(model.fit, effect.field),
-                AMBIGUOUS if others else SHOWN,
-                tuple((other.name, other.axis) for other in others),
-                _shape(model.fit, effect),
-                effect_score(model.fit, effect),
-                agreed[effect.field],
-                separating(effect.name, others[0].name) if others else "",
-            )
-        )
-    for index, unknown in enumerate(model.unknowns):
-        shape = described(model, index)
-        found.append(FoundEffect("unknown", unknown.axis, None, UNKNOWN, (), shape, float(np.sqrt(unknown.surplus))))
-    return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
 
-def _estimate(fit: Fit, field: str) -> Estimate:
-    return Estimate(getattr(fit.parameters, field), fit.standard_error(field), BY_FIELD[field].unit)
 
 
-def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]:
-    """Shape parameters of an effect; those that were not estimated have no standard error."""
-    estimated = shape_fields(effect)
-    return {
-        shape.name: {
-            "value": getattr(fit.parameters, shape.field),
-            "standard_error": fit.standard_error(shape.field) if shape.field in estimated else None,
-            "unit": shape.unit,
-        }
-        for shape in effect.shapes
-    }
-
-
-def _parameters(fit: Fit) -> dict[str, Estimate]:
-    """Give the simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
-    return {
-        **{field: _estimate(fit, field) for field in BASE},
-        "T_m": Estimate(fit.parameters.T_m, None, "s"),
-    }
-
-
-def _catalogue(
-    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
-) -> tuple[CatalogueVerdict, ...]:
-    """One verdict per entry: those in the model first, then what the last scan says of the others."""
-    in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
-    verdicts = []
-    for effect in model.effects:
-        found = in_model[(effect.name, effect.axis)]
-        estimate = found.coefficient
-        assert estimate is not None
-        why = f"score {found.score:+.1f}, {selection.threshold:.1f} needed"
-        verdicts.append(
-            CatalogueVerdict(
-                effect.name, effect.axis, found.verdict, estimate, found.score, _visibility(selection, effect),
-                upper_bound(effect, estimate), why, found.experiment,
-            )
-        )  # fmt: skip
-    reasons = {(name, axis): why for name, axis, why in withdrawn}
-    for verdict in open_verdicts(selection.last.scanned, selection.threshold, selection.hint):
-        verdicts.append(verdict)
-    listed = {(v.name, v.axis) for v in verdicts}
-    for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
-        key = (verdict.name, verdict.axis)
-        if key not in listed:
-            why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
-            verdicts.append(
-                CatalogueVerdict(
-                    verdict.name, verdict.axis, "not shown", verdict.estimate, verdict.score, verdict.visibility,
-                    verdict.upper_bound, why, verdict.experiment,
-                )
-            )  # fmt: skip
-    return tuple(verdicts)
-
-
-def _visibility(selection: Selection, effect: Effect) -> float:
-    """Visibility of an effect at the bare model."""
-    scanned = selection.bare.scanned
-    own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
-    return float(max(own, default=0.0))
 
 
 def _series(

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.diagnosis.result import ErrorFigure
+from heli_identifier.evaluation.figures import ErrorFigure
 
 SEGMENT = 5.0
 """Length [s] of a segment: longer than the horizon of a prediction and than the memory of the room's torque."""

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from heli_identifier.diagnosis.result import ErrorFigure
 from heli_identifier.evaluation.bootstrap import rms_figures
+from heli_identifier.evaluation.figures import ErrorFigure
 from heli_identifier.evaluation.prediction import SPACING, prediction_errors
 from heli_identifier.prediction.record import reduce_log
 from heli_identifier.records.log import Log

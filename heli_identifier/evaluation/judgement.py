@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.diagnosis.result import AxisError, AxisReport, ErrorFigure
 from heli_identifier.evaluation.bootstrap import rms_figures
+from heli_identifier.evaluation.figures import AxisError, AxisReport, ErrorFigure
 from heli_identifier.evaluation.free_run import free_run, stable_axes
 from heli_identifier.evaluation.noise_floor import synthetic_pieces, synthetic_record
 from heli_identifier.evaluation.prediction import SPACING, prediction_errors

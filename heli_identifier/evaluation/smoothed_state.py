@@ -4,6 +4,8 @@ Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964),
 .88 at 2 Hz; no model takes part. Motors and bending follow from the voltages by the plant's own step.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import savgol_filter
@@ -23,6 +25,16 @@ def smoothed_motion(record: Record, order: int = 0) -> NDArray[np.float64]:
     """Angles (N, 3) [rad], or their derivatives of ``order``, smoothed without phase."""
     length = max(int(WINDOW / record.step) | 1, 5)
     return savgol_filter(record.angles, length, 3, deriv=order, delta=record.step, axis=0)
+
+
+def as_smoothed(acceleration: NDArray[np.float64], record: Record) -> NDArray[np.float64]:
+    """Accelerations (N, 3) [rad/s^2] as :func:`smoothed_motion` of order 2 would give them had the rig moved so.
+
+    They are summed up to angles, which the same local cubic differentiates again.
+    """
+    angles = np.zeros_like(acceleration)
+    angles[1:] = record.step**2 * acceleration.cumsum(axis=0).cumsum(axis=0)[:-1]
+    return smoothed_motion(replace(record, angles=angles), 2)
 
 
 def smoothed_states(record: Record, parameters: PlantParameters) -> NDArray[np.float64]:

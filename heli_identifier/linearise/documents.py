@@ -7,7 +7,7 @@ from typing import Any
 
 from scipy.io import savemat
 
-from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.linearise.design import Design, Loop
 from heli_identifier.linearise.linear_model import INPUTS
 from heli_identifier.report.diagnosis_document import plain

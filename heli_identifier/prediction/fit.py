@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.estimate import Estimate
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.prediction.whitening import Whitener, fit_whitener
 from heli_plant.parameters import BY_FIELD, PlantParameters
@@ -83,6 +84,10 @@ class Fit:
         """Give the standard error of a free field, in its unit."""
         index = self.free.index(field)
         return float(np.sqrt(self.covariance[index, index]))
+
+    def estimate(self, field: str) -> Estimate:
+        """Give a free field's value with its standard error."""
+        return Estimate(getattr(self.parameters, field), self.standard_error(field), BY_FIELD[field].unit)
 
 
 def log_likelihood(problem: Problem, whitener: Whitener) -> float:

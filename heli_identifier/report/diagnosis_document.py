@@ -7,7 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.diagnosis.result import AxisError, AxisReport, CatalogueVerdict, Diagnosis, Estimate, FoundEffect
+from heli_identifier.diagnosis.result import Diagnosis
+from heli_identifier.estimate import Estimate
+from heli_identifier.evaluation.figures import AxisError, AxisReport
+from heli_identifier.tracing.findings import CatalogueVerdict, FoundEffect
 
 SCHEMA = "heli-diagnosis/1"
 FIGURES = {

@@ -3,21 +3,13 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.diagnosis.result import (
-    AMBIGUOUS,
-    NOT_SHOWN,
-    NOT_TESTABLE,
-    SHOWN,
-    UNKNOWN,
-    Diagnosis,
-    EffectCurve,
-    Estimate,
-    FoundEffect,
-)
+from heli_identifier.diagnosis.result import Diagnosis, EffectCurve
+from heli_identifier.estimate import Estimate
 from heli_identifier.report.figures.effect import effect_figure, line_figure
 from heli_identifier.report.figures.style import inline_svg
 from heli_identifier.report.rounding import significant, with_interval
 from heli_identifier.report.sentences import effect_name, effect_title, law_text, listed, variable_name
+from heli_identifier.tracing.findings import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, FoundEffect
 from heli_plant.effects import effect as catalogue_effect
 
 KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}

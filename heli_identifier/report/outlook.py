@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from heli_identifier.diagnosis.result import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict, Diagnosis
+from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.report.figures.ambiguity_map import CONFUSED, ambiguity_map
 from heli_identifier.report.rounding import significant
 from heli_identifier.report.sentences import effect_name, effect_title, listed
 from heli_identifier.tracing.experiments import experiment_for
+from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict
 from heli_plant.effects import effect as catalogue_effect
 
 LOOSE, MOST_LOOSE = 0.1, 3

@@ -17,8 +17,10 @@ from pathlib import Path
 from typing import Any
 
 from heli_identifier.bounds import require_positive
-from heli_identifier.diagnosis.result import Diagnosis, ErrorFigure, Estimate
+from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.estimate import Estimate
+from heli_identifier.evaluation.figures import ErrorFigure
 from heli_identifier.report.diagnosis_document import plain
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError

@@ -2,7 +2,8 @@
 
 from math import floor, isfinite, log10
 
-from heli_identifier.diagnosis.result import ErrorFigure, Estimate
+from heli_identifier.estimate import Estimate
+from heli_identifier.evaluation.figures import ErrorFigure
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 

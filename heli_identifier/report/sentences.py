@@ -3,16 +3,10 @@
 import re
 from collections.abc import Sequence
 
-from heli_identifier.diagnosis.result import (
-    AMBIGUOUS,
-    MODEL_ADEQUATE,
-    NOT_TESTABLE,
-    UNKNOWN,
-    AxisReport,
-    Diagnosis,
-    FoundEffect,
-)
+from heli_identifier.diagnosis.result import MODEL_ADEQUATE, Diagnosis
+from heli_identifier.evaluation.figures import AxisReport
 from heli_identifier.report.rounding import significant, with_interval
+from heli_identifier.tracing.findings import AMBIGUOUS, NOT_TESTABLE, UNKNOWN, FoundEffect
 
 VARIABLES = {
     "pitch": "pitch",

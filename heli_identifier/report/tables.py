@@ -3,10 +3,12 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.diagnosis.result import NOT_TESTABLE, AxisReport, Diagnosis
+from heli_identifier.diagnosis.result import Diagnosis
+from heli_identifier.evaluation.figures import AxisReport
 from heli_identifier.report.found import KINDS
 from heli_identifier.report.rounding import acceleration_text, angle_text, significant, unit_text, with_interval
 from heli_identifier.report.sentences import MEANINGS, effect_name, listed
+from heli_identifier.tracing.findings import NOT_TESTABLE
 
 ERRORS = (
     ("prediction_1s", "1 s ahead [mrad]", angle_text),

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from heli_identifier.diagnosis.result import Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.workers import parallel
@@ -43,7 +43,7 @@ def agreement(
         _, weakest, why = min(failures, key=lambda failure: failure[0])
         withdrawn.append(Withdrawal(weakest.name, weakest.axis, why))
         model = without(model, weakest) if isinstance(weakest, Effect) else without_unknown(model, weakest)
-    found = {effect.field: {b: _estimate(other, effect) for b, other in refits.items()} for effect in model.effects}
+    found = {effect.field: {b: other.fit.estimate(effect.field) for b, other in refits.items()} for effect in model.effects}
     return model, found, withdrawn
 
 
@@ -56,15 +56,11 @@ def seen_at(model: Model, bandwidth: float) -> Model:
     return Model(fitted, model.effects, unknowns)
 
 
-def _estimate(model: Model, effect: Effect) -> Estimate:
-    return Estimate(getattr(model.fit.parameters, effect.field), model.fit.standard_error(effect.field), effect.unit)
-
-
 def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[float, Effect | Unknown, str]]:
     """Score, effect and reason of all that is not found again at another filter frequency."""
     where = f"at the filter frequency {bandwidth:g} rad/s"
     for effect in model.effects:
-        estimate, score = _estimate(other, effect), abs(effect_score(other.fit, effect))
+        estimate, score = other.fit.estimate(effect.field), abs(effect_score(other.fit, effect))
         if score < LEAST_SCORE or estimate.value * getattr(model.fit.parameters, effect.field) <= 0.0:
             yield score, effect, f"{where} it is {estimate.value:.3g} {effect.unit}, score {score:.1f}"
     for index, unknown in enumerate(model.unknowns):

@@ -6,8 +6,9 @@ imitated it, or when the data could not tell even its largest plausible coeffici
 
 import numpy as np
 
-from heli_identifier.diagnosis.result import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict, Estimate
+from heli_identifier.estimate import Estimate
 from heli_identifier.tracing.experiments import experiment_for
+from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict
 from heli_identifier.tracing.scan import Scan
 from heli_plant.effects import CATALOGUE, Effect
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 from matplotlib.figure import Figure
 
-from heli_identifier.diagnosis.result import AxisReport, ErrorFigure, Estimate
+from heli_identifier.estimate import Estimate
+from heli_identifier.evaluation.figures import AxisReport, ErrorFigure
 from heli_identifier.report.figures.style import AFTER, BEFORE, THIRD, canvas, key, styled
 from heli_identifier.report.sentences import MEANINGS
 
