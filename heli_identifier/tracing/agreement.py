@@ -43,7 +43,9 @@ def agreement(
         _, weakest, why = min(failures, key=lambda failure: failure[0])
         withdrawn.append(Withdrawal(weakest.name, weakest.axis, why))
         model = without(model, weakest) if isinstance(weakest, Effect) else without_unknown(model, weakest)
-    found = {effect.field: {b: other.fit.estimate(effect.field) for b, other in refits.items()} for effect in model.effects}
+    found = {
+        effect.field: {b: other.fit.estimate(effect.field) for b, other in refits.items()} for effect in model.effects
+    }
     return model, found, withdrawn
 
 
