@@ -29,7 +29,7 @@ def machine() -> str:
 
 
 def versions(packages: Sequence[str]) -> str:
-    """Packages with their versions."""
+    """Name packages with their versions."""
     return ", ".join(f"{name} {_version(name)}" for name in packages)
 
 

@@ -21,8 +21,8 @@ def write_section(page: Path, name: str, section: str) -> None:
     first, last = markers(name)
     before, begin, rest = text.partition(first)
     _, end, after = rest.partition(last)
-    whole = f"{before}{marked(name, section)}{after}" if begin and end else f"{text.rstrip()}\n\n{marked(name, section)}\n"
-    write_whole(page, whole)
+    own = marked(name, section)
+    write_whole(page, f"{before}{own}{after}" if begin and end else f"{text.rstrip()}\n\n{own}\n")
 
 
 def marked(name: str, section: str) -> str:

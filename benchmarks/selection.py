@@ -157,11 +157,11 @@ def section(load: float) -> str:
             ),
             f"{len(rigs)} rigs: the three demonstration rigs, and the first of each of the blind battery's "
             f"{len(rigs) - 3} kinds of pairs. Every method selects from the same matrices, {sizes[0][0]} rows by "
-            f"{min(k for _, k in sizes)} to {max(k for _, k in sizes)} columns: the catalogue's whitened columns behind "
-            "the projection that takes out the rig's own parameters, of unit length. Times are of the selection alone; "
-            "only the whole search also makes its columns and refits the plant, and looks for unknown torques. "
-            f"{ROUNDS} rounds; {' and '.join(sorted(ONCE))} run once. *True found*: effects of the truth that were "
-            "selected; *false*: effects selected that are not there; *rigs right*: the truth and nothing else. "
+            f"{min(k for _, k in sizes)} to {max(k for _, k in sizes)} columns: the catalogue's whitened columns "
+            "behind the projection that takes out the rig's own parameters, of unit length. Times are of the "
+            "selection alone; only the whole search also makes its columns and refits the plant, and looks for unknown "
+            f"torques. {ROUNDS} rounds; {' and '.join(sorted(ONCE))} run once. *True found*: effects of the truth that "
+            "were selected; *false*: effects selected that are not there; *rigs right*: the truth and nothing else. "
             "pysindy's MIOSR needs a licence for Gurobi and was not run.",
             table(("rig", "truth", "tracer, matrix alone", "whole search"), _choices(rigs, found)),
             measured_at(("numpy", "scipy", "pysindy"), load).removesuffix(".") + f", {_sysidentpy_version()}.",
@@ -185,7 +185,8 @@ def _bars(found: Mapping[str, tuple[Times, list[Entries]]], own: Times) -> list[
 
 
 def _row(name: str, times: Times, counted: Tally, own: Times) -> tuple[str, ...]:
-    documented = OURS.get(name) or (selection_peers.METHODS[name].__doc__ or "").rstrip(".")
+    how = (selection_peers.METHODS[name].__doc__ or "") if name in selection_peers.METHODS else ""
+    documented = OURS.get(name) or how.removeprefix("Run ").rstrip(".")
     return (
         documented,
         seconds(times.median),
@@ -209,7 +210,7 @@ def _named(entries: Entries) -> str:
 
 
 def _sysidentpy_version() -> str:
-    ask = "from importlib.metadata import version as v; print(f'sysidentpy {v(\"sysidentpy\")} on numpy {v(\"numpy\")}')"
+    ask = "from importlib.metadata import version as v; print('sysidentpy', v('sysidentpy'), 'on numpy', v('numpy'))"
     done = subprocess.run(
         [peer_python("sysidentpy"), "-c", ask], capture_output=True, text=True, check=False, cwd=ROOT
     )

@@ -33,14 +33,14 @@ def best_on_path(path, squares, rows):
 
 
 def ssr(X, y):
-    """pysindy SSR as it comes."""
+    """Run pysindy's SSR as it comes."""
     from pysindy.optimizers import SSR
 
     return np.flatnonzero(np.ravel(SSR().fit(X, y[:, None]).coef_))
 
 
 def ssr_tuned(X, y):
-    """pysindy SSR eliminating down to one term, the path's best by Schwarz's criterion."""
+    """Run pysindy's SSR eliminating down to one term, the path's best by Schwarz's criterion."""
     from pysindy.optimizers import SSR
 
     path = SSR(alpha=1e-9, max_iter=X.shape[1]).fit(X, y[:, None])
@@ -49,14 +49,14 @@ def ssr_tuned(X, y):
 
 
 def frols(X, y):
-    """pysindy FROLS as it comes."""
+    """Run pysindy's FROLS as it comes."""
     from pysindy.optimizers import FROLS
 
     return np.flatnonzero(np.ravel(FROLS().fit(X, y[:, None]).coef_))
 
 
 def frols_tuned(X, y):
-    """pysindy FROLS up to fifteen terms, the path's best by Schwarz's criterion."""
+    """Run pysindy's FROLS up to fifteen terms, the path's best by Schwarz's criterion."""
     from pysindy.optimizers import FROLS
 
     path = FROLS(alpha=1e-9, max_iter=MOST_TERMS).fit(X, y[:, None])
@@ -65,12 +65,12 @@ def frols_tuned(X, y):
 
 
 def sysidentpy(X, y):
-    """SysIdentPy FROLS as it comes: Akaike's criterion over fifteen orders, recursive least squares."""
+    """Run SysIdentPy's FROLS as it comes: Akaike's criterion over fifteen orders, recursive least squares."""
     return _sysidentpy(X, y)
 
 
 def sysidentpy_tuned(X, y):
-    """SysIdentPy FROLS with Schwarz's criterion and least squares."""
+    """Run SysIdentPy's FROLS with Schwarz's criterion and least squares."""
     from sysidentpy.parameter_estimation import LeastSquares
 
     return _sysidentpy(X, y, info_criteria="bic", estimator=LeastSquares())

@@ -1,0 +1,153 @@
+"""Cost against the length of a log, the number of logs and the number of effects that are switched on.
+
+The logs are the blind generator's, of a rig with dry friction in its pitch pivot, so that a diagnosis has something to
+find and to check. A length whose diagnosis would take longer than :data:`LIMIT`, in proportion to the length before,
+is left out.
+"""
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from benchmarks.cost_figures import FOLDER, by_effects, by_logs, by_samples
+from benchmarks.machine import measured_at
+from benchmarks.tables import figure, seconds, table
+from benchmarks.timing import in_turn, seconds_of
+from heli_identifier.diagnosis.diagnose import diagnose
+from heli_identifier.online import IdentifierSettings
+from heli_identifier.records import Log, log_from_samples
+from heli_identifier.replay import replay
+from heli_identifier.report.figures.style import write_figure
+from heli_plant.effects import CATALOGUE
+from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.plant import step
+from heli_plant.simulation import simulate
+from heli_plant.state import PlantState, rest_state
+from tests.blind.generator import simulate_log
+from tests.blind.kinds import draw_rig
+from tests.blind.signals import multisines
+
+H, RATE = 0.01, 100.0
+SAMPLES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
+LOGS = (1, 2, 4, 8)
+LOG_SECONDS = 90.0
+LIMIT = 180.0
+"""Longest diagnosis [s] that is started."""
+
+ROUNDS, STEP_ROUNDS, STEPS = 3, 15, 500
+FLYING = PlantState(0.1, 0.05, 0.2, 0.1, 0.05, -0.2, 1.2, 1.1)
+RIG = draw_rig(np.random.SeedSequence(7), "dry_friction:pitch")
+
+
+def log(duration: float, number: int) -> Log:
+    """Make a log of some seconds."""
+    samples = simulate_log(RIG, multisines(duration, np.random.default_rng(number)), number)
+    return log_from_samples(f"log{number}", RATE, samples[:, 1:3], samples[:, 3:])
+
+
+def effects_on(count: int) -> PlantParameters:
+    """Switch on the first ``count`` entries of the catalogue, each by a thousandth of its range."""
+    small = {e.field: 1e-3 * min(e.upper, 1.0) for e in CATALOGUE[:count]}
+    return TABLE_2._replace(**small)
+
+
+def length_costs(held_out: Log) -> list[tuple[int, float, float, float | None]]:
+    """Give samples, and seconds to simulate, replay and diagnose as many; None where that was left out."""
+    rows: list[tuple[int, float, float, float | None]] = []
+    each: float | None = None
+    for count in SAMPLES:
+        one = log(count * H, count)
+        start = rest_state(TABLE_2, float(one.voltages[0].sum()))
+        times = in_turn(
+            {
+                "simulation": partial(simulate, one.voltages, H, start, TABLE_2),
+                "replay": partial(replay, one.voltages, one.angles, IdentifierSettings()),
+            },
+            ROUNDS,
+        )
+        diagnosis = None
+        if each is None or each * count <= LIMIT:
+            diagnosis = seconds_of(partial(diagnose, [one], [held_out]))
+            each = diagnosis / count
+        rows.append((count, times["simulation"].median, times["replay"].median, diagnosis))
+    return rows
+
+
+def log_costs(held_out: Log) -> list[tuple[int, float]]:
+    """Give numbers of logs, and seconds to diagnose as many."""
+    logs = [log(LOG_SECONDS, number) for number in range(1, max(LOGS) + 1)]
+    return [(count, seconds_of(partial(diagnose, logs[:count], [held_out]))) for count in LOGS]
+
+
+def effect_costs() -> list[tuple[int, float, float]]:
+    """Give numbers of effects that are on, and microseconds of a step, compiled and interpreted."""
+    counts = [*range(0, len(CATALOGUE) - 2, 5), len(CATALOGUE)]
+    voltages = multisines(LOG_SECONDS, np.random.default_rng(1))
+    start = rest_state(TABLE_2, float(voltages[0].sum()))
+    sets = {count: effects_on(count) for count in counts}
+    times = in_turn(
+        {
+            **{f"compiled {n}": partial(simulate, voltages, H, start, p) for n, p in sets.items()},
+            **{f"interpreted {n}": partial(interpreted_steps, p) for n, p in sets.items()},
+        },
+        STEP_ROUNDS,
+    )
+    return [
+        (n, 1e6 * times[f"compiled {n}"].median / len(voltages), 1e6 * times[f"interpreted {n}"].median / STEPS)
+        for n in counts
+    ]
+
+
+def interpreted_steps(parameters: PlantParameters) -> None:
+    """Step as a unit does, :data:`STEPS` times from one state."""
+    for k in range(STEPS):
+        step(FLYING, 1.5, 1.0, 0.0, k * H, H, parameters)
+
+
+def section(load: float) -> str:
+    held_out = log(LOG_SECONDS, 100)
+    diagnose([log(LOG_SECONDS, 101)], [held_out])
+    lengths, logs, effects = length_costs(held_out), log_costs(held_out), effect_costs()
+    for name, drawn in (
+        ("cost-samples", by_samples(lengths)),
+        ("cost-logs", by_logs(logs)),
+        ("cost-effects", by_effects(effects)),
+    ):
+        write_figure(drawn, FOLDER / f"{name}.svg")
+    return "\n\n".join(
+        [
+            "## Cost",
+            "### Length of a log",
+            "![Seconds against samples](figures/cost-samples.svg)",
+            table(
+                ("samples", "simulation", "replay of (7)", "diagnosis", "a sample"),
+                [_length_row(*row) for row in lengths],
+            ),
+            f"Sampled at {RATE:g} Hz; one log to fit, one of {LOG_SECONDS:g} s held out. Simulation and replay: median "
+            f"of {ROUNDS} rounds. Diagnosis: one run, without report and unit{_left_out(lengths)}.",
+            "### Number of logs",
+            "![Seconds against logs](figures/cost-logs.svg)",
+            table(("logs to fit", "diagnosis", "a log"), [(str(n), seconds(s), seconds(s / n)) for n, s in logs]),
+            f"Logs of {LOG_SECONDS:g} s each, one more held out; one run each.",
+            "### Number of effects switched on",
+            "![Microseconds a step against effects](figures/cost-effects.svg)",
+            table(
+                ("effects on", "compiled", "interpreted"),
+                [(str(n), f"{figure(fast)} us a step", f"{figure(slow)} us a step") for n, fast, slow in effects],
+            ),
+            f"The catalogue's entries in its order, {len(CATALOGUE)} in all. Compiled: simulation of {LOG_SECONDS:g} "
+            f"s. Interpreted: {STEPS} steps, as a unit runs them. Median of {STEP_ROUNDS} rounds in turn.",
+            measured_at(("numpy", "numba", "scipy"), load),
+        ]
+    )
+
+
+def _length_row(count: int, simulation: float, replayed: float, diagnosis: float | None) -> tuple[str, ...]:
+    judged = (seconds(diagnosis), seconds(diagnosis / count)) if diagnosis is not None else ("", "")
+    return f"{count:,}", seconds(simulation), seconds(replayed), *judged
+
+
+def _left_out(rows: Sequence[tuple[int, float, float, float | None]]) -> str:
+    missing = [f"{count:,}" for count, *_, diagnosis in rows if diagnosis is None]
+    return f", left out at {' and '.join(missing)} samples, where it would take over {LIMIT:g} s" if missing else ""
