@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench docs clean
+.PHONY: demo test lint bench blind docs clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
@@ -19,6 +19,13 @@ $(VENV)/.demo: pyproject.toml | $(BIN)/python
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(PIP) --editable '.[test,cluster,importers,docs]'
 	touch $@ $(VENV)/.demo
+
+# SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.
+$(VENV)/.bench: pyproject.toml $(VENV)/.test
+	$(PIP) --editable '.[bench]'
+	$(BIN)/python -m venv $(VENV)/sysidentpy
+	$(VENV)/sysidentpy/bin/python -m pip install --quiet --disable-pip-version-check 'sysidentpy>=0.9'
+	touch $@
 
 demo: $(VENV)/.demo
 	$(BIN)/heli demo
@@ -33,12 +40,14 @@ test: lint
 docs: $(VENV)/.test
 	$(BIN)/mkdocs build --strict
 
-bench: $(VENV)/.test
-	$(BIN)/python -m benchmarks.plant_step
-	$(BIN)/python -m benchmarks.online_identifier
-	$(BIN)/python -m benchmarks.master_speed
-	$(BIN)/python -m benchmarks.unit_memory
-	$(BIN)/python -m benchmarks.master_runs
+# Some quarter of an hour on a machine that has nothing else to do; writes docs/benchmarks.md. One section alone:
+# .venv/bin/python -m benchmarks NAME.
+bench: $(VENV)/.bench
+	$(BIN)/python -m benchmarks
+
+# The blind battery takes more than an hour and is no part of bench. It writes docs/results.md, and continues where it
+# stopped unless code that a diagnosis depends on has changed since.
+blind: $(VENV)/.test
 	$(BIN)/python -m benchmarks.blind
 
 clean:

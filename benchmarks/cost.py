@@ -1,8 +1,8 @@
 """Cost against the length of a log, the number of logs and the number of effects that are switched on.
 
 The logs are the blind generator's, of a rig with dry friction in its pitch pivot, so that a diagnosis has something to
-find and to check. A length whose diagnosis would take longer than :data:`LIMIT`, in proportion to the length before,
-is left out.
+find and to check. A length whose diagnosis would take longer than :data:`LIMIT`, as times have grown with the lengths
+before, is left out.
 """
 
 from collections.abc import Sequence
@@ -55,7 +55,7 @@ def effects_on(count: int) -> PlantParameters:
 def length_costs(held_out: Log) -> list[tuple[int, float, float, float | None]]:
     """Give samples, and seconds to simulate, replay and diagnose as many; None where that was left out."""
     rows: list[tuple[int, float, float, float | None]] = []
-    each: float | None = None
+    diagnosed: list[tuple[int, float]] = []
     for count in SAMPLES:
         one = log(count * H, count)
         start = rest_state(TABLE_2, float(one.voltages[0].sum()))
@@ -67,11 +67,28 @@ def length_costs(held_out: Log) -> list[tuple[int, float, float, float | None]]:
             ROUNDS,
         )
         diagnosis = None
-        if each is None or each * count <= LIMIT:
+        if expected(diagnosed, count) <= LIMIT:
             diagnosis = seconds_of(partial(diagnose, [one], [held_out]))
-            each = diagnosis / count
+            diagnosed.append((count, diagnosis))
         rows.append((count, times["simulation"].median, times["replay"].median, diagnosis))
     return rows
+
+
+def expected(done: Sequence[tuple[int, float]], count: int) -> float:
+    """Give the seconds that ``count`` samples would take: in proportion, or as times grew over the last two lengths if faster.
+
+    Memory may grow as times do; a power above one must not be found out at ten times the length.
+    """
+    if not done:
+        return 0.0
+    last, time = done[-1]
+    power = log_ratio(time, done[-2][1]) / log_ratio(last, done[-2][0]) if len(done) > 1 else 1.0
+    return float(time * (count / last) ** max(power, 1.0))
+
+
+def log_ratio(value: float, other: float) -> float:
+    """Logarithm of a ratio."""
+    return float(np.log(value / other))
 
 
 def log_costs(held_out: Log) -> list[tuple[int, float]]:

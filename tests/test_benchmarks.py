@@ -13,7 +13,7 @@ from benchmarks import selection_peers
 from benchmarks.__main__ import HEAD, MODULES
 from benchmarks.adaptation import disagreement, padasip_omega, record, regressions, replay_omega
 from benchmarks.campaign_speed import efficiency
-from benchmarks.cost import effects_on
+from benchmarks.cost import effects_on, expected
 from benchmarks.loop import bars as loop_bars
 from benchmarks.loop import figures_of
 from benchmarks.machine import processor
@@ -219,3 +219,11 @@ def test_tuned_peers_find_two_strong_terms_among_few(method, tmp_path):
 def test_as_many_effects_are_on_as_asked():
     for count in (0, 5, len(CATALOGUE)):
         assert sum(getattr(effects_on(count), entry.field) != 0.0 for entry in CATALOGUE) == count
+
+
+def test_what_has_grown_with_the_square_of_the_length_is_expected_to_go_on_so():
+    assert expected([], 10_000) == 0.0
+    assert expected([(10, 2.0)], 30) == pytest.approx(6.0)
+    assert expected([(10, 2.0), (30, 18.0)], 100) == pytest.approx(200.0)
+    # a fixed share of the cost makes times grow slower at first; the samples are paid for all the same
+    assert expected([(10, 2.0), (30, 3.0)], 60) == pytest.approx(6.0)
