@@ -1,7 +1,11 @@
 """Time per communication step of the four-unit closed loop, ours and others', and of each unit's own arithmetic.
 
-Usage: python benchmarks/master_speed.py [STEPS] [ROUNDS]. Everything runs in turn in each round, in a process of its
+Usage: python -m benchmarks.master_speed [STEPS] [ROUNDS]. Everything runs in turn in each round, in a process of its
 own; the table gives the median and the smallest of the rounds, in microseconds.
+
+The FMI boundary is what FMI adds to a step: the master's step with wired outputs alone, less that of the same four
+units as Python objects, their connections copied value by value and ``advance`` called directly (``models_alone``).
+Its floor is ``empty_units``: the same master on four pythonfmu units that do nothing, wired alike (ten calls a step).
 """
 
 import json
@@ -14,7 +18,27 @@ from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
 
-STEP = 0.01
+from benchmarks.fmpy_masters import STEP, fmpy_per_connection, fmpy_recording_all, fmpy_ssp
+
+ROOT = Path(__file__).resolve().parent.parent
+EMPTY_UNIT = """
+from pythonfmu import Fmi2Causality, Fmi2Slave, Real
+
+class Empty(Fmi2Slave):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        for kind, count in ((Fmi2Causality.input, 5), (Fmi2Causality.output, 3)):
+            for i in range(count):
+                start = {"start": 0.0} if kind == Fmi2Causality.input else {}
+                name = f"{kind.name}_{i}"
+                self.register_variable(Real(name, causality=kind, getter=float, setter=float, **start))
+    def set_real(self, references, values):
+        pass
+    def get_real(self, references):
+        return [0.0] * len(references)
+    def do_step(self, time, step):
+        return True
+"""
 
 
 def ours(order: dict, steps: int) -> float:
@@ -29,40 +53,6 @@ def ours_recording_all(order: dict, steps: int) -> float:
     from fmu_src.master import run
 
     return run("closed_loop", steps * STEP, STEP, {}, order["fmus"]).seconds
-
-
-def fmpy_per_connection(order: dict, steps: int) -> float:
-    """Step the same units by fmpy's own methods, one get and one set per connection."""
-    import fmpy
-    from fmpy.fmi2 import FMU2Slave
-
-    slaves, references = {}, {}
-    for name, fmu in order["fmus"].items():
-        description = fmpy.read_model_description(fmu)
-        references[name] = {v.name: v.valueReference for v in description.modelVariables}
-        slave = FMU2Slave(
-            guid=description.guid,
-            unzipDirectory=fmpy.extract(fmu),
-            modelIdentifier=description.coSimulation.modelIdentifier,
-            instanceName=name,
-        )
-        slave.instantiate()
-        slave.setupExperiment(startTime=0.0)
-        slave.enterInitializationMode()
-        slave.exitInitializationMode()
-        slaves[name] = slave
-    wires = [
-        (slaves[source], [references[source][output]], slaves[target], [references[target][input_]])
-        for source, output, target, input_ in order["connections"]
-    ]
-    began = time.perf_counter()
-    for k in range(steps):
-        values = [source.getReal(output) for source, output, _, _ in wires]
-        for (_, _, target, input_), value in zip(wires, values, strict=True):
-            target.setReal(input_, value)
-        for slave in slaves.values():
-            slave.doStep(currentCommunicationPoint=k * STEP, communicationStepSize=STEP)
-    return time.perf_counter() - began
 
 
 def libcosimpy(order: dict, steps: int) -> float:
@@ -96,13 +86,15 @@ def models_alone(order: dict, steps: int) -> float:
     units = {}
     for name, kind in CLOSED_LOOP.units:
         unit = unit_class(kind)(instance_name=name, resources="")
+        for parameter, value in order["parameters"].get(name, {}).items():
+            unit.set_real([unit.references[parameter]], [value])
         unit.setup_experiment(0.0)
         unit.enter_initialization_mode()
         unit.exit_initialization_mode()
         units[name] = unit
     wires = [
-        (units[w.source_unit].reals, units[w.source_unit].references[w.source],
-         units[w.target_unit].reals, units[w.target_unit].references[w.target])
+        (units[w.source_unit].values, units[w.source_unit].references[w.source],
+         units[w.target_unit].values, units[w.target_unit].references[w.target])
         for w in CLOSED_LOOP.connections
     ]  # fmt: skip
     began = time.perf_counter()
@@ -115,22 +107,50 @@ def models_alone(order: dict, steps: int) -> float:
     return time.perf_counter() - began
 
 
+def empty_units(order: dict, steps: int) -> float:
+    """Step four pythonfmu units that do nothing, wired alike, with the master: the boundary's floor."""
+    from pythonfmu.builder import FmuBuilder
+
+    from fmu_src.master import run
+    from fmu_src.wiring import CLOSED_LOOP, Connection, Scenario
+
+    units = [name for name, _ in CLOSED_LOOP.units]
+    place = {(w.source_unit, w.source): None for w in CLOSED_LOOP.connections}
+    for unit in units:
+        own = [key for key in place if key[0] == unit]
+        place.update({key: f"output_{i}" for i, key in enumerate(own)})
+    fed = dict.fromkeys(units, 0)
+    wires = []
+    for w in CLOSED_LOOP.connections:
+        wires.append(
+            Connection(w.source_unit, place[w.source_unit, w.source], w.target_unit, f"input_{fed[w.target_unit]}")
+        )
+        fed[w.target_unit] += 1
+    with TemporaryDirectory() as folder:
+        script = Path(folder) / "empty.py"
+        script.write_text(EMPTY_UNIT)
+        fmu = FmuBuilder.build_FMU(script, dest=folder)
+        alike = Scenario("empty", "units that do nothing", tuple((name, "Empty") for name in units), tuple(wires))
+        return run(alike, steps * STEP, STEP, {}, dict.fromkeys(units, fmu), record=()).seconds
+
+
 def _do_step(order: dict, steps: int, unit: str, parameters: dict) -> float:
     """Time fmi2DoStep of one unit through the boundary, by a ready pointer."""
     import numpy as np
 
-    from fmu_src.master.instance import Instance, address
+    from fmu_src.master.instance import Instance
+    from fmu_src.master.tape import Clock, Tape
 
-    instance = Instance("unit", Path(order["units"][unit]))
+    instance, clock = Instance("unit", Path(order["units"][unit])), Clock(STEP)
     instance.initialise(parameters, 0.0, steps * STEP)
     inputs = [name for name, v in instance.variables.items() if v.causality == "input"]
-    fed, shown = np.full(max(len(inputs), 1), 0.8), np.zeros(len(instance.outputs))
-    instance.bind(inputs, instance.outputs, address(fed), address(shown))
+    instance.bind(inputs, instance.outputs, np.full(len(inputs), 0.8), np.zeros(len(instance.outputs)), clock)
     instance.finish_initialisation(0.0)
-    instance.put(0.0)
+    Tape(instance.puts, clock, instance.alarm).play(0.0)
+    tape = Tape(instance.steps, clock, instance.alarm)
     began = time.perf_counter()
     for k in range(steps):
-        instance.step(k * STEP, STEP)
+        tape.play(k * STEP)
     return time.perf_counter() - began
 
 
@@ -159,7 +179,10 @@ CASES: dict[str, Callable[[dict, int], float]] = {
         ours,
         ours_recording_all,
         models_alone,
+        empty_units,
         fmpy_per_connection,
+        fmpy_recording_all,
+        fmpy_ssp,
         libcosimpy,
         ecos,
         plant_off,
@@ -181,6 +204,7 @@ def child(case: str, path: str, steps: str) -> None:
 def main(steps: int, rounds: int) -> None:
     """Build, run all cases in turn, print the table and the ratios."""
     from fmu_src.builder import build_all
+    from fmu_src.master.order import parameters_by_unit
     from fmu_src.ssp import write_ssp
     from fmu_src.wiring import CLOSED_LOOP
 
@@ -192,6 +216,8 @@ def main(steps: int, rounds: int) -> None:
             "fmus": files,
             "units": {name: str(path) for name, path in built.items()},
             "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
+            "outputs": {name: _outputs(kind) for name, kind in CLOSED_LOOP.units},
+            "parameters": parameters_by_unit(CLOSED_LOOP, {}),
             "ssp": str(write_ssp(CLOSED_LOOP, Path(folder) / "closed_loop.ssp", fmus=files)),
         }
         path = Path(folder) / "order.json"
@@ -206,18 +232,31 @@ def main(steps: int, rounds: int) -> None:
         shown = f"{median(seen):8.1f} {min(seen):8.1f}" if seen else "not installed"
         print(f"{case:22s} {shown}   {CASES[case].__doc__}")
     least = {case: min(seen) for case, seen in times.items() if seen}
-    print(f"boundary: {least['ours'] - least['models_alone']:.1f} us a step")
+    print(
+        f"boundary: {least['ours'] - least['models_alone']:.1f} us a step, "
+        f"of which {least['empty_units']:.1f} with units that do nothing"
+    )
     print(f"real time: {1e6 * STEP / least['ours']:.0f} times")
-    for other in ("fmpy_per_connection", "libcosimpy", "ecos"):
+    against = {"fmpy_recording_all": "ours_recording_all"}
+    for other in ("fmpy_per_connection", "fmpy_recording_all", "fmpy_ssp", "libcosimpy", "ecos"):
         if other in least:
-            print(f"{other} takes {least[other] / least['ours']:.2f} times as long as the master")
+            own = against.get(other, "ours")
+            print(f"{other} takes {least[other] / least[own]:.2f} times as long as {own}")
+
+
+def _outputs(kind: str) -> list[str]:
+    """Names of a unit's outputs."""
+    from fmu_src.builder import unit_class
+
+    return [variable.name for variable in unit_class(kind).variables if variable.causality == "output"]
 
 
 def _timed(case: str, path: Path, steps: int) -> float | None:
     """Seconds per step of a case in a child process; None where its package is missing."""
     libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
     done = subprocess.run(
-        [sys.executable, __file__, "child", case, str(path), str(steps)],
+        [sys.executable, "-m", "benchmarks.master_speed", "child", case, str(path), str(steps)],
+        cwd=ROOT,
         capture_output=True,
         text=True,
         env={**os.environ, "LD_LIBRARY_PATH": libraries},

@@ -167,7 +167,7 @@ class SlaveBase(Fmi2Slave):
         try:
             if self._stale:
                 self.prepare()
-            return list(self._pick_reals(*vrs)(self.values))
+            return self._pick_reals(*vrs)(self.values)
         except BaseException as problem:
             return self._blanks("Real", vrs, problem)
 
@@ -198,7 +198,7 @@ class SlaveBase(Fmi2Slave):
         try:
             if self._stale:
                 self.prepare()
-            return list(self.table.pickers[kind](*vrs)(self.values))
+            return self.table.pickers[kind](*vrs)(self.values)
         except BaseException as problem:
             return self._blanks(kind, vrs, problem)
 

@@ -86,8 +86,8 @@ class ValueTable:
         ]
 
 
-def _picker(known: frozenset[int], *references: int) -> Callable[[Sequence[Any]], Sequence[Any]]:
-    """Return what picks these references out of the values; neighbours, or a single one, as a slice.
+def _picker(known: frozenset[int], *references: int) -> Callable[[list[Any]], list[Any]]:
+    """Return what picks these references out of the values as a new list; neighbours, or a single one, by a slice.
 
     Raises
     ------
@@ -99,4 +99,7 @@ def _picker(known: frozenset[int], *references: int) -> Callable[[Sequence[Any]]
             raise KeyError(f"no variable of this type has value reference {reference}")
     first = references[0] if references else 0
     beyond = first + len(references)
-    return itemgetter(slice(first, beyond)) if references == (*range(first, beyond),) else itemgetter(*references)
+    if references == (*range(first, beyond),):
+        return itemgetter(slice(first, beyond))
+    pick = itemgetter(*references)
+    return lambda values: list(pick(values))

@@ -74,7 +74,7 @@ def test_the_rate_product_is_that_of_the_true_rates(exact_record):
     true_product = states[:, 3] * states[:, 5]
     xi, reference = (0.0, 0.0), []
     for before, now in zip(true_product, true_product[1:], strict=False):
-        xi = filter_line(*xi, before, now, plan.signals.filter)
+        xi = filter_line(xi, before, now, plan.signals.filter)
         reference.append(xi[0])
     # Slopes of chords against rates: each is off by h^2/24 theta''', some 1e-5 of a product of .1 rad^2/s^2.
     np.testing.assert_allclose(-phi[:, 3], reference, atol=3e-6)

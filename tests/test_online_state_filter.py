@@ -54,7 +54,7 @@ def test_sampled_signals_pass_as_through_scipys_discretisation(omega, rho, metho
     xi = (0.0, 0.0)
     ours = [xi]
     for before, now in zip(u, u[1:], strict=False):
-        xi = filter_held(*xi, before, f) if method == "zoh" else filter_line(*xi, before, now, f)
+        xi = filter_held(xi, before, f) if method == "zoh" else filter_line(xi, before, now, f)
         ours.append(xi)
     np.testing.assert_allclose(ours, reference, atol=ROUNDING * omega * 10)
 
@@ -70,7 +70,7 @@ def test_a_voltage_behind_the_motor_passes_as_in_the_joint_linear_system(omega, 
     x, xi, nu = np.zeros(3), (0.0, 0.0), 0.0
     for voltage in v:
         x = ad @ x + bd[:, 0] * voltage
-        xi = filter_lagged(*xi, voltage, nu, 1.0, 1.0, f)
+        xi = filter_lagged(xi, voltage, nu, 1.0, 1.0, f)
         nu = voltage + (nu - voltage) * exp(-H / LAG)
         np.testing.assert_allclose(xi, x[:2], atol=ROUNDING * omega * 10)
 
@@ -88,7 +88,7 @@ def test_a_lagged_voltage_times_a_line_is_the_convolution_integral(lag):
 
     start = np.array([0.2, -0.5])
     reference = scipy.linalg.expm(a * H) @ start + quad_vec(integrand, 0.0, H, epsabs=1e-15)[0]
-    np.testing.assert_allclose(filter_lagged(*start, v, nu, c_0, c_1, f), reference, atol=1e-14)
+    np.testing.assert_allclose(filter_lagged(start, v, nu, c_0, c_1, f), reference, atol=1e-14)
 
 
 def test_the_line_under_a_lagged_voltage_is_off_by_the_known_curvature():
@@ -104,9 +104,9 @@ def test_the_line_under_a_lagged_voltage_is_off_by_the_known_curvature():
         v = 2.0 if (k // 100) % 2 else 1.0
         for i in range(50):
             t = (k + i / 50) * H
-            reference = filter_lagged(*reference, v, nu_fine, cos(angle(t)), cos(angle(t + H / 50)), fine)
+            reference = filter_lagged(reference, v, nu_fine, cos(angle(t)), cos(angle(t + H / 50)), fine)
             nu_fine = v + (nu_fine - v) * exp(-H / 50 / LAG)
-        xi = filter_lagged(*xi, v, nu, cos(angle(k * H)), cos(angle((k + 1) * H)), f)
+        xi = filter_lagged(xi, v, nu, cos(angle(k * H)), cos(angle((k + 1) * H)), f)
         nu = v + (nu - v) * exp(-H / LAG)
         worst = max(worst, abs(xi[0] - reference[0]))
     assert 1e-6 < worst < 2.2e-4
@@ -116,9 +116,9 @@ def test_a_constant_passes_unchanged_and_has_no_derivatives():
     f = discretise(1.0, 0.7, H, LAG)
     xi = (3.0, 0.0)
     for _ in range(10_000):
-        xi = filter_line(*xi, 3.0, 3.0, f)
+        xi = filter_line(xi, 3.0, 3.0, f)
     assert xi == pytest.approx((3.0, 0.0), abs=1e-11)
-    assert second_derivative(*xi, 3.0, 3.0, 3.0, f) == pytest.approx(0.0, abs=1e-11)
+    assert second_derivative(xi, 3.0, 3.0, 3.0, f) == pytest.approx(0.0, abs=1e-11)
 
 
 @pytest.mark.parametrize("w", [0.5, 2.0, 8.0])
@@ -128,9 +128,9 @@ def test_the_filtered_second_derivative_is_minus_w_squared_times_the_filtered_si
     xi, seconds, firsts = (0.0, w), [], []
     u = [sin(w * k * H) for k in range(6000)]
     for k in range(2, 6000):
-        xi = filter_line(*xi, u[k - 1], u[k], f)
+        xi = filter_line(xi, u[k - 1], u[k], f)
         firsts.append(xi[0])
-        seconds.append(second_derivative(*xi, u[k], u[k - 1], u[k - 2], f))
+        seconds.append(second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
     # The start has died away after 30/omega. What is left: the second difference is centred one sample back, and the
     # mend of omega^2 (h^2/12) u'' therefore off by omega^2 (h^2/12) w^3 h; a tenth for the orders beyond.
     tail = slice(3000, None)
@@ -144,9 +144,9 @@ def test_without_the_mend_the_second_derivative_would_read_as_damping():
     xi, error, rate = (0.0, w), [], []
     u = [sin(w * k * H) for k in range(6000)]
     for k in range(2, 6000):
-        xi = filter_line(*xi, u[k - 1], u[k], f)
+        xi = filter_line(xi, u[k - 1], u[k], f)
         plain = f.omega_squared * (u[k] - xi[0]) - f.two_rho_omega * xi[1]
-        error.append(plain - second_derivative(*xi, u[k], u[k - 1], u[k - 2], f))
+        error.append(plain - second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
         rate.append(xi[1])
     # Seven whole periods, over which xi_1 and xi_2 are orthogonal.
     rates, errors = np.array(rate[-2800:]), np.array(error[-2800:])

@@ -27,22 +27,23 @@ class Estimate(NamedTuple):
 
 def estimate_of(state: IdentifierState, plan: Plan) -> Estimate:
     """Return what ``state`` says, without taking a step."""
-    axis_1, axis_2, axis_3 = state.pitch, state.elevation, state.travel
-    error_1 = axis_1.standard_errors
+    samples, _, _, pitch, elevation, travel = state
+    _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
+    _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
+    _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
     if plan.rest_angle_is_known:
-        a_wx, a_th, k_x = axis_1.omega
-        theta0, theta0_error = plan.settings.rest_angle or 0.0, 0.0
+        a_wx, a_th, k_x = omega_1
+        theta0 = plan.settings.rest_angle or 0.0
+        errors_1 = (*errors_1, 0.0)
     else:
-        a_wx, p, q, k_x = axis_1.omega
-        a_th, theta0, theta0_error = hypot(p, q), atan2(q, p), error_1[3]
+        a_wx, p, q, k_x = omega_1
+        a_th, theta0 = hypot(p, q), atan2(q, p)
     return Estimate(
-        ModelParameters(a_wx, a_th, k_x, theta0, *axis_2.omega, *axis_3.omega),
-        ModelParameters(
-            error_1[0], error_1[1], error_1[2], theta0_error, *axis_2.standard_errors, *axis_3.standard_errors
-        ),
-        (axis_1.sigma, axis_2.sigma, axis_3.sigma),
-        (axis_1.excitation, axis_2.excitation, axis_3.excitation),
-        state.samples >= plan.hold_samples,
+        ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
+        ModelParameters._make((*errors_1, *errors_2, *errors_3)),
+        (sigma_1, sigma_2, sigma_3),
+        (excitation_1, excitation_2, excitation_3),
+        samples >= plan.hold_samples,
         _scores_in_order(state, plan) if plan.watch.candidates else (),
     )
 

@@ -111,55 +111,61 @@ def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
     ``s`` is :class:`Signals`, ``c`` :class:`SignalCoefficients`; voltages [V], angles [rad].
     """
     f, h, share, limit = c
-    sine_0, cosine_0, sine_1, cosine_1 = sin(s.pitch), cos(s.pitch), sin(pitch), cos(pitch)
-    held_total, lagged_total = s.v_front + s.v_rear, s.nu_front + s.nu_rear
-    rate_product = (pitch - s.pitch) * (travel - s.travel) / (h * h)
+    # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
+    (
+        v_front_0, v_rear_0, nu_front, nu_rear,
+        pitch_0, elevation_0, travel_0, pitch_1, elevation_1, travel_1, _, _, _,
+        pitch_f, elevation_f, travel_f, sine_f, cosine_f, difference_f, rate_product_f, lift_f, thrust_f,
+    ) = s  # fmt: skip
+    sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
+    total, lagged_total = v_front_0 + v_rear_0, nu_front + nu_rear
+    rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
     return Signals(
         saturate(v_front, limit),
         saturate(v_rear, limit),
-        toward(s.nu_front, s.v_front, share),
-        toward(s.nu_rear, s.v_rear, share),
+        toward(nu_front, v_front_0, share),
+        toward(nu_rear, v_rear_0, share),
         pitch,
         elevation,
         travel,
-        s.pitch,
-        s.elevation,
-        s.travel,
-        s.pitch_1,
-        s.elevation_1,
-        s.travel_1,
-        filter_line(s.pitch_f[0], s.pitch_f[1], s.pitch, pitch, f),
-        filter_line(s.elevation_f[0], s.elevation_f[1], s.elevation, elevation, f),
-        filter_line(s.travel_f[0], s.travel_f[1], s.travel, travel, f),
-        filter_line(s.sine_f[0], s.sine_f[1], sine_0, sine_1, f),
-        filter_line(s.cosine_f[0], s.cosine_f[1], cosine_0, cosine_1, f),
-        filter_lagged(s.difference_f[0], s.difference_f[1], s.v_front - s.v_rear, s.nu_front - s.nu_rear, 1.0, 1.0, f),
-        filter_held(s.rate_product_f[0], s.rate_product_f[1], rate_product, f),
-        filter_lagged(s.lift_f[0], s.lift_f[1], held_total, lagged_total, cosine_0, cosine_1, f),
-        filter_lagged(s.thrust_f[0], s.thrust_f[1], held_total, lagged_total, sine_0, sine_1, f),
+        pitch_0,
+        elevation_0,
+        travel_0,
+        pitch_1,
+        elevation_1,
+        travel_1,
+        filter_line(pitch_f, pitch_0, pitch, f),
+        filter_line(elevation_f, elevation_0, elevation, f),
+        filter_line(travel_f, travel_0, travel, f),
+        filter_line(sine_f, sine_0, sine, f),
+        filter_line(cosine_f, cosine_0, cosine, f),
+        filter_lagged(difference_f, v_front_0 - v_rear_0, nu_front - nu_rear, 1.0, 1.0, f),
+        filter_held(rate_product_f, rate_product, f),
+        filter_lagged(lift_f, total, lagged_total, cosine_0, cosine, f),
+        filter_lagged(thrust_f, total, lagged_total, sine_0, sine, f),
     )
 
 
 def pitch_regression(s, sine_of_rest, cosine_of_rest, f):
     """Return (y, phi) of the pitch for a known theta0, given by its sine and cosine."""
     deflection = cosine_of_rest * s.sine_f[0] - sine_of_rest * s.cosine_f[0]
-    y = second_derivative(s.pitch_f[0], s.pitch_f[1], s.pitch, s.pitch_1, s.pitch_2, f)
+    y = second_derivative(s.pitch_f, s.pitch, s.pitch_1, s.pitch_2, f)
     return y, (-s.pitch_f[1], -deflection, s.difference_f[0])
 
 
 def pitch_regression_free(s, f):
     """Return (y, phi) of the pitch for an unknown theta0."""
-    y = second_derivative(s.pitch_f[0], s.pitch_f[1], s.pitch, s.pitch_1, s.pitch_2, f)
+    y = second_derivative(s.pitch_f, s.pitch, s.pitch_1, s.pitch_2, f)
     return y, (-s.pitch_f[1], -s.sine_f[0], s.cosine_f[0], s.difference_f[0])
 
 
 def elevation_regression(s, f):
     """Return (y, phi) of the elevation."""
-    y = second_derivative(s.elevation_f[0], s.elevation_f[1], s.elevation, s.elevation_1, s.elevation_2, f)
+    y = second_derivative(s.elevation_f, s.elevation, s.elevation_1, s.elevation_2, f)
     return y, (-s.elevation_f[1], -s.elevation_f[0], -1.0, -s.rate_product_f[0], s.lift_f[0])
 
 
 def travel_regression(s, f):
     """Return (y, phi) of the travel."""
-    y = second_derivative(s.travel_f[0], s.travel_f[1], s.travel, s.travel_1, s.travel_2, f)
+    y = second_derivative(s.travel_f, s.travel, s.travel_1, s.travel_2, f)
     return y, (-s.travel_f[1], s.thrust_f[0])

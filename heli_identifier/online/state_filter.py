@@ -93,14 +93,16 @@ def discretise(omega: float, rho: float, h: float, lag: float) -> FilterCoeffici
     )
 
 
-def filter_held(xi_1, xi_2, u, f):
-    """Return (xi_1, xi_2) after a step over which the input ``u`` is held."""
+def filter_held(xi, u, f):
+    """Return ``xi`` = (xi_1, xi_2) after a step over which the input ``u`` is held."""
+    xi_1, xi_2 = xi
     a11, a12, a21, a22, held_1, held_2, _, _, _, _, _, _, _, _ = f
     return a11 * xi_1 + a12 * xi_2 + held_1 * u, a21 * xi_1 + a22 * xi_2 + held_2 * u
 
 
-def filter_line(xi_1, xi_2, u_0, u_1, f):
-    """Return (xi_1, xi_2) after a step over which the input is a straight line from ``u_0`` to ``u_1``."""
+def filter_line(xi, u_0, u_1, f):
+    """Return ``xi`` = (xi_1, xi_2) after a step over which the input is a straight line from ``u_0`` to ``u_1``."""
+    xi_1, xi_2 = xi
     a11, a12, a21, a22, held_1, held_2, ramp_1, ramp_2, _, _, _, _, _, _ = f
     rise = u_1 - u_0
     return (
@@ -109,12 +111,13 @@ def filter_line(xi_1, xi_2, u_0, u_1, f):
     )
 
 
-def filter_lagged(xi_1, xi_2, v, nu, c_0, c_1, f):
-    """Return (xi_1, xi_2) after a step under a lagged voltage times a straight line.
+def filter_lagged(xi, v, nu, c_0, c_1, f):
+    """Return ``xi`` = (xi_1, xi_2) after a step under a lagged voltage times a straight line.
 
     The input is (v + (nu - v) exp(-tau/T_m)) (c_0 + (c_1 - c_0) tau/h), with ``v`` the held voltage and ``nu`` the
     lagged one at the start of the step [V].
     """
+    xi_1, xi_2 = xi
     a11, a12, a21, a22, held_1, held_2, ramp_1, ramp_2, decay_1, decay_2, both_1, both_2, _, _ = f
     away, rise = nu - v, c_1 - c_0
     p, q, r, s = v * c_0, v * rise, away * c_0, away * rise
@@ -124,7 +127,8 @@ def filter_lagged(xi_1, xi_2, v, nu, c_0, c_1, f):
     )
 
 
-def second_derivative(xi_1, xi_2, u, u_1, u_2, f):
-    """Return s^2 F u from the filter's state and the input's last samples ``u``, ``u_1`` and ``u_2`` (oldest)."""
+def second_derivative(xi, u, u_1, u_2, f):
+    """Return s^2 F u from the filter's state ``xi`` and the input's last samples ``u``, ``u_1``, ``u_2`` (oldest)."""
+    xi_1, xi_2 = xi
     as_seen_by_filter = u + (u - 2.0 * u_1 + u_2) / 12.0
     return f.omega_squared * (as_seen_by_filter - xi_1) - f.two_rho_omega * xi_2

@@ -52,8 +52,7 @@ def watch_coefficients(candidates: tuple[Candidate, ...], h: float) -> WatchCoef
 
 def rate(filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients) -> float:
     """Return w [rad/s] from the state of an angle's rate filter and its last three samples [rad], newest first."""
-    xi_1, xi_2 = filtered
-    return xi_2 + c.delay * second_derivative(xi_1, xi_2, angle, angle_1, angle_2, c.rate_filter)
+    return filtered[1] + c.delay * second_derivative(filtered, angle, angle_1, angle_2, c.rate_filter)
 
 
 def settled_watch(s: Signals, c: WatchCoefficients) -> WatchState:
@@ -67,9 +66,9 @@ def settled_watch(s: Signals, c: WatchCoefficients) -> WatchState:
 def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoefficients) -> WatchState:
     """Return the state at the sample that ``s`` has just taken in; ``f`` is the common filter."""
     d = c.rate_filter
-    pitch_d = filter_line(w.pitch_d[0], w.pitch_d[1], s.pitch_1, s.pitch, d)
-    elevation_d = filter_line(w.elevation_d[0], w.elevation_d[1], s.elevation_1, s.elevation, d)
-    travel_d = filter_line(w.travel_d[0], w.travel_d[1], s.travel_1, s.travel, d)
+    pitch_d = filter_line(w.pitch_d, s.pitch_1, s.pitch, d)
+    elevation_d = filter_line(w.elevation_d, s.elevation_1, s.elevation, d)
+    travel_d = filter_line(w.travel_d, s.travel_1, s.travel, d)
     motion = Motion(
         s.pitch,
         s.elevation,
@@ -83,9 +82,6 @@ def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoef
     )
     values = tuple([candidate_value(candidate, motion) for candidate in c.candidates])
     filtered = tuple(
-        [
-            filter_line(xi_1, xi_2, before, now, f)
-            for (xi_1, xi_2), before, now in zip(w.filtered, w.values, values, strict=True)
-        ]
+        [filter_line(xi, before, now, f) for xi, before, now in zip(w.filtered, w.values, values, strict=True)]
     )
     return WatchState(pitch_d, elevation_d, travel_d, w.cable_rest, values, filtered)
