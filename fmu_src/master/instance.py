@@ -31,7 +31,7 @@ from ..errors import MasterError
 from ..variables import Value, nearest
 from .tape import DISCARD, OK, Call, Clock
 
-_NO_EARLIER_STATE = c_int(1)
+_NO_EARLIER_STATE = c_int.from_param(1)
 """fmi2DoStep: the master will not go back to a state before the step."""
 
 _KEYS = count(1)
@@ -164,21 +164,21 @@ class Instance:
         for name in inputs:
             if self.variable(name).causality != "input":
                 raise MasterError(f"{self.name}.{name} is no input")
-        component = c_void_p(self.slave.component)
+        component = c_void_p.from_param(self.slave.component)
         self.puts = self._transfer("setReal", component, inputs, fed)
         self.steps = [self._ready("doStep", component, clock.time, clock.step, _NO_EARLIER_STATE)]
         self.fetches = self._transfer("getReal", component, outputs, shown)
 
-    def _transfer(self, call: str, component: c_void_p, names: list[str], values: NDArray[np.float64]) -> list[Call]:
+    def _transfer(self, call: str, component: Any, names: list[str], values: NDArray[np.float64]) -> list[Call]:
         """Return the call that moves these variables to or from ``values``; none if there are no variables."""
         if not names:
             return []
         references = (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
         buffer = (c_double * len(names)).from_buffer(values.data)
-        return [self._ready(call, component, byref(references), c_size_t(len(names)), byref(buffer))]
+        return [self._ready(call, component, byref(references), c_size_t.from_param(len(names)), byref(buffer))]
 
     def _ready(self, call: str, *arguments: Any) -> Call:
-        """Return a call of the FMU (``doStep``: fmi2DoStep) with C values as arguments, which it keeps alive."""
+        """Return a call of the FMU (``doStep``: fmi2DoStep) with C arguments, which it keeps alive."""
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and there is nobody else to run.
         library = PyDLL(None, handle=self.slave.dll._handle)
         return Call(self, call, partial(library[f"fmi2{call[0].upper()}{call[1:]}"], *arguments))

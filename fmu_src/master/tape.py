@@ -1,8 +1,8 @@
 """A communication step as a tape of calls that are made ready once and played at every step.
 
 fmpy's methods make new ctypes arrays with every call. Here function, component, references and values are bound
-before the first step, and time and step length lie in two C doubles that all calls share: playing a call converts
-nothing. Every status is looked at; so is the log, since a pythonfmu unit cannot refuse a set call by its status.
+before the first step, in the form to which ctypes would convert them; time and step length lie in two C doubles that
+all calls share. Every status is looked at; so is the log, since a pythonfmu unit cannot refuse a set call by its status.
 """
 
 from __future__ import annotations
