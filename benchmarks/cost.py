@@ -6,14 +6,16 @@ before, is left out.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
+from time import perf_counter
 
 import numpy as np
 
 from benchmarks.cost_figures import FOLDER, by_effects, by_logs, by_samples
 from benchmarks.machine import measured_at
 from benchmarks.tables import figure, seconds, table
-from benchmarks.timing import in_turn, seconds_of
+from benchmarks.timing import in_turn
 from heli_identifier.diagnosis.diagnose import diagnose
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.records import Log, log_from_samples
@@ -52,9 +54,24 @@ def effects_on(count: int) -> PlantParameters:
     return TABLE_2._replace(**small)
 
 
-def length_costs(held_out: Log) -> list[tuple[int, float, float, float | None]]:
-    """Give samples, and seconds to simulate, replay and diagnose as many; None where that was left out."""
-    rows: list[tuple[int, float, float, float | None]] = []
+@dataclass(frozen=True)
+class Run:
+    """One diagnosis: its seconds, and how many effects it found, each of which is refitted, checked and compared."""
+
+    seconds: float
+    found: int
+
+
+def run(logs: Sequence[Log], held_out: Log) -> Run:
+    """Diagnose once, without report and unit."""
+    began = perf_counter()
+    diagnosis = diagnose(logs, [held_out])
+    return Run(perf_counter() - began, len(diagnosis.effects))
+
+
+def length_costs(held_out: Log) -> list[tuple[int, float, float, Run | None]]:
+    """Give samples, seconds to simulate and to replay as many, and the diagnosis; None where that was left out."""
+    rows: list[tuple[int, float, float, Run | None]] = []
     diagnosed: list[tuple[int, float]] = []
     for count in SAMPLES:
         one = log(count * H, count)
@@ -68,14 +85,14 @@ def length_costs(held_out: Log) -> list[tuple[int, float, float, float | None]]:
         )
         diagnosis = None
         if expected(diagnosed, count) <= LIMIT:
-            diagnosis = seconds_of(partial(diagnose, [one], [held_out]))
-            diagnosed.append((count, diagnosis))
+            diagnosis = run([one], held_out)
+            diagnosed.append((count, diagnosis.seconds))
         rows.append((count, times["simulation"].median, times["replay"].median, diagnosis))
     return rows
 
 
 def expected(done: Sequence[tuple[int, float]], count: int) -> float:
-    """Give the seconds that ``count`` samples would take: in proportion, or as times grew over the last two lengths if faster.
+    """Give the seconds that ``count`` samples would take, in proportion or as times last grew, whichever is more.
 
     Memory may grow as times do; a power above one must not be found out at ten times the length.
     """
@@ -91,10 +108,10 @@ def log_ratio(value: float, other: float) -> float:
     return float(np.log(value / other))
 
 
-def log_costs(held_out: Log) -> list[tuple[int, float]]:
-    """Give numbers of logs, and seconds to diagnose as many."""
+def log_costs(held_out: Log) -> list[tuple[int, Run]]:
+    """Give numbers of logs, and the diagnosis of as many."""
     logs = [log(LOG_SECONDS, number) for number in range(1, max(LOGS) + 1)]
-    return [(count, seconds_of(partial(diagnose, logs[:count], [held_out]))) for count in LOGS]
+    return [(count, run(logs[:count], held_out)) for count in LOGS]
 
 
 def effect_costs() -> list[tuple[int, float, float]]:
@@ -127,8 +144,8 @@ def section(load: float) -> str:
     diagnose([log(LOG_SECONDS, 101)], [held_out])
     lengths, logs, effects = length_costs(held_out), log_costs(held_out), effect_costs()
     for name, drawn in (
-        ("cost-samples", by_samples(lengths)),
-        ("cost-logs", by_logs(logs)),
+        ("cost-samples", by_samples([(n, s, r, d.seconds if d else None) for n, s, r, d in lengths])),
+        ("cost-logs", by_logs([(n, d.seconds) for n, d in logs])),
         ("cost-effects", by_effects(effects)),
     ):
         write_figure(drawn, FOLDER / f"{name}.svg")
@@ -138,14 +155,17 @@ def section(load: float) -> str:
             "### Length of a log",
             "![Seconds against samples](figures/cost-samples.svg)",
             table(
-                ("samples", "simulation", "replay of (7)", "diagnosis", "a sample"),
+                ("samples", "simulation", "replay of (7)", "diagnosis", "a sample", "effects found"),
                 [_length_row(*row) for row in lengths],
             ),
             f"Sampled at {RATE:g} Hz; one log to fit, one of {LOG_SECONDS:g} s held out. Simulation and replay: median "
             f"of {ROUNDS} rounds. Diagnosis: one run, without report and unit{_left_out(lengths)}.",
             "### Number of logs",
             "![Seconds against logs](figures/cost-logs.svg)",
-            table(("logs to fit", "diagnosis", "a log"), [(str(n), seconds(s), seconds(s / n)) for n, s in logs]),
+            table(
+                ("logs to fit", "diagnosis", "a log", "effects found"),
+                [(str(n), *_run_cells(d, n)) for n, d in logs],
+            ),
             f"Logs of {LOG_SECONDS:g} s each, one more held out; one run each.",
             "### Number of effects switched on",
             "![Microseconds a step against effects](figures/cost-effects.svg)",
@@ -160,11 +180,15 @@ def section(load: float) -> str:
     )
 
 
-def _length_row(count: int, simulation: float, replayed: float, diagnosis: float | None) -> tuple[str, ...]:
-    judged = (seconds(diagnosis), seconds(diagnosis / count)) if diagnosis is not None else ("", "")
+def _length_row(count: int, simulation: float, replayed: float, diagnosis: Run | None) -> tuple[str, ...]:
+    judged = _run_cells(diagnosis, count) if diagnosis is not None else ("", "", "")
     return f"{count:,}", seconds(simulation), seconds(replayed), *judged
 
 
-def _left_out(rows: Sequence[tuple[int, float, float, float | None]]) -> str:
+def _run_cells(diagnosis: Run, count: int) -> tuple[str, str, str]:
+    return seconds(diagnosis.seconds), seconds(diagnosis.seconds / count), str(diagnosis.found)
+
+
+def _left_out(rows: Sequence[tuple[int, float, float, Run | None]]) -> str:
     missing = [f"{count:,}" for count, *_, diagnosis in rows if diagnosis is None]
     return f", left out at {' and '.join(missing)} samples, where it would take over {LIMIT:g} s" if missing else ""

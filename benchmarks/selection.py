@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from statistics import fmean
 from tempfile import TemporaryDirectory
@@ -75,8 +76,11 @@ Answer = tuple[float, list[Entries]]
 def own_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
     """Select from the matrices with the tracer's functions."""
     selected: list[Entries] = []
-    times = [seconds_of(lambda rig=rig: selected.append(rig.entries(chosen(rig.scanned, settings)))) for rig in rigs]
-    return fmean(times), selected
+
+    def choose(rig: Matrix) -> None:
+        selected.append(rig.entries(chosen(rig.scanned, settings)))
+
+    return fmean([seconds_of(partial(choose, rig)) for rig in rigs]), selected
 
 
 def whole_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
@@ -88,7 +92,7 @@ def whole_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
         unknown = [("unknown", unknown.axis) for unknown in model.unknowns]
         selected.append(frozenset([*((effect.name, effect.axis) for effect in model.effects), *unknown]))
 
-    return fmean([seconds_of(lambda rig=rig: search(rig)) for rig in rigs]), selected
+    return fmean([seconds_of(partial(search, rig)) for rig in rigs]), selected
 
 
 def peer_answer(method: str, rigs: Sequence[Matrix], files: Sequence[Path]) -> Answer | None:
@@ -126,7 +130,7 @@ def measured(rigs: Sequence[Matrix]) -> dict[str, tuple[Times, list[Entries]]]:
             np.savez(file, X=rig.scanned.directions, y=-rig.scanned.white)
         contenders: dict[str, Callable[[], Answer | None]] = {
             "tracer": lambda: own_answer(rigs, settings),
-            **{name: lambda name=name: peer_answer(name, rigs, files) for name in selection_peers.METHODS},
+            **{name: partial(peer_answer, name, rigs, files) for name in selection_peers.METHODS},
             "whole": lambda: whole_answer(rigs, settings),
         }
         times: dict[str, list[float]] = {}
