@@ -11,7 +11,14 @@ from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.tracing.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
 from heli_identifier.tracing.ambiguity import alternatives
-from heli_identifier.tracing.held_out import TOLERATED, borne_out, held_out_log_likelihood, squared_errors, worst_axis
+from heli_identifier.tracing.held_out import (
+    TOLERATED,
+    borne_out,
+    held_out_log_likelihood,
+    mending,
+    ratios,
+    squared_errors,
+)
 from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.selection import looked_at
 from heli_identifier.tracing.settings import SelectionSettings
@@ -188,16 +195,16 @@ def test_a_line_is_looked_for_in_the_held_out_log_with_a_phase_of_its_own():
     assert [w.name for w in borne_out(model, bare.model.fit, without_it)[2]] == ["unknown"]
 
 
-def test_the_axis_that_a_model_predicts_worse_is_named(moved):
-    _, bare = moved[STRONG]
-    held = problem_of(TABLE_2, (7, 8))
+def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):
+    held = problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
+    bare = model_of(rubbing.fit.problem)
+    # of a model whose elevation is off and whose pitch is right nothing is withdrawn: friction of the pitch is no cause
+    off = rubbing.fit.parameters._replace(k_z=1.2 * rubbing.fit.parameters.k_z)
+    friction = without(rubbing, DRAG)
+    worse = replace(friction, fit=replace(friction.fit, parameters=off))
     reference = squared_errors(held, bare.fit.parameters)
-    assert worst_axis(held, bare.fit.parameters, reference) is None
-    # a gain of the pitch too low by a tenth shows in the pitch alone
-    weaker = bare.fit.parameters._replace(k_x=0.9 * bare.fit.parameters.k_x)
-    axis, ratio = worst_axis(held, weaker, reference)
-    assert axis == 0
-    assert ratio > TOLERATED
+    assert ratios(squared_errors(held, off), reference)[1] > TOLERATED
+    assert mending(worse, worse.fit, held, reference) is None
 
 
 def slow(voltages):

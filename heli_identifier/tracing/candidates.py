@@ -11,6 +11,9 @@ from heli_plant.parameters import PlantParameters
 SMALL = 1e-3
 """Share of its plausible range that a coefficient moves by where its law is linear in it."""
 
+COUPLINGS = ("inertial_coupling", "gyroscopic_coupling")
+"""Effects that are one mechanism felt on two axes, each with a coefficient of its own."""
+
 STEP_SPACING = 0.4
 """Spacing [s] of the step times that are tried for a moving mass: a tenth of what the slowest filter smears it over."""
 
@@ -53,6 +56,14 @@ def moving_mass_at(times: Sequence[float], parameters: PlantParameters) -> list[
     if getattr(parameters, entry.field) != 0.0:
         return []
     return [Candidate(entry, SMALL, {"moving_mass_time": time}) for time in times]
+
+
+def companions(parameters: PlantParameters) -> list[Candidate]:
+    """Give the moves that switch a coupling on where it is felt on one of its axes already and not on the other."""
+    on = {entry.name for entry in CATALOGUE if entry.name in COUPLINGS and getattr(parameters, entry.field) != 0.0}
+    return [
+        Candidate(entry, SMALL) for entry in CATALOGUE if entry.name in on and getattr(parameters, entry.field) == 0.0
+    ]
 
 
 def _moves(effect: Effect, parameters: PlantParameters, lowest_elevation: float) -> Iterator[Candidate]:

@@ -95,18 +95,12 @@ def handed_back(model: Model, held: Problem, reference: list[SquaredErrors]) -> 
     return model.fit if beside <= TOLERATED * alone else imitating
 
 
-def worst_axis(held: Problem, parameters: PlantParameters, reference: list[SquaredErrors]) -> tuple[int, float] | None:
-    """Axis that is predicted worst against the reference, and its ratio of squared errors; None if none is worse."""
-    ratio = ratios(squared_errors(held, parameters), reference)
-    axis = int(np.argmax(ratio))
-    return (axis, float(ratio[axis])) if ratio[axis] > TOLERATED else None
-
-
 def borne_out(model: Model, bare: Fit, held: Problem) -> tuple[Model, Fit, list[Withdrawal]]:
     """Withdraw what the held-out logs do not bear out.
 
     First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; then,
-    as long as an axis is predicted worse than by the bare model, the effect whose removal mends that best.
+    as long as an axis is predicted worse than by the bare model, of the effects that act there the one whose removal
+    mends that best.
 
     Returns
     -------
@@ -133,19 +127,30 @@ def borne_out(model: Model, bare: Fit, held: Problem) -> tuple[Model, Fit, list[
             model, likelihood = rest, of_rest
     reference = squared_errors(held, bare.parameters)
     final = handed_back(model, held, reference)
-    while model.effects and (worse := worst_axis(held, final.parameters, reference)) is not None:
-        axis, ratio = worse
-        tried = [(effect, without(model, effect)) for effect in model.effects]
-        fits = [handed_back(rest, held, reference) for _, rest in tried]
+    while (removal := mending(model, final, held, reference)) is not None:
+        model, final, withdrawal = removal
+        withdrawn.append(withdrawal)
+    return model, final, withdrawn
+
+
+def mending(
+    model: Model, final: Fit, held: Problem, reference: list[SquaredErrors]
+) -> tuple[Model, Fit, Withdrawal] | None:
+    """Remove the effect that makes an axis on which it acts worse, if there is one; the worst axis is mended first."""
+    ratio = ratios(squared_errors(held, final.parameters), reference)
+    for axis in np.argsort(-ratio):
+        acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
+        if ratio[axis] <= TOLERATED or not acting:
+            continue
+        rests = [without(model, effect) for effect in acting]
+        fits = [handed_back(rest, held, reference) for rest in rests]
         mended = [float(ratios(squared_errors(held, f.parameters), reference)[axis]) for f in fits]
         best = int(np.argmin(mended))
-        if not mended[best] < ratio:
-            break
-        change = f"{ratio:.2f} times the bare model's with it, {mended[best]:.2f} without"
-        why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
-        withdrawn.append(Withdrawal(tried[best][0].name, tried[best][0].axis, why))
-        model, final = tried[best][1], fits[best]
-    return model, final, withdrawn
+        if TOLERATED * mended[best] < ratio[axis]:
+            change = f"{ratio[axis]:.2f} times the bare model's with it, {mended[best]:.2f} without"
+            why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
+            return rests[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
+    return None
 
 
 def needed(unknown: Unknown, held: Problem) -> float:

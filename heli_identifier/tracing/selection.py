@@ -17,14 +17,14 @@ from scipy.stats import chi2
 from heli_identifier.prediction.fit import Fit, fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.whitening import Whitener
-from heli_identifier.tracing.candidates import candidates, moving_mass_at
+from heli_identifier.tracing.candidates import candidates, companions, moving_mass_at
 from heli_identifier.tracing.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.noise import noise_whitener
 from heli_identifier.tracing.scan import Scan, extended, scan, scored
 from heli_identifier.tracing.settings import SelectionSettings
 from heli_identifier.tracing.steps import step_times
 from heli_identifier.tracing.threshold import largest_scores, quantile
-from heli_identifier.tracing.trials import Trial, named_trials
+from heli_identifier.tracing.trials import Trial, named_trials, passes, trial
 from heli_identifier.tracing.unknown import Unknown, search
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -102,13 +102,22 @@ def grown(bare: Fit, start: Round, settings: SelectionSettings) -> Round:
         if not trials:
             break
         model = replace(now.model, fit=trials[0].fit, effects=(*now.model.effects, trials[0].effect))
-        model = eliminated(model, now.threshold)
+        model = joined(eliminated(model, now.threshold), settings)
         fields = frozenset(effect.field for effect in model.effects)
         if fields in seen:
             break
         seen.add(fields)
         now = looked_at(model, settings)
     return now
+
+
+def joined(model: Model, settings: SelectionSettings) -> Model:
+    """Add couplings on the axes where they are expected because the model has them on others already."""
+    for companion in companions(model.fit.parameters):
+        tried = trial(model, companion, companion.size, settings)
+        if passes(tried, settings.companion_score):
+            model = replace(model, fit=tried.fit, effects=(*model.effects, tried.effect))
+    return model
 
 
 def unknown_level(settings: SelectionSettings) -> float:

@@ -28,6 +28,9 @@ class SelectionSettings:
         a law is never exact, and what is left of it is not a discovery.
     share_beside_named, share_beside_unknown : float
         A further named effect must gain this share of what named effects, or an unknown torque, gained on its axes.
+    companion_score : float
+        Score of a coupling on an axis once the same coupling is shown on another: it is no longer searched for among
+        the whole catalogue but expected there.
     unknown_significance : float
         Probability that a record of the bare model shows an unknown torque.
     most : int
@@ -44,5 +47,6 @@ class SelectionSettings:
     unknown_share: float = 0.25
     share_beside_named: float = 0.01
     share_beside_unknown: float = 0.1
+    companion_score: float = 3.0
     unknown_significance: float = 1e-5
     most: int = 8

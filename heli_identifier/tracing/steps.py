@@ -46,7 +46,7 @@ def step_times(fit: Fit, whitener: Whitener, count: int = 2) -> tuple[float, ...
     scores = np.abs(along - within @ (basis.T @ white)) / np.sqrt(left)
     found: list[float] = []
     for index in np.argsort(-scores):
-        if all(abs(times[index] - t) > APART for t in found):
+        if all(abs(times[index] - t) > APART + 0.5 * STEP_SPACING for t in found):
             found.append(float(round(times[index], 2)))
         if len(found) == count:
             break
