@@ -5,6 +5,7 @@ number of steps, and returns the wall seconds of the steps.
 """
 
 import time
+from types import SimpleNamespace
 
 STEP = 0.01
 """Communication step [s]."""
@@ -37,12 +38,20 @@ def fmpy_recording_all(order: dict, steps: int) -> float:
 
 
 def fmpy_ssp(order: dict, steps: int) -> float:
-    """Step with fmpy's own master for .ssp files: a set per input, a get per output, those recorded."""
+    """Step with fmpy's own master for .ssp files: a set per input, a get per output, all 47 recorded."""
     from fmpy.ssp.simulation import simulate_ssp
+
+    # parameters as this master wants them: it reads none from the .ssp file
+    given = [
+        SimpleNamespace(name=f"{unit}.{name}", value=value)
+        for unit, own in order["parameters"].items()
+        for name, value in own.items()
+    ]
 
     def run(count: int) -> float:
         began = time.perf_counter()
-        simulate_ssp(order["ssp"], stop_time=(count - 0.5) * STEP, step_size=STEP)
+        stop = (count - 0.5) * STEP
+        simulate_ssp(order["ssp"], stop_time=stop, step_size=STEP, parameter_set=SimpleNamespace(parameters=given))
         return time.perf_counter() - began
 
     loading = min(run(1) for _ in range(3))

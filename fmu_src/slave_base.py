@@ -60,7 +60,7 @@ class SlaveBase(Fmi2Slave):
         self.table = ValueTable(self.variables, self.start_values)
         self.values = self.table.values
         self.prepared_for: list[Any] | None = None
-        self._pick_reals = self.table.pickers["Real"]
+        self._real_pickers = self.table.pickers["Real"]
         self.enter(INSTANTIATED)
         self._keep_one_path_entry()
 
@@ -167,7 +167,7 @@ class SlaveBase(Fmi2Slave):
         try:
             if self._stale:
                 self.prepare()
-            return self._pick_reals(*vrs)(self.values)
+            return self._real_pickers[tuple(vrs)](self.values)
         except BaseException as problem:
             return self._blanks("Real", vrs, problem)
 
@@ -198,7 +198,7 @@ class SlaveBase(Fmi2Slave):
         try:
             if self._stale:
                 self.prepare()
-            return self.table.pickers[kind](*vrs)(self.values)
+            return self.table.pickers[kind][tuple(vrs)](self.values)
         except BaseException as problem:
             return self._blanks(kind, vrs, problem)
 

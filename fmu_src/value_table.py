@@ -7,7 +7,6 @@ reason. ``refused`` remembers the variables whose last value was bad.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache, partial
 from operator import itemgetter
 from typing import Any
 
@@ -37,7 +36,7 @@ class ValueTable:
             kind: frozenset(reference for reference, variable in enumerate(variables) if variable.type == kind)
             for kind in TYPES
         }
-        self.pickers = {kind: lru_cache(_PICKERS_KEPT)(partial(_picker, known)) for kind, known in self.of_type.items()}
+        self.pickers = {kind: Pickers(known) for kind, known in self.of_type.items()}
         self.refused: dict[int, str] = {}
         self.open_for(EARLY)
 
@@ -86,17 +85,32 @@ class ValueTable:
         ]
 
 
-def _picker(known: frozenset[int], *references: int) -> Callable[[list[Any]], list[Any]]:
-    """Return what picks these references out of the values as a new list; neighbours, or a single one, by a slice.
+class Pickers(dict[tuple[int, ...], Callable[[list[Any]], list[Any]]]):
+    """What picks variables of one type out of the values as a new list, by their references; made when first asked for.
+
+    ``pickers[references](values)``; neighbours, or a single one, are picked by a slice.
 
     Raises
     ------
     KeyError
         A reference is not among those ``known``.
     """
-    for reference in references:
-        if reference not in known:
-            raise KeyError(f"no variable of this type has value reference {reference}")
+
+    def __init__(self, known: frozenset[int]) -> None:
+        super().__init__()
+        self.known = known
+
+    def __missing__(self, references: tuple[int, ...]) -> Callable[[list[Any]], list[Any]]:
+        for reference in references:
+            if reference not in self.known:
+                raise KeyError(f"no variable of this type has value reference {reference}")
+        if len(self) == _PICKERS_KEPT:
+            self.clear()
+        self[references] = picker = _picker(references)
+        return picker
+
+
+def _picker(references: tuple[int, ...]) -> Callable[[list[Any]], list[Any]]:
     first = references[0] if references else 0
     beyond = first + len(references)
     if references == (*range(first, beyond),):

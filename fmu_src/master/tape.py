@@ -2,7 +2,7 @@
 
 fmpy's methods make new ctypes arrays with every call. Here function, component, references and values are bound
 before the first step, in the form to which ctypes would convert them; time and step length lie in two C doubles that
-all calls share. Every status is looked at; so is the log, since a pythonfmu unit cannot refuse a set call by its status.
+all calls share. Every status is looked at, and so is the log: a pythonfmu unit cannot refuse a set call by its status.
 """
 
 from __future__ import annotations
