@@ -5,7 +5,8 @@ import pytest
 from scipy.stats import binom
 
 from heli_identifier.evaluation.noise_floor import synthetic_record
-from heli_identifier.prediction.fit import BASE, block_labels, clipped, fit, sensitivities
+from heli_identifier.prediction.covariance import block_labels
+from heli_identifier.prediction.fit import BASE, clipped, fit, sensitivities
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.prediction.torque import torque_responses

@@ -135,6 +135,13 @@ def test_parameters_of_another_unit_make_no_plant():
         replace(parameters, unit="PidController").plant()
 
 
+def test_a_parameter_that_is_missing_is_not_made_up():
+    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    fewer = {name: value for name, value in parameters.values.items() if name != "pitch.stiffness"}
+    with pytest.raises(ConfigurationError, match=r"lack pitch\.stiffness; another rig's"):
+        replace(parameters, values=fewer).plant()
+
+
 def test_parameters_that_no_held_out_log_has_judged_give_no_limit():
     parameters = corrected_parameters(_named_effects_only(), ORIGIN)
     with pytest.raises(ConfigurationError, match="never judged"):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from heli_identifier.prediction.fit import block_labels, fit
+from heli_identifier.prediction.covariance import block_labels
+from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.tracing.candidates import Candidate
 from heli_identifier.tracing.scan import Scan

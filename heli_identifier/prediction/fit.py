@@ -2,9 +2,7 @@
 
 With e(p) the innovations, W(p) their whitening and z = W e, each step solves min |z + J dp| for the sensitivities
 J = W de/dp, with Levenberg-Marquardt damping when a step does not reduce |z|. Logarithm of the concentrated
-likelihood: -sum over axes of n log(sigma). Standard errors allow for what the whitening leaves: the sandwich
-(J'J)^-1 (sum over blocks s s') (J'J)^-1 with s = J_b' z_b over blocks of some seconds (Newey and West 1987; Hansen
-2007), or the plain (J'J)^-1 where that is larger.
+likelihood: -sum over axes of n log(sigma). Standard errors: :mod:`heli_identifier.prediction.covariance`.
 """
 
 from collections.abc import Sequence
@@ -14,15 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.estimate import Estimate
-from heli_identifier.prediction.problem import REDUCED_RATE, Problem, Residuals
+from heli_identifier.online.parameters import ModelParameters
+from heli_identifier.prediction.covariance import block_covariance
+from heli_identifier.prediction.problem import Problem, Residuals
 from heli_identifier.prediction.whitening import Whitener, fit_whitener
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
-BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
+BASE = ModelParameters._fields
 """Fields of the simplified model that every fit estimates."""
-
-BLOCK_SECONDS = 4.0
-"""Length [s] of the sandwich's blocks: several times the memory that a whitened residual can keep."""
 
 OUTDATED = 3.0
 """Sensitivities serve until a parameter has moved by more standard errors than this from where they were taken."""
@@ -120,39 +117,6 @@ def sensitivities(
     width = len(known)  # of the columns of ``near`` that are fields; those of an unknown torque follow them
     pairs = zip(near.raw_jacobian, taken, strict=True)
     return [np.concatenate((old[..., :width], new), axis=2)[..., order] for old, new in pairs]
-
-
-def block_covariance(
-    problem: Problem, whitener: Whitener, jacobian: NDArray[np.float64], white: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Sandwich covariance with blocks in time that span the three axes; infinite for what the data do not feel."""
-    length = np.linalg.norm(jacobian, axis=0)
-    silent = length == 0.0
-    length = np.where(silent, 1.0, length)
-    jacobian = jacobian / length  # columns of many units: alike, so that none passes for rounding of another
-    inverse = np.linalg.pinv(jacobian.T @ jacobian)
-    blocks = block_labels(problem, whitener.order)
-    count = int(blocks.max()) + 1
-    scores = np.zeros((count, jacobian.shape[1]))
-    np.add.at(scores, blocks, jacobian * white[:, None])
-    small_sample = count / max(count - 1, 1)
-    robust = inverse @ (scores.T @ scores) @ inverse * small_sample
-    plain = inverse * float(white @ white) / max(len(white) - jacobian.shape[1], 1)
-    widen = np.sqrt(np.maximum(np.diag(plain) / np.maximum(np.diag(robust), 1e-300), 1.0))
-    covariance = robust * np.outer(widen, widen) / np.outer(length, length)
-    covariance[silent, silent] = np.inf
-    return covariance
-
-
-def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
-    """Give the number of the time block that each whitened sample belongs to, shape (M,)."""
-    width = max(1, int(BLOCK_SECONDS * REDUCED_RATE))
-    labels, first = [], 0
-    for length in problem.lengths:
-        own = np.arange(length - order) // width
-        labels.append(own + first)
-        first += int(own.max()) + 1
-    return np.tile(np.concatenate(labels), 3)
 
 
 def clipped(parameters: PlantParameters, free: Sequence[str], step: NDArray[np.float64]) -> PlantParameters:

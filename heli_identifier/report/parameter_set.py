@@ -21,6 +21,7 @@ from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.estimate import Estimate
 from heli_identifier.evaluation.figures import ErrorFigure
+from heli_identifier.online.parameters import ModelParameters
 from heli_identifier.report.diagnosis_document import plain
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError
@@ -28,6 +29,9 @@ from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_na
 
 SCHEMA = "heli-parameters/1"
 PLANT = "HelicopterPlant"
+
+IDENTIFIED = tuple(BY_FIELD[field_].name for field_ in ModelParameters._fields)
+"""Structured names of what a diagnosis identifies of every rig."""
 
 
 @dataclass(frozen=True)
@@ -70,10 +74,16 @@ class ParameterSet:
         Raises
         ------
         ConfigurationError
-            They are another unit's, or a name or value is none of the plant's.
+            They are another unit's, one of the simplified model's parameters is not among them, or a name or value is
+            none of the plant's.
         """
         if self.unit != PLANT:
             raise ConfigurationError(f"these are parameters of the {self.unit}, those of the {PLANT} are needed.")
+        missing = [name for name in IDENTIFIED if name not in self.values]
+        if missing:
+            raise ConfigurationError(
+                f"the plant's parameters lack {', '.join(missing)}; another rig's values must not stand in for them."
+            )
         try:
             return from_names(self.start_values)
         except ParameterError as error:

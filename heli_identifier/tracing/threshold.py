@@ -10,7 +10,7 @@ max-type thresholds; Davidson and Flachaire 2008, on the wild bootstrap.
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.prediction.fit import block_labels
+from heli_identifier.prediction.covariance import block_membership
 from heli_identifier.tracing.scan import Scan
 
 DRAWS = 4000
@@ -23,14 +23,11 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
     A candidate of which only one sign is admissible contributes with that sign only.
     """
     random = np.random.default_rng(seed)
-    labels = block_labels(scan.fit.problem, scan.fit.whitener.order)
-    count = int(labels.max()) + 1
-    sums = np.zeros((count, len(scan.candidates)))
-    np.add.at(sums, labels, -scan.directions * scan.white[:, None])
+    in_block = block_membership(scan.fit.problem, scan.fit.whitener.order)
+    count = in_block.shape[0]
+    sums = -(in_block @ (scan.directions * scan.white[:, None]))
     # what the candidate itself explains is no noise: it leaves each block by the share of the column that lies there
-    shares = np.zeros_like(sums)
-    np.add.at(shares, labels, scan.directions**2)
-    sums -= scan.scores * shares
+    sums -= scan.scores * (in_block @ scan.directions**2)
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
     blocks = random.choice((-1.0, 1.0), size=(DRAWS, count)) @ sums
     gaussian = random.standard_normal((DRAWS, scan.directions.shape[1])) @ _root(scan.directions.T @ scan.directions).T
