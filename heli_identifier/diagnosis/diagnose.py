@@ -105,12 +105,6 @@ def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> 
     return {e.field: alternatives(model, e, selection.bare, settings.selection) for e in model.effects}
 
 
-
-
-
-
-
-
 def _series(
     logs: Sequence[Log], held: Problem, before: Fit, after: Fit, runs: Mapping[str, list]
 ) -> tuple[HeldOutSeries, ...]:

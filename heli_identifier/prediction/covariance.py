@@ -1,7 +1,7 @@
 """Standard errors that allow for what the whitening leaves.
 
-The sandwich (J'J)^-1 (sum over blocks s s') (J'J)^-1 with s = J_b' z_b over blocks of some seconds (Newey and West 1987;
-Hansen 2007), or the plain (J'J)^-1 where that is larger.
+The sandwich (J'J)^-1 (sum over blocks s s') (J'J)^-1 with s = J_b' z_b over blocks of some seconds (Newey and West
+1987; Hansen 2007), or the plain (J'J)^-1 where that is larger.
 """
 
 import numpy as np
