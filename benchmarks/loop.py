@@ -54,7 +54,8 @@ def section(load: float) -> str:
             bar_table(bars(figures, identifier.number("theta0 estimated   median"))),
             table(("what", "median [us]", "least [us]", "times as long"), rows),
             f"{STEPS} steps of {1000 * STEP:g} ms a round, {ROUNDS} rounds in turn, every case in a process of its "
-            f"own. Ratios are of medians. {_boundaries(figures)}Not installed and left out: {', '.join(missing) or 'nothing'}.",
+            f"own. Ratios are of medians. {_boundaries(figures)}"
+            f"Not installed and left out: {', '.join(missing) or 'nothing'}.",
             "### The on-line identifier",
             identifier.block,
             measured_at(("fmpy", "pythonfmu", "libcosimpy", "ecospy"), load),
