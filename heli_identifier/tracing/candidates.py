@@ -14,6 +14,9 @@ SMALL = 1e-3
 COUPLINGS = ("inertial_coupling", "gyroscopic_coupling")
 """Effects that are one mechanism felt on two axes, each with a coefficient of its own."""
 
+KIN = ("dry_friction", "breakaway_friction")
+"""Laws of one mechanism: of two on one axis the second may be no more than what the first one idealises."""
+
 STEP_SPACING = 0.4
 """Spacing [s] of the step times that are tried for a moving mass: a tenth of what the slowest filter smears it over."""
 

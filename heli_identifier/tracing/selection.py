@@ -17,7 +17,7 @@ from scipy.stats import chi2
 from heli_identifier.prediction.fit import Fit, fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.whitening import Whitener
-from heli_identifier.tracing.candidates import candidates, companions, moving_mass_at
+from heli_identifier.tracing.candidates import KIN, candidates, companions, moving_mass_at
 from heli_identifier.tracing.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.noise import noise_whitener
 from heli_identifier.tracing.scan import Scan, extended, scan, scored
@@ -85,8 +85,11 @@ def looked_at(model: Model, settings: SelectionSettings) -> Round:
 def is_material(bare: Fit, model: Model, tried: Trial, settings: SelectionSettings) -> bool:
     """Whether an effect gains more than the imperfection of what is in the model on its axes already."""
     for axis in tried.effect.axes:
-        beside_unknown = any(unknown.axis == axis for unknown in model.unknowns)
-        share = settings.share_beside_unknown if beside_unknown else settings.share_beside_named
+        share = settings.share_beside_named
+        if any(unknown.axis == axis for unknown in model.unknowns):
+            share = max(share, settings.share_beside_unknown)
+        if tried.effect.name in KIN and any(e.name in KIN and e.axis == axis for e in model.effects):
+            share = max(share, settings.share_beside_kin)
         if tried.gain < share * gained(bare, model.fit, AXES.index(axis)):
             return False
     return True

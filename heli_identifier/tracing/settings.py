@@ -28,6 +28,8 @@ class SelectionSettings:
         a law is never exact, and what is left of it is not a discovery.
     share_beside_named, share_beside_unknown : float
         A further named effect must gain this share of what named effects, or an unknown torque, gained on its axes.
+    share_beside_kin : float
+        The same for another law of a mechanism that the model has on that axis already.
     companion_score : float
         Score of a coupling on an axis once the same coupling is shown on another: it is no longer searched for among
         the whole catalogue but expected there.
@@ -47,6 +49,7 @@ class SelectionSettings:
     unknown_share: float = 0.25
     share_beside_named: float = 0.01
     share_beside_unknown: float = 0.1
+    share_beside_kin: float = 0.1
     companion_score: float = 3.0
     unknown_significance: float = 1e-5
     most: int = 8
