@@ -5,17 +5,21 @@ import pytest
 from scipy.stats import chi2
 
 from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.record import reduce_log
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.records.log import log_from_samples
+from heli_identifier.tracing.candidates import companions
+from heli_identifier.tracing.model import Model, effect_score, free_fields
 from heli_identifier.tracing.scan import admissible
-from heli_identifier.tracing.selection import select, unknown_level
+from heli_identifier.tracing.selection import gained, is_material, joined, looked_at, select, unknown_level
 from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.trials import smallest, started
+from heli_identifier.tracing.trials import Trial, smallest, started
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2
 from tests.blind.generator import NAMES, make_rig
+from tests.simulated import drive, noisy
 
 SEED = 11
 
@@ -124,3 +128,56 @@ def test_a_delay_below_half_a_sample_is_not_claimed(clean):
     assert smallest(fitted, effect("input_delay", "rotors")) == pytest.approx(0.005)
     assert smallest(fitted, effect("motor_lag", "rotors")) == pytest.approx(0.005)
     assert smallest(fitted, effect("dry_friction", "pitch")) == 0.0
+
+
+# --- couplings, and laws of one mechanism --------------------------------------------------------------------------
+
+
+SECONDS = 60.0
+STRONG, WEAK = 0.04, 0.0034
+"""A gyroscopic coupling that the catalogue's threshold shows on the pitch, and one below it on the elevation."""
+
+
+def gyroscopic(elevation):
+    """Model that has the coupling on the pitch, of a rig that has it on the elevation as well, or not."""
+    truth = TABLE_2._replace(gyroscopic_coupling_pitch=STRONG, gyroscopic_coupling_elevation=elevation)
+    problem = Problem(tuple(noisy(truth, drive(SECONDS, seed), seed) for seed in (1, 2)))
+    entry = effect("gyroscopic_coupling", "pitch")
+    start = first_estimate(problem.records, TABLE_2)._replace(gyroscopic_coupling_pitch=STRONG)
+    return Model(fit(problem, start, free_fields((entry,))), (entry,))
+
+
+def test_a_coupling_is_expected_on_its_other_axis_and_only_where_it_is():
+    settings = SelectionSettings()
+    for size, wanted in ((WEAK, 2), (0.0, 1)):
+        model = gyroscopic(size)
+        assert [c.effect.axis for c in companions(model.fit.parameters)] == ["elevation"]
+        assert len(joined(model, settings).effects) == wanted
+    found = joined(gyroscopic(WEAK), settings)
+    score = abs(effect_score(found.fit, effect("gyroscopic_coupling", "elevation")))
+    # shown by expectation alone: the search through the whole catalogue asks for more
+    assert settings.companion_score < score < looked_at(gyroscopic(WEAK), settings).threshold
+
+
+def test_nothing_is_expected_of_a_model_without_couplings(clean):
+    assert companions(clean[0].model.fit.parameters) == []
+
+
+def test_a_second_law_of_friction_must_be_more_than_what_the_first_one_idealises():
+    problem = Problem(tuple(noisy(TABLE_2._replace(dry_friction_pitch=0.02), drive(SECONDS, s), s) for s in (1, 2)))
+    begin = first_estimate(problem.records, TABLE_2)
+    bare, friction = fit(problem, begin), effect("dry_friction", "pitch")
+    model = Model(fit(problem, begin._replace(dry_friction_pitch=0.02), free_fields((friction,))), (friction,))
+    explained = gained(bare, model.fit, 0)
+    settings = SelectionSettings()
+
+    def material(name, axis, share):
+        tried = Trial(effect(name, axis), model.fit, share * explained, 10.0)
+        return is_material(bare, model, tried, settings)
+
+    between = 0.5 * (settings.share_beside_named + settings.share_beside_kin)
+    assert not material("breakaway_friction", "pitch", between)
+    assert material("breakaway_friction", "pitch", 1.01 * settings.share_beside_kin)
+    # drag is another mechanism, and friction of another axis another part
+    assert material("quadratic_drag", "pitch", between)
+    assert material("breakaway_friction", "elevation", between)
