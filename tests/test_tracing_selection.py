@@ -134,7 +134,7 @@ def test_a_delay_below_half_a_sample_is_not_claimed(clean):
 
 
 SECONDS = 60.0
-STRONG, WEAK = 0.04, 0.0034
+STRONG, WEAK = 0.04, 0.0032
 """A gyroscopic coupling that the catalogue's threshold shows on the pitch, and one below it on the elevation."""
 
 
