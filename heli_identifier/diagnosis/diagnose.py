@@ -7,6 +7,7 @@ import numpy as np
 
 from heli_identifier.diagnosis.curves import effect_curve
 from heli_identifier.diagnosis.findings import catalogue_verdicts, found_effects, parameter_estimates
+from heli_identifier.diagnosis.outcome import outcome_notes
 from heli_identifier.diagnosis.result import (
     EFFECTS_SHOWN,
     MODEL_ADEQUATE,
@@ -89,7 +90,7 @@ def diagnose(
         correlation=_correlation(selection.last.scanned),
         data=(*_entries(training, "training"), *_entries(validation, "held out")),
         settings=_settings(settings, selection),
-        notes=_notes(model, final, settings),
+        notes=(*_notes(model, final, settings), *outcome_notes(axes)),
         seconds=perf_counter() - began,
     )
 
