@@ -16,6 +16,12 @@ OVERFLOWING = """
 Array.from(document.querySelectorAll('body *')).filter(e =>
   !e.closest('.scroll') && e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))
 """
+CUT = """
+Array.from(document.querySelectorAll('svg.figure text')).filter(t => {
+  const word = t.getBoundingClientRect(), frame = t.ownerSVGElement.getBoundingClientRect();
+  return word.left < frame.left || word.right > frame.right || word.top < frame.top || word.bottom > frame.bottom;
+}).map(t => t.textContent)
+"""
 LETTERS = """
 Math.min(...Array.from(document.querySelectorAll('svg.figure text')).map(t =>
   parseFloat(getComputedStyle(t).fontSize) * t.ownerSVGElement.getScreenCTM().a))
@@ -57,6 +63,7 @@ def test_the_page_is_silent_and_fits_and_can_be_read(browser, page, width, dark)
     assert [address for address in browser.requests() if not address.startswith(("file:", "data:"))] == []
     assert browser.value("document.documentElement.scrollWidth") == width
     assert browser.value(OVERFLOWING) == []
+    assert browser.value(CUT) == []
     assert browser.value(LETTERS) > SMALLEST_LETTER
     # WCAG 2.1, 1.4.3: text needs 4.5
     assert browser.value(CONTRAST) > 4.5

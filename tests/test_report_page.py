@@ -6,9 +6,11 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.estimate import Estimate
-from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure
+from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
+from heli_identifier.report.figures.intervals import parameter_figure
 from heli_identifier.report.figures.style import COLOURS, thinned
 from heli_identifier.report.page import report_page
 from heli_identifier.report.provenance import provenance
@@ -135,6 +137,21 @@ def test_a_free_run_that_runs_away_leaves_the_measurement_to_be_seen():
     # the measurement fills at least a third of the upper axes
     assert np.ptp(above.get_ylim()) <= 3.0 * span + 1e-12
     assert np.ptp(below.get_ylim()) <= 2e3 * span + 1e-9
+
+
+def test_labels_of_long_numbers_and_legends_stay_inside_their_figure():
+    series = example().series[0]
+    small = replace(series, residual_before=1e-4 * series.residual_before, residual_after=1e-4 * series.residual_after)
+    whole = example()
+    parameters = parameter_figure(whole.parameters_before, whole.parameters_after)
+    for figure in (residual_figure(small, "elevation"), parameters):
+        renderer = FigureCanvasAgg(figure).get_renderer()
+        for legend in (axes.get_legend() for axes in figure.axes):
+            legend.set_in_layout(True)
+        drawn = figure.get_tightbbox(renderer)
+        width, height = figure.get_size_inches()
+        assert 0.0 <= drawn.x0 < drawn.x1 <= width
+        assert 0.0 <= drawn.y0 < drawn.y1 <= height
 
 
 def test_a_line_that_is_thinned_keeps_its_ends_and_every_peak():

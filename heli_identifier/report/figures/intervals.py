@@ -45,14 +45,14 @@ def parameter_figure(before: Mapping[str, Estimate], after: Mapping[str, Estimat
         offset = (before[name].value - after[name].value) / half
         low, high = (_clipped((end - after[name].value) / half) for end in before[name].interval)
         marker = "o" if abs(offset) <= FARTHEST else ("<" if offset < 0.0 else ">")
-        label = "before, with its interval" if row == 0 else None
         axes.hlines(row, low, high, color=BEFORE, linewidth=2.0)
-        axes.plot(_clipped(offset), row, marker, color=BEFORE, markersize=6.0, label=label)
+        axes.plot(_clipped(offset), row, marker, color=BEFORE, markersize=6.0)
+    axes.plot([], [], "o", color=BEFORE, markersize=6.0, label="before, with 95 % interval")
     axes.set_xlim(-1.05 * FARTHEST, 1.05 * FARTHEST)
     axes.set_yticks(range(len(names)), [MEANINGS.get(name, name) for name in names])
     axes.invert_yaxis()
     axes.grid(False, axis="y")
-    axes.set_xlabel("distance from the value after [half-widths of its interval]")
+    axes.set_xlabel("value before less value after\n[half-widths of the interval after]")
     key(axes, 2)
     return figure
 

@@ -19,6 +19,8 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from heli_identifier.report.figures.margins import keep_inside
+
 P = ParamSpec("P")
 Line = NDArray[np.floating[Any]]
 
@@ -80,12 +82,14 @@ _STYLE: Any = {
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Make a function draw in the house style."""
+    """Make a function draw in the house style, with everything inside the figure."""
 
     @wraps(draw)
     def drawn(*arguments: P.args, **options: P.kwargs) -> Figure:
         with mpl.rc_context(_STYLE):
-            return draw(*arguments, **options)
+            figure = draw(*arguments, **options)
+            keep_inside(figure)
+            return figure
 
     return drawn
 
@@ -104,15 +108,14 @@ def canvas(
     heights : sequence of float
         Relative height of each of the axes.
     label_width : float
-        Room for the labels at the left [inch].
+        Room for the labels at the left [inch], before it is widened for long numbers.
     space : float
         Between two axes, in heights of one.
     """
     figure = Figure(figsize=(width, height))
     figure.patch.set_visible(False)
-    places = {"height_ratios": heights, "left": label_width / width, "right": 1.0 - 0.12 / width}
-    places |= {"bottom": 0.5 / height, "top": 1.0 - 0.32 / height, "hspace": space}
-    axes = figure.subplots(len(heights), 1, squeeze=False, sharex=True, gridspec_kw=places).ravel()
+    figure.subplots_adjust(label_width / width, 0.5 / height, 1.0 - 0.12 / width, 1.0 - 0.32 / height, hspace=space)
+    axes = figure.subplots(len(heights), 1, squeeze=False, sharex=True, height_ratios=heights).ravel()
     for one in axes:
         one.patch.set_visible(False)
     return figure, tuple(axes)
@@ -124,7 +127,8 @@ def grid(panels: int, columns: int) -> tuple[Figure, tuple[Axes, ...]]:
     width, height = 3.3 * columns, 2.25 * rows + 0.35
     figure = Figure(figsize=(width, height))
     places = {"left": 0.72 / width, "right": 1.0 - 0.12 / width, "bottom": 0.5 / height, "top": 1.0 - 0.6 / height}
-    axes = figure.subplots(rows, columns, squeeze=False, gridspec_kw={**places, "wspace": 0.38, "hspace": 0.62}).ravel()
+    figure.subplots_adjust(**places, wspace=0.42, hspace=0.62)
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for spare in axes[panels:]:
         spare.remove()
     return figure, tuple(axes[:panels])
