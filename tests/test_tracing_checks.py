@@ -103,7 +103,7 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(
     model, bare = moved[size]
     left, final, withdrawn = borne_out(model, bare.fit, problem_of(TABLE_2, (7,)))
     assert left.effects == ()
-    assert final is left.fit
+    assert final is left.fit is bare.fit
     assert final.parameters.moving_mass_elevation == 0.0
     (gone,) = withdrawn
     assert (gone.name, gone.axis) == (MASS.name, MASS.axis)

@@ -181,7 +181,7 @@ def fit(
         scale[scale == 0.0] = 1.0
         cost = float(white @ white)
         normal, gradient = (jacobian / scale).T @ (jacobian / scale), (jacobian / scale).T @ white
-        errors = np.sqrt(np.diag(np.linalg.pinv(normal))) / scale
+        errors = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal)), 0.0)) / scale
         for _ in range(6 if fresh else 1):
             step = -np.linalg.solve(normal + (damping + 1e-10) * np.eye(len(scale)), gradient) / scale
             moved = clipped(parameters, free, step[: len(free)])

@@ -130,6 +130,8 @@ def borne_out(model: Model, bare: Fit, held: Problem) -> tuple[Model, Fit, list[
     while (removal := mending(model, final, held, reference)) is not None:
         model, final, withdrawal = removal
         withdrawn.append(withdrawal)
+    if not model.effects and not model.unknowns:
+        model, final = Model(bare), bare  # all is withdrawn: the model before, to the last digit
     return model, final, withdrawn
 
 
