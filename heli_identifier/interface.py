@@ -10,7 +10,7 @@ from heli_identifier.diagnosis.diagnose import diagnose as searched
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log, check_apart, check_excitation
+from heli_identifier.records import Log, check_apart, check_excitation, check_moving
 
 
 def diagnose(
@@ -42,13 +42,15 @@ def diagnose(
     Raises
     ------
     LogError
-        Nothing is excited, no log is held out, or a held-out log shares samples with one that was fitted.
+        Nothing is excited, an axis stands still in a log, no log is held out, or a held-out log shares samples with one
+        that was fitted.
     """
     training, held_out = _several(logs), _several(validate)
     check_excitation(training)
     if not held_out:
         raise LogError("no log is held out to judge by; give at least one with validate=.")
     check_apart(training, held_out)
+    check_moving((*training, *held_out))
     # The matrices here are small and records run side by side: threads of the linear algebra only get in each
     # other's way (measured on two cores: five times slower).
     with threadpool_limits(1):

@@ -10,6 +10,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import (
     DEMO_RIGS,
     check_excitation,
+    check_moving,
     demo_logs,
     log_from_samples,
     read_data_set,
@@ -51,6 +52,16 @@ def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
         check_excitation([run(moving, still), run(moving, still)])
     with pytest.raises(LogError, match="v_front is constant"):
         check_excitation([run(still, moving)])
+
+
+def test_a_log_in_which_an_axis_stands_still_can_serve_no_diagnosis():
+    moving = np.random.default_rng(0).normal(size=(1000, 3))
+    still = moving.copy()
+    still[:, 1:] = 0.25
+    fine, clamped = (log_from_samples(name, 100.0, moving[:, :2], a) for name, a in (("fine", moving), ("bad", still)))
+    check_moving([fine])
+    with pytest.raises(LogError, match="bad: elevation and travel never change: a clamped axis or a dead encoder"):
+        check_moving([fine, clamped])
 
 
 def test_a_voltage_that_is_constant_in_some_logs_is_welcome():

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import savemat
 
-from heli_identifier.records import LogFormat, demo_logs, read_log
+from heli_identifier.errors import LogError
+from heli_identifier.records import LogFormat, RigConfiguration, demo_logs, read_log
 from heli_identifier.records.units import CONTRACT_HEADERS
 
 HELD = demo_logs("rig-c")[1][0]
@@ -27,7 +28,7 @@ def truth():
 
 def written(folder, lines, name="log.csv", end="\n"):
     path = folder / name
-    path.write_bytes(end.join(lines).encode())
+    path.write_bytes(end.join([*lines, ""]).encode())
     return path
 
 
@@ -176,13 +177,70 @@ def test_an_angle_folded_into_one_turn_is_unfolded(tmp_path, truth):
 def test_odd_values_are_accepted_and_pointed_out(tmp_path, truth):
     columns = truth.T.copy()
     columns[1, :10] = 6.0
-    columns[3] = 10.0 * np.sin(columns[0])
+    columns[3] = 4.0 * np.sin(columns[0])
     columns[4] = 0.25
     log = read_log(written(tmp_path, rewritten(columns, CONTRACT_HEADERS)))
     assert log.notes[0].startswith("v_front goes beyond +-5 V in 10 of 1001 samples (up to 6 V)")
-    assert log.notes[1].startswith("pitch reaches 10 rad")
+    assert log.notes[1].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
     assert log.notes[2].startswith("elevation never changes")
     assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == log.notes[1:]
+
+
+IMPOSSIBLE = {
+    "degrees called radians": (4, np.degrees, r"elevation reaches 1\d\.\d+ rad .*elevation = \"deg\" or \"counts\""),
+    "turns in degrees called radians": (5, lambda v: 17.0 * np.arange(len(v)) / 100.0, "travel turns within .* 17 rad"),
+    "millivolts called volts": (2, lambda volts: 1e3 * volts, r"v_rear reaches \d+ V .*v_rear = \"mV\""),
+}
+
+
+@pytest.mark.parametrize("case", IMPOSSIBLE)
+def test_values_that_no_rig_reaches_are_refused_and_the_unit_is_asked_for(tmp_path, truth, case):
+    column, mistaken, words = IMPOSSIBLE[case]
+    columns = truth.T.copy()
+    columns[column] = mistaken(columns[column])
+    with pytest.raises(LogError, match=words):
+        read_log(written(tmp_path, rewritten(columns, CONTRACT_HEADERS)))
+
+
+def test_a_rig_s_configuration_may_stand_for_the_format_of_its_logs(tmp_path, truth):
+    path = written(tmp_path, rewritten(truth.T, CONTRACT_HEADERS))
+    rig = RigConfiguration(format=LogFormat(signs={"pitch": -1}))
+    assert np.array_equal(read_log(path, rig).signal("pitch"), -read_log(path).signal("pitch"))
+
+
+def test_all_units_that_are_missing_are_named_at_once(tmp_path, truth):
+    lines = rewritten(truth.T, ["time [s]", "v_front", "v_rear", "pitch [grad]", "elevation [rad]", "travel [rad]"])
+    with pytest.raises(LogError) as caught:
+        read_log(written(tmp_path, lines))
+    for part in ("'v_front': the unit is missing", "'v_rear': the unit is missing", "unit 'grad' is unknown"):
+        assert part in str(caught.value)
+    assert "set v_front, v_rear, pitch under [log.units]" in str(caught.value)
+
+
+CUT = {
+    "within its last number": ("10.00,1.1,1.2,0.1,0.2,0.12", 1000, "row 1002 is left out"),
+    "behind a separator": ("10.00,1.1,1.2,0.1,0.2,", 1000, "row 1002 is left out"),
+    "before its last column": ("10.00,1.1,1.2,0.1", 1000, "row 1002 is left out"),
+    "nowhere": ("10.00,1.1,1.2,0.1,0.2,0.123456", 1001, None),
+}
+
+
+@pytest.mark.parametrize("case", CUT)
+def test_a_last_line_that_was_cut_is_left_out_and_that_is_said(tmp_path, case):
+    last, samples, said = CUT[case]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*LINES[:1001], last]))
+    log = read_log(path)
+    assert log.samples == samples
+    assert [note[: len(said)] for note in log.notes] == [said] if said else log.notes == ()
+
+
+def test_a_last_number_that_may_have_been_cut_is_kept_and_that_is_said(tmp_path, truth):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(rewritten(truth.T, CONTRACT_HEADERS)))
+    log = read_log(path)
+    assert log.samples == 1001
+    assert "cannot be known" in log.notes[0]
 
 
 def as_matlab(truth, **change):

@@ -57,6 +57,14 @@ def test_lost_samples_do_not_change_the_rate():
     assert sampling.resample
 
 
+@pytest.mark.parametrize("every", [3, 7, 50])
+def test_samples_lost_in_a_regular_pattern_are_lost_and_no_coarse_print(every):
+    time = np.delete(np.arange(2000) / 100.0, slice(4, 1990, every))
+    sampling = find_sampling(time, row)
+    assert (sampling.rate_hz, sampling.samples, sampling.resample) == (100.0, 2000, True)
+    assert "steps of 10 to 20 ms" in sampling.note
+
+
 def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
     whole = np.arange(2000) / 100.0
     bridged = GAP_STEPS - 1

@@ -10,6 +10,7 @@ from heli_identifier.records import (
     Log,
     RigConfiguration,
     check_excitation,
+    check_moving,
     read_configuration,
     read_data_set,
     read_log,
@@ -66,7 +67,7 @@ def split_logs(
     Raises
     ------
     LogError
-        A log cannot be read, nothing is excited, or a single log is too short to be split.
+        A log cannot be read, nothing is excited, an axis stands still, or a single log is too short to be split.
     """
     form = configuration.format
     if not training:
@@ -97,4 +98,5 @@ def _split(
     note(f"held out to judge by: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
     first, rest = read_data_set([path], [], configuration.format, whole.start, cut - 0.5 * whole.step)
     held = read_logs([path], configuration.format, cut, last)
+    check_moving(held)
     return first, (*rest, *held)

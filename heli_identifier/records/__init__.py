@@ -1,7 +1,13 @@
 """Measured logs: reading, checking, conversion, and the configuration of a rig with its own ways."""
 
 from heli_identifier.records.configuration import CONFIGURATION_NAME, RigConfiguration, read_configuration
-from heli_identifier.records.data_set import check_apart, check_excitation, read_data_set, read_logs
+from heli_identifier.records.data_set import (
+    check_apart,
+    check_excitation,
+    check_moving,
+    read_data_set,
+    read_logs,
+)
 from heli_identifier.records.demo import DEMO_RIGS, demo_logs
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log, log_from_samples
@@ -18,6 +24,7 @@ __all__ = [
     "RigConfiguration",
     "check_apart",
     "check_excitation",
+    "check_moving",
     "demo_logs",
     "log_from_samples",
     "read_configuration",

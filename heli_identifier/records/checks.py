@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.header import Column
+from heli_identifier.records.plausibility import SUSPICIOUS_ANGLE
 from heli_identifier.records.table import Table
 from heli_identifier.records.units import ANGLES, VOLTAGES
 
@@ -132,7 +133,7 @@ def value_notes(voltages: NDArray[np.float64], angles: NDArray[np.float64], limi
     for name, values in zip(ANGLES, angles.T, strict=True):
         if np.ptp(values) == 0.0:
             notes.append(f"{name} never changes: a clamped axis or a dead encoder tells nothing about itself")
-        elif name != "travel" and np.abs(values).max() > 2.0 * np.pi:
+        elif name != "travel" and np.abs(values).max() > SUSPICIOUS_ANGLE:
             most = np.abs(values).max()
-            notes.append(f"{name} reaches {most:.3g} rad, more than a turn: are these degrees?")
+            notes.append(f"{name} reaches {most:.3g} rad, more than half a turn: are these degrees?")
     return tuple(notes)

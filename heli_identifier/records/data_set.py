@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
+from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
 from heli_identifier.records.reading import read_log
-from heli_identifier.records.units import VOLTAGES
+from heli_identifier.records.units import ANGLES, VOLTAGES
 
 CONSTANT_V = 1e-3  # a voltage that moves by less than this moves no propeller
 
 
 def read_logs(
     paths: Sequence[str | PathLike[str]],
-    format: LogFormat = CONTRACT,
+    format: LogFormat | RigConfiguration = CONTRACT,
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
@@ -46,7 +47,7 @@ def read_logs(
 def read_data_set(
     training: Sequence[str | PathLike[str]],
     held_out: Sequence[str | PathLike[str]] = (),
-    format: LogFormat = CONTRACT,
+    format: LogFormat | RigConfiguration = CONTRACT,
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
@@ -67,12 +68,14 @@ def read_data_set(
     Raises
     ------
     LogError
-        As `read_log`; also if no voltage moves in any training log, or a held-out log was seen in training.
+        As `read_log`; also if no voltage moves in any training log, an angle never changes in one of the logs, or a
+        held-out log was seen in training.
     """
     seen = read_logs(training, format, start, end)
     check_excitation(seen)
     judges = read_logs(held_out, format, start, end)
     check_apart(seen, judges)
+    check_moving((*seen, *judges))
     return seen, judges
 
 
@@ -91,6 +94,24 @@ def check_excitation(logs: Sequence[Log]) -> None:
             raise LogError(
                 f"{', '.join(log.path or log.name for log in logs)}: {name} is constant in every log, so "
                 "there is nothing to identify; excite the rig, for instance with the Exciter's square and chirp."
+            )
+
+
+def check_moving(logs: Sequence[Log]) -> None:
+    """Refuse a log in which an axis stands still: a model of three free axes cannot be judged by it.
+
+    Raises
+    ------
+    LogError
+        If an angle is constant throughout one of the logs.
+    """
+    for log in logs:
+        still = [name for name, angle in zip(ANGLES, log.angles.T, strict=True) if np.ptp(angle) == 0.0]
+        if still:
+            stand = f"{' and '.join(still)} never change{'s' if len(still) == 1 else ''}"
+            raise LogError(
+                f"{log.path or log.name}: {stand}: a clamped axis or a dead encoder tells "
+                "nothing about itself, and a diagnosis needs all three axes to move; leave the log out."
             )
 
 

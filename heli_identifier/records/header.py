@@ -6,7 +6,7 @@ in a name, by ``name_unit`` or by ``name_unit_``, which MATLAB itself makes of t
 
 import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from heli_identifier.errors import LogError
@@ -86,7 +86,16 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
                 f"{file}: {signal} stands in {len(found)} columns ({both}); keep one, or name it under "
                 "[log.columns] in the rig's configuration."
             )
-    return tuple(_column(signal, places[signal][0], headers, format, file) for signal in SIGNALS)
+    found_at = {signal: place[0] for signal, place in places.items()}
+    units = {signal: format.units.get(signal) or split_header(headers[found_at[signal]])[1] for signal in SIGNALS}
+    unknown = [signal for signal in SIGNALS if units[signal] not in known_units(signal)]
+    if unknown:
+        raise LogError(_unknown_units(file, {signal: (headers[found_at[signal]], units[signal]) for signal in unknown}))
+    return tuple(
+        Column(signal, found_at[signal], unit, factor_to_si(signal, unit, format.counts_per_turn(signal)))
+        for signal, unit in units.items()
+        if unit is not None
+    )
 
 
 def _missing(file: str, missing: Sequence[str], headers: Sequence[str]) -> str:
@@ -100,12 +109,15 @@ def _missing(file: str, missing: Sequence[str], headers: Sequence[str]) -> str:
     )
 
 
-def _column(signal: str, index: int, headers: Sequence[str], format: LogFormat, file: str) -> Column:
-    unit = format.units.get(signal) or split_header(headers[index])[1]
-    if unit not in known_units(signal):
-        stated = f"unit {unit!r} is unknown" if unit else "the unit is missing"
-        raise LogError(
-            f"{file}, column {headers[index]!r}: {stated}, {' or '.join(known_units(signal))} is needed; "
-            f"head it {header(signal)!r}, or set {signal} under [log.units] in the rig's configuration."
-        )
-    return Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(signal)))
+def _unknown_units(file: str, columns: Mapping[str, tuple[str, str | None]]) -> str:
+    """Say of all signals at once which unit they lack; ``columns`` holds header and unit of each."""
+    stated = [
+        f"column {text!r}: {f'unit {unit!r} is unknown' if unit else 'the unit is missing'}, "
+        f"{' or '.join(known_units(signal))} is needed"
+        for signal, (text, unit) in columns.items()
+    ]
+    heads = ", ".join(repr(header(signal)) for signal in columns)
+    return (
+        f"{file}, {'; '.join(stated)}; head {'it' if len(columns) == 1 else 'them'} {heads}, or set "
+        f"{', '.join(columns)} under [log.units] in the rig's configuration."
+    )

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.checks import check_extent, instants, numbers, value_notes
+from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.header import Column, find_columns
 from heli_identifier.records.log import Log
 from heli_identifier.records.matlab import read_matlab_table
+from heli_identifier.records.plausibility import check_plausible
 from heli_identifier.records.table import Table, read_text_table
 from heli_identifier.records.timing import Sampling, check_forward, find_sampling, interpolated, mean_of_held
 from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES
@@ -22,7 +24,7 @@ from heli_identifier.records.unwrapping import unwrapped
 
 def read_log(
     path: str | PathLike[str],
-    format: LogFormat = CONTRACT,
+    format: LogFormat | RigConfiguration = CONTRACT,
     start: float | None = None,
     end: float | None = None,
 ) -> Log:
@@ -32,7 +34,7 @@ def read_log(
     ----------
     path : str or PathLike
         CSV file, or MATLAB file if it ends in ``.mat``.
-    format : LogFormat
+    format : LogFormat or RigConfiguration
         How the rig writes its logs.
     start, end : float, optional
         First and last instant kept, in the file's own time [s]; outrank those of `format`.
@@ -47,6 +49,8 @@ def read_log(
     LogError
         If the file cannot be read or the log cannot serve identification.
     """
+    if isinstance(format, RigConfiguration):
+        format = format.format
     file = Path(path)
     data = _bytes(file)
     table = _table(data, file, format)
@@ -73,6 +77,8 @@ def read_log(
     for signal in ANGLES:
         values[signal], note = unwrapped(values[signal], signal, place)
         turns += [note] if note else []
+    for column in columns[1:]:
+        check_plausible(column, values[column.signal], sampling.rate_hz, table.file)
     for signal in values:
         values[signal] = values[signal] * format.sign(signal)
     if format.swap_rotors:
@@ -80,6 +86,7 @@ def read_log(
     voltages = _uniform(time, np.column_stack([values[name] for name in VOLTAGES]), sampling, held=True)
     angles = _uniform(time, np.column_stack([values[name] for name in ANGLES]), sampling)
     notes = (
+        *table.notes,
         *cut,
         *([f"time counts from 0, which the file calls {time[0]:g} s"] if time[0] != 0.0 else []),
         *_conversions(columns, format),

@@ -10,6 +10,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
+from heli_identifier.records.last_line import whole_lines
 from heli_identifier.records.units import CONTRACT_HEADERS
 
 _SEPARATORS = (",", ";", "\t")
@@ -31,6 +32,8 @@ class Table:
         What an editor calls the first sample: 2 below a header line, 1 in a MATLAB array.
     cell : Callable[[int, int], str]
         Text of the cell at (sample, column) as the file holds it.
+    notes : tuple[str, ...]
+        What was left out of the file, or cannot be known of it.
     """
 
     file: str
@@ -38,6 +41,7 @@ class Table:
     columns: tuple[NDArray[Any], ...]
     first_row: int
     cell: Callable[[int, int], str]
+    notes: tuple[str, ...] = ()
 
     def place(self, sample: int) -> str:
         """Name the row of a sample as an editor shows it."""
@@ -85,10 +89,10 @@ def read_text_table(data: bytes, file: str, decimal: str = ".") -> Table:
     """
     import pandas
 
-    # Blank lines at the end are no rows; blank lines elsewhere are rows with empty cells.
-    data = data.rstrip()
-    first_line = _header_line(data, file)
+    first_line = _header_line(data.rstrip(), file)
     separator = max(_SEPARATORS, key=first_line.count)
+    # Blank lines at the end are no rows; blank lines elsewhere are rows with empty cells.
+    data, notes = whole_lines(data, separator, decimal)
     headers = tuple(cell.strip() for cell in next(csv.reader([first_line], delimiter=separator), []))
     if len(headers) < 2:
         raise LogError(
@@ -130,7 +134,7 @@ def read_text_table(data: bytes, file: str, decimal: str = ".") -> Table:
         return cells[column].strip() if column < len(cells) else ""
 
     columns = tuple(as_numbers(frame[column].to_numpy()) for column in frame)
-    return Table(file, headers, columns, 2, cell)
+    return Table(file, headers, columns, 2, cell, notes)
 
 
 def _is_number(text: str) -> bool:

@@ -4,9 +4,9 @@ Identification wants samples at i/rate. Three kinds of time column are told apar
 
 * uniform within a thousandth of a step: taken as it is;
 * printed too coarsely for its step (300 Hz in whole milliseconds): the samples were uniform, the print is not;
-* really uneven (jitter, a few lost samples): resampled to the rate at which most samples came. Angles are
-  interpolated linearly; a voltage is held between samples, so each new sample is the mean of the held voltage over
-  its step, which keeps the impulse ∫ v dt that the motors saw.
+* really uneven (jitter, or lost samples, which leave steps that are whole multiples of the usual one): resampled to
+  the rate at which most samples came. Angles are interpolated linearly; a voltage is held between samples, so each
+  new sample is the mean of the held voltage over its step, which keeps the impulse ∫ v dt that the motors saw.
 
 A stretch without samples longer than `GAP_STEPS` median steps is no jitter; nothing is known of it: refused.
 """
@@ -101,7 +101,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time), False, None)
     digit = _last_digit(time)
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
-    if off_grid <= digit:
+    if off_grid <= digit and not _samples_lost(intervals, median):
         rate = _rounded_rate(1.0 / mean, digit / duration)
         note = f"time is printed to {1e3 * digit:g} ms, too coarse for its step: taken as even at {rate:g} Hz"
         return Sampling(rate, len(time), False, note)
@@ -113,6 +113,12 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         f"{rate:g} Hz, angles linearly, voltages as means of what was held"
     )
     return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, note)
+
+
+def _samples_lost(intervals: NDArray[np.float64], median: float) -> bool:
+    """Whether all steps are the usual one or whole multiples of it: 10 and 20 ms, but not 3 and 4 ms."""
+    steps = np.round(intervals / median)
+    return bool(steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median)
 
 
 def _rounded_rate(rate: float, uncertainty: float) -> float:
