@@ -11,6 +11,7 @@ from heli_identifier.prediction.fit import fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.model import Model, Withdrawal, effect_score, unknown_columns, without, without_unknown
+from heli_identifier.tracing.scan import basis_of
 from heli_identifier.tracing.unknown import Unknown, one_degree_equivalent, responses_in
 from heli_plant.effects import Effect
 
@@ -74,11 +75,16 @@ def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[fl
 
 
 def unknown_score(model: Model, index: int) -> float:
-    """Root of the surplus of an unknown torque in a model, from its coefficients and their covariance."""
-    weights, covariance = model.weights(index), model.weights_covariance(index)
-    felt = np.isfinite(np.diag(covariance))  # splines of places that no record visits have no error to compare with
-    chi_squared = float(weights[felt] @ np.linalg.pinv(covariance[np.ix_(felt, felt)]) @ weights[felt])
-    return float(np.sqrt(one_degree_equivalent(chi_squared, int(felt.sum()))))
+    """Root of the surplus of an unknown torque in a model: of what it explains that nothing else there could.
+
+    A Wald test of its many coefficients would rest on a covariance that a few seconds of a local torque make singular.
+    """
+    own, first = model.span(index), len(model.fit.free)
+    columns = slice(first + own.start, first + own.stop)
+    others = basis_of(np.delete(model.fit.jacobian, columns, axis=1))
+    response = model.fit.jacobian[:, columns] @ model.weights(index)
+    left = response - others @ (others.T @ response)
+    return float(np.sqrt(one_degree_equivalent(float(left @ left), model.unknowns[index].degrees)))
 
 
 def likeness(model: Model, other: Model, index: int) -> float:

@@ -9,7 +9,7 @@ from heli_identifier.prediction.fit import Fit, fit
 from heli_identifier.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.model import Model, Withdrawal, effect_score, without, without_unknown
 from heli_identifier.tracing.unknown import Unknown, responses_in
-from heli_plant.effects import AXES
+from heli_plant.effects import AXES, Effect
 from heli_plant.parameters import PlantParameters
 
 HORIZONS = (1.0, 2.0)
@@ -146,13 +146,23 @@ def mending(
             continue
         rests = [without(model, effect) for effect in acting]
         fits = [handed_back(rest, held, reference) for rest in rests]
-        mended = [float(ratios(squared_errors(held, f.parameters), reference)[axis]) for f in fits]
+        after = [ratios(squared_errors(held, f.parameters), reference) for f in fits]
+        # an effect of several axes stays if it is missed more on the others than it harms on this one
+        mended = [
+            without_it[axis] if _mean_over(effect, without_it) < _mean_over(effect, ratio) else np.inf
+            for effect, without_it in zip(acting, after, strict=True)
+        ]
         best = int(np.argmin(mended))
         if TOLERATED * mended[best] < ratio[axis]:
             change = f"{ratio[axis]:.2f} times the bare model's with it, {mended[best]:.2f} without"
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
             return rests[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
+
+
+def _mean_over(effect: Effect, ratio: NDArray[np.float64]) -> float:
+    """Mean ratio over the axes that an effect acts on."""
+    return float(np.mean([ratio[AXES.index(axis)] for axis in effect.axes]))
 
 
 def needed(unknown: Unknown, held: Problem) -> float:
