@@ -21,6 +21,7 @@ from heli_identifier.diagnosis.diagnose import diagnose
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.records import read_logs
+from heli_identifier.report.rounding import is_known
 from heli_identifier.tracing.findings import FoundEffect
 from heli_plant.effects import AXES
 
@@ -53,7 +54,8 @@ def main(arguments: Sequence[str]) -> None:
 
 EXPLANATION = (
     "Coefficients with 95 % intervals; error of the prediction 1 s ahead on the held-out log before and after, and the "
-    "noise floor, root mean square."
+    "noise floor, root mean square; a dash where none can be computed, since the model runs away from the rig within "
+    "seconds even on data of its own."
 )
 
 
@@ -64,8 +66,10 @@ def row(title: str, bandwidth: float, found: Diagnosis) -> str:
     cells = [title, f"{bandwidth:g}", found.verdict, effects, withdrawn]
     for axis in AXES:
         report = found.axes[axis]
-        errors = [1e3 * error.prediction_1s.value for error in (report.before, report.after, report.noise_floor)]
-        cells.append("{:.3g}, {:.3g} ({:.3g})".format(*errors))
+        before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
+        floor = report.noise_floor.prediction_1s
+        known = f"{1e3 * floor.value:.3g}" if is_known(floor) else "–"
+        cells.append(f"{before:.3g}, {after:.3g} ({known})")
     return f"| {' | '.join(cells)} |"
 
 

@@ -9,11 +9,14 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.estimate import Estimate
+from heli_identifier.evaluation.figures import AxisError, ErrorFigure
+from heli_identifier.report.diagnosis_document import diagnosis_document
 from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
 from heli_identifier.report.figures.intervals import parameter_figure
 from heli_identifier.report.figures.style import COLOURS, thinned
 from heli_identifier.report.page import report_page
 from heli_identifier.report.provenance import provenance
+from heli_identifier.report.residuals import residual_text
 from heli_identifier.report.rounding import power_text, significant, unit_text, with_interval
 from heli_identifier.report.sentences import law_text, verdict_sentence
 from tests.diagnosis_example import adequate, example, made_log
@@ -102,8 +105,43 @@ def test_the_page_names_the_experiments_that_would_settle_something(text):
 
 def test_a_clean_rig_gets_a_page_without_an_effect():
     page = report_page(adequate(), ORIGIN, "rig")
-    assert "The simplified model explains these logs" in page
+    assert "these logs do not refute the simplified model" in page
     assert "No effect of the catalogue passed the threshold" in page
+
+
+def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
+    whole = example()
+    nothing = ErrorFigure(0.0, 0.0, 0.0)
+    pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, None, nothing))
+    page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), ORIGIN, "rig")
+    assert "noise floor –: the model runs away from the rig" in page
+    assert "A dash in its place" in page
+    assert 'data-label="noise floor">0 ' not in page
+    assert diagnosis_document(replace(whole, axes={"pitch": pitch}), ORIGIN)["error"]["pitch"]["noise_floor"] == {
+        "prediction_1s_rad": None, "prediction_2s_rad": None, "free_run_rad": None, "acceleration": None,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("p", "after", "said"),
+    [
+        (0.4, 2e-3, "not told from white noise at the 1 % level (Ljung-Box, p = 0.40; before: p < 0.0001)"),
+        (0.006, 2e-3, "not entirely white (Ljung-Box, p = 0.0060; before: p < 0.0001), so something is left. It costs"),
+        (0.006, 2e-3, "costs the prediction over 1 s little: 2.00 mrad against a noise floor of 1.90 mrad."),
+        (0.006, 4e-3, "costs the prediction over 1 s: 4.00 mrad against a noise floor of 1.90 mrad, which is more"),
+    ],
+)
+def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed_by_what_it_costs(p, after, said):
+    report = example().axes["pitch"]
+    error = replace(report.after, prediction_1s=ErrorFigure(after, 0.9 * after, 1.1 * after))
+    assert said in residual_text(replace(report, after=error, whiteness_p={"before": 1e-9, "after": p}))
+
+
+def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
+    words = text[text.index('id="words"') :]
+    for term in ("±", "hint", "torque of the room", "other filter frequencies", "noise floor", "Ljung-Box p"):
+        assert f"<dt>{term}</dt>" in words
+    assert "1.96 standard errors" in words
 
 
 def test_the_same_diagnosis_gives_the_same_page(text):

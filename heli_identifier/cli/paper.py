@@ -14,7 +14,11 @@ def paper(
     ] = Path("paper"),
     json: Json = False,
 ) -> None:
-    """Reproduce the paper: Tables 1 and 2 and Figures 2 to 5 as CSV and SVG, and what its own spread may come from."""
+    """Restate the paper's Tables 1 and 2, and make counterparts of its Figures 2 to 5, as CSV and SVG.
+
+    The tables hold the paper's numbers. What its figures show was inferred from equations, tables and captions and is
+    computed anew, so the curves are counterparts and no copies; it is also said what the paper's spread may come from.
+    """
     from heli_identifier.cli.terminal import note, print_json, progress_bar
     from heli_identifier.paper import reproduce
 

@@ -2,10 +2,11 @@
 
 import typer
 
-from heli_identifier.cli.terminal import print_table
+from heli_identifier.cli.terminal import print_table, warn
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.report.rounding import angle_text, significant, unit_text, with_interval
-from heli_identifier.report.sentences import effect_title, verdict_sentence
+from heli_identifier.report.sentences import effect_title, meaning, verdict_sentence
+from heli_identifier.report.tables import floor_missing
 
 
 def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
@@ -16,15 +17,19 @@ def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
     print_errors(diagnosis)
     for name, axis, why in diagnosis.withdrawn:
         typer.echo(f"withdrawn: {name} on {axis}: {why}")
+    for remark in diagnosis.notes:
+        typer.echo(f"note: {remark}")
     if reasons:
         print_catalogue(diagnosis)
+    for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
+        warn(text)
 
 
 def print_effects(diagnosis: Diagnosis) -> None:
     """Print what was found."""
     if diagnosis.effects:
         print_table(
-            "Effects that the model lacks",
+            "Effects that the model lacks (± 1.96 standard errors)",
             ("effect", "coefficient >", "verdict", "score >", "as likely"),
             [
                 (
@@ -43,11 +48,12 @@ def print_parameters(diagnosis: Diagnosis) -> None:
     """Print the parameters before and after with their 95 % intervals."""
     before, after = diagnosis.parameters_before, diagnosis.parameters_after
     print_table(
-        "Parameters",
-        ("parameter", "before >", "after >", "unit"),
+        "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)",
+        ("parameter", "meaning", "before >", "after >", "unit"),
         [
             (
                 name,
+                meaning(name, value),
                 with_interval(before[name], unit=False) if name in before else "",
                 with_interval(value, unit=False),
                 unit_text(value.unit),
@@ -70,6 +76,8 @@ def print_errors(diagnosis: Diagnosis) -> None:
             if getattr(r.before, kind) or getattr(r.after, kind)
         ],
     )
+    if floor_missing(diagnosis.axes):
+        typer.echo("no noise floor: the model is unstable and runs away from the rig even on its own data")
 
 
 def print_catalogue(diagnosis: Diagnosis) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.estimate import Estimate
 from heli_identifier.evaluation.figures import AxisError, AxisReport
+from heli_identifier.report.rounding import is_known
 from heli_identifier.tracing.findings import CatalogueVerdict, FoundEffect
 
 SCHEMA = "heli-diagnosis/1"
@@ -129,12 +130,12 @@ def _axis(report: AxisReport) -> dict[str, Any]:
 
 def _value(error: AxisError, field: str) -> float | None:
     figure = getattr(error, field)
-    return figure.value if figure else None
+    return figure.value if is_known(figure) else None
 
 
 def _interval(error: AxisError, field: str) -> tuple[float, float] | None:
     figure = getattr(error, field)
-    return (figure.low, figure.high) if figure else None
+    return (figure.low, figure.high) if is_known(figure) else None
 
 
 def _catalogue_entry(entry: CatalogueVerdict) -> dict[str, Any]:

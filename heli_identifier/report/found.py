@@ -75,7 +75,7 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
     facts.append(("score", f"{significant(found.score)} standard errors"))
     if found.agreement:
         others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
-        facts.append(("other filters", listed(others)))
+        facts.append(("at other filter frequencies", listed(others)))
     if found.alternatives:
         facts.append(("as likely", listed([effect_name(name, axis) for name, axis in found.alternatives], "or")))
     return facts

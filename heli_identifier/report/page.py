@@ -16,7 +16,9 @@ from heli_identifier.report.figures.held_out import (
 from heli_identifier.report.figures.intervals import error_figure, parameter_figure
 from heli_identifier.report.figures.style import inline_svg
 from heli_identifier.report.found import effect_entries
+from heli_identifier.report.glossary import glossary
 from heli_identifier.report.outlook import confused_lines, experiment_entries, map_svg
+from heli_identifier.report.residuals import residual_text
 from heli_identifier.report.rounding import significant
 from heli_identifier.report.sentences import SYMBOLS, effect_name, verdict_sentence
 from heli_identifier.report.tables import (
@@ -24,10 +26,12 @@ from heli_identifier.report.tables import (
     catalogue_rows,
     data_rows,
     error_rows,
+    floor_missing,
     parameter_rows,
     setting_rows,
     summary_cards,
 )
+from heli_identifier.tracing.findings import NOT_SHOWN
 
 _TEMPLATES = files("heli_identifier.report") / "templates"
 _SECTIONS = (
@@ -38,12 +42,17 @@ _SECTIONS = (
     ("map", "What can be told apart"),
     ("next", "What to measure next"),
     ("provenance", "Provenance"),
+    ("words", "Words"),
 )
 _CAPTIONS = (
     ("free-run", free_run_figure, "The plant left alone under the log's voltages, beside the measurement."),
     ("residual", residual_figure, "What is left: the innovations of the observer, as an acceleration."),
     ("spectrum", spectrum_figure, "Power spectral density of the residual."),
-    ("correlation", autocorrelation_figure, "Autocorrelation of the whitened residual: white within the bounds."),
+    (
+        "correlation",
+        autocorrelation_figure,
+        "Autocorrelation of the whitened residual; white noise keeps the bounds at 95 of 100 lags.",
+    ),
 )
 
 
@@ -61,6 +70,7 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
     template = environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
     moved = diagnosis.parameters_before != diagnosis.parameters_after
+    rows = catalogue_rows(diagnosis)
     return template.render(
         title=f"Diagnosis of {rig}",
         css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
@@ -76,18 +86,22 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
             error_figure(diagnosis.axes), "errors", "Error of the 1 s prediction of each axis before and after"
         ),
         errors=error_rows(diagnosis.axes),
+        floor_missing=floor_missing(diagnosis.axes),
         panels=_panels(diagnosis),
         parameters=parameter_rows(diagnosis),
         parameter_figure=_parameter_svg(diagnosis) if moved else "",
-        catalogue=catalogue_rows(diagnosis),
+        catalogue=[row for row in rows if row["verdict"] != NOT_SHOWN],
+        not_shown=[row for row in rows if row["verdict"] == NOT_SHOWN],
         reasons=catalogue_remarks(diagnosis),
         map=map_svg(diagnosis),
         confused=confused_lines(diagnosis),
         experiments=experiment_entries(diagnosis),
         data=data_rows(diagnosis),
-        notes=[*diagnosis.notes, *(f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes)],
+        remarks=diagnosis.notes,
+        notes=[f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes],
         provenance=provenance,
         settings=setting_rows(diagnosis),
+        words=glossary(diagnosis),
         seconds=significant(diagnosis.seconds, 2),
     )
 
@@ -110,13 +124,5 @@ def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 }
                 for name, draw, caption in _CAPTIONS
             ]
-            white = significant(report.whiteness_p["after"], 2)
-            text = (
-                f"Residual after, over all held-out logs: whiteness p = {white} (Ljung-Box; before: "
-                f"{significant(report.whiteness_p['before'], 2)}); largest correlation with a past input "
-                f"{significant(report.input_correlation['after'], 2)} times its 95 % bound."
-            )
-            if report.after.free_run is None:
-                text += " The axis does not return by itself, so its free run drifts and is not judged."
-            panels.append({"title": f"{axis.capitalize()}{where}", "text": text, "figures": figures})
+            panels.append({"title": f"{axis.capitalize()}{where}", "text": residual_text(report), "figures": figures})
     return panels

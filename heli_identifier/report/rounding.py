@@ -57,6 +57,20 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
     return f"{estimate.value:.{decimals}f} ± {half:.{decimals}f}{suffix}".replace("-", "−")
 
 
+SMALLEST_P = 1e-4
+"""P value below which only that is said: the tails of a test's distribution are not known any better."""
+
+
+def p_text(p: float) -> str:
+    """Give a probability as ``p = 0.27``, a very small one by its bound."""
+    return f"p = {significant(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
+
+
+def is_known(figure: ErrorFigure | None) -> bool:
+    """Whether there is a figure: no rig has an error of zero, which stands for a noise floor that has none."""
+    return figure is not None and figure.high > 0.0
+
+
 def angle_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
     return _figure_text(figure, 1e3)
@@ -68,7 +82,7 @@ def acceleration_text(figure: ErrorFigure | None) -> str:
 
 
 def _figure_text(figure: ErrorFigure | None, factor: float) -> str:
-    if figure is None:
+    if figure is None or not is_known(figure):
         return "–"
     value, low, high = (significant(factor * x) for x in (figure.value, figure.low, figure.high))
     return f"{value} ({low} to {high})"

@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 
 from heli_identifier.diagnosis.result import MODEL_ADEQUATE, Diagnosis
+from heli_identifier.estimate import Estimate
 from heli_identifier.evaluation.figures import AxisReport
 from heli_identifier.report.rounding import significant, with_interval
 from heli_identifier.tracing.findings import AMBIGUOUS, NOT_TESTABLE, UNKNOWN, FoundEffect
@@ -35,6 +36,7 @@ MEANINGS = {
     "k_z": "elevation gain",
     "a_wy": "travel damping",
     "k_y": "travel gain",
+    "T_m": "motor time constant",
 }
 """The paper's symbols (Table 2) as words."""
 
@@ -69,6 +71,11 @@ def effect_name(name: str, axis: str) -> str:
     return f"{name.replace('_', ' ')} on the {axis}"
 
 
+def meaning(symbol: str, value: Estimate) -> str:
+    """Give a parameter's symbol as words, and whether it was given."""
+    return f"{MEANINGS.get(symbol, symbol)}{', given' if value.standard_error is None else ''}"
+
+
 def variable_name(variable: str) -> str:
     """Give a variable as words."""
     return VARIABLES.get(variable, variable.replace("_", " "))
@@ -84,10 +91,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
     if diagnosis.verdict == MODEL_ADEQUATE:
-        untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
-        rest = f"; {untested} of its {len(diagnosis.catalogue)} entries could not be tested with this excitation"
-        said = "The simplified model explains these logs: no effect of the catalogue is shown"
-        return f"{said}{rest if untested else ''}."
+        return _nothing_shown(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.name != "unknown"]
     unknown = [effect for effect in diagnosis.effects if effect.name == "unknown"]
     parts = []
@@ -97,6 +101,15 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
     return f"{', and '.join(parts)}{_gain(diagnosis)}."
+
+
+def _nothing_shown(diagnosis: Diagnosis) -> str:
+    """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
+    untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
+    rest = f"; {untested} of its {len(diagnosis.catalogue)} entries could not be tested with this excitation"
+    said = f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest if untested else ''}"
+    errors = [f"{significant(1e3 * report.after.prediction_1s.value)} mrad" for report in diagnosis.axes.values()]
+    return f"{said}. Its error of a 1 s prediction on held-out data is {listed(errors)} ({', '.join(diagnosis.axes)})."
 
 
 def found_effect(effect: FoundEffect) -> str:

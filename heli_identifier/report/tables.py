@@ -6,8 +6,15 @@ from typing import Any
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.evaluation.figures import AxisReport
 from heli_identifier.report.found import KINDS
-from heli_identifier.report.rounding import acceleration_text, angle_text, significant, unit_text, with_interval
-from heli_identifier.report.sentences import MEANINGS, effect_name, listed
+from heli_identifier.report.rounding import (
+    acceleration_text,
+    angle_text,
+    is_known,
+    significant,
+    unit_text,
+    with_interval,
+)
+from heli_identifier.report.sentences import effect_name, listed, meaning
 from heli_identifier.tracing.findings import NOT_TESTABLE
 
 ERRORS = (
@@ -18,6 +25,9 @@ ERRORS = (
 )
 """Fields of an error, what they are called, and how they are written."""
 
+SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be a hint"}
+"""Settings whose names say too little."""
+
 _ENDINGS = {"_rad_s": "rad/s", "_s": "s", "_V": "V", "_hz": "Hz"}
 """Endings of a setting's name that state its unit."""
 
@@ -26,14 +36,14 @@ def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
     """Give one card per axis: the error of the 1 s prediction, before and after."""
     cards = []
     for axis, report in diagnosis.axes.items():
-        before, after, floor = (
-            1e3 * error.prediction_1s.value for error in (report.before, report.after, report.noise_floor)
-        )
+        before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
+        floor = report.noise_floor.prediction_1s
+        known = f"{significant(1e3 * floor.value)} mrad" if is_known(floor) else "–: the model runs away from the rig"
         cards.append(
             {
                 "label": f"{axis}, 1 s prediction error",
                 "value": f"{significant(before)} → {significant(after)} mrad",
-                "detail": f"noise floor {significant(floor)} mrad",
+                "detail": f"noise floor {known}",
             }
         )
     return cards
@@ -61,13 +71,18 @@ def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     return [
         {
             "name": name,
-            "meaning": MEANINGS.get(name, "given" if value.standard_error is None else ""),
+            "meaning": meaning(name, value),
             "unit": unit_text(value.unit),
             "before": with_interval(before[name], unit=False) if name in before else "–",
             "after": with_interval(value, unit=False),
         }
         for name, value in after.items()
     ]
+
+
+def floor_missing(axes: Mapping[str, AxisReport]) -> bool:
+    """Whether the noise floor of an axis could not be computed."""
+    return not all(is_known(report.noise_floor.prediction_1s) for report in axes.values())
 
 
 def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -118,8 +133,8 @@ def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     rows = []
     for name, value in diagnosis.settings.items():
         unit = next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "")
-        words = name.removesuffix(next((e for e in _ENDINGS if name.endswith(e)), "")).replace("_", " ")
+        words = SETTINGS.get(name) or name.removesuffix(next((e for e in _ENDINGS if name.endswith(e)), ""))
         values = value if isinstance(value, list | tuple) else [value]
         text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
-        rows.append((words, f"{text} {unit}".rstrip()))
+        rows.append((words.replace("_", " "), f"{text} {unit}".rstrip()))
     return rows

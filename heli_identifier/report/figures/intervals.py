@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from heli_identifier.estimate import Estimate
 from heli_identifier.evaluation.figures import AxisReport, ErrorFigure
 from heli_identifier.report.figures.style import AFTER, BEFORE, THIRD, canvas, key, styled
+from heli_identifier.report.rounding import is_known
 from heli_identifier.report.sentences import MEANINGS
 
 FARTHEST = 12.0
@@ -19,10 +20,10 @@ def error_figure(axes_reports: Mapping[str, AxisReport]) -> Figure:
     figure, (axes,) = canvas(5.2, 2.7, label_width=0.85)
     stages = (("before", BEFORE, -0.22), ("after", AFTER, 0.0), ("noise_floor", THIRD, 0.22))
     for stage, colour, shift in stages:
-        figures: list[ErrorFigure] = [getattr(report, stage).prediction_1s for report in axes_reports.values()]
-        y = [index + shift for index in range(len(figures))]
-        values = [1e3 * figure.value for figure in figures]
-        axes.hlines(y, [1e3 * f.low for f in figures], [1e3 * f.high for f in figures], color=colour, linewidth=2.4)
+        errors: list[ErrorFigure] = [getattr(report, stage).prediction_1s for report in axes_reports.values()]
+        known = [(index + shift, error) for index, error in enumerate(errors) if is_known(error)]
+        y, values = [place for place, _ in known], [1e3 * error.value for _, error in known]
+        axes.hlines(y, [1e3 * e.low for _, e in known], [1e3 * e.high for _, e in known], color=colour, linewidth=2.4)
         axes.plot(values, y, "o", color=colour, markersize=6.5, label=stage.replace("_", " "))
     axes.set_yticks(range(len(axes_reports)), list(axes_reports))
     axes.invert_yaxis()
