@@ -39,7 +39,7 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu.
     """
     from heli_identifier.cli.logs import found_configuration, split_logs
-    from heli_identifier.cli.terminal import note, print_json, progress_bar
+    from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
     from heli_identifier.report.staging import whole_folder
 
     with whole_folder(output) as draft:
@@ -50,6 +50,8 @@ def diagnose(
             diagnosis, document = diagnosed(training, held_out, configuration, draft, command, tell)
     if json:
         print_json(document)
+        for text in diagnosis.notes:
+            warn(text)
         return
     from heli_identifier.cli.summary import print_diagnosis
 

@@ -27,7 +27,8 @@ def identify(
     import sys
 
     from heli_identifier.cli.logs import found_configuration, training_logs
-    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
+    from heli_identifier.diagnosis.signs import sign_notes
     from heli_identifier.identification import combined, history_text, identify_log, settings_for
     from heli_identifier.report.diagnosis_document import document_text
     from heli_identifier.report.figures.history import history_figure
@@ -55,8 +56,11 @@ def identify(
         (draft / "parameters.json").write_text(document_text(document), encoding="utf-8")
         (draft / "history.csv").write_text(history_text(histories), encoding="utf-8")
         write_figure(history_figure(histories, together), draft / "history.svg")
+    signs = sign_notes(together.estimates)
     if json:
         print_json(document)
+        for text in signs:
+            warn(text)
         return
     print_table(
         "Parameters with half of their 95 % intervals",
@@ -73,4 +77,6 @@ def identify(
     )
     for text in together.notes:
         note(text)
+    for text in signs:
+        warn(text)
     note(f"written: {', '.join(str(output / name) for name in ('parameters.json', 'history.csv', 'history.svg'))}")

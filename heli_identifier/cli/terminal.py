@@ -16,6 +16,11 @@ def note(text: str) -> None:
     typer.secho(text, err=True, dim=True)
 
 
+def warn(text: str) -> None:
+    """Say on the error stream what puts the result in doubt, so that nobody misses it."""
+    typer.secho(f"warning: {text}", err=True, fg="yellow", bold=True)
+
+
 def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     """Print a document on standard output."""
     import json

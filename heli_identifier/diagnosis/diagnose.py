@@ -18,6 +18,7 @@ from heli_identifier.diagnosis.result import (
     HeldOutSeries,
 )
 from heli_identifier.diagnosis.settings import DiagnosisSettings
+from heli_identifier.diagnosis.signs import sign_notes
 from heli_identifier.evaluation.free_run import run_start
 from heli_identifier.evaluation.judgement import judged
 from heli_identifier.prediction.fit import Fit
@@ -90,7 +91,11 @@ def diagnose(
         correlation=_correlation(selection.last.scanned),
         data=(*_entries(training, "training"), *_entries(validation, "held out")),
         settings=_settings(settings, selection),
-        notes=(*_notes(model, final, settings), *outcome_notes(axes)),
+        notes=(
+            *sign_notes(parameter_estimates(selection.bare.model.fit)),
+            *_notes(model, final, settings),
+            *outcome_notes(axes),
+        ),
         seconds=perf_counter() - began,
     )
 
