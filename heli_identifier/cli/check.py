@@ -33,14 +33,14 @@ def check(
     diagnosis, or the noise floor if that is larger.
     """
     from heli_identifier.cli.logs import found_configuration, say_notes
+    from heli_identifier.cli.parameter_file import parameter_set
     from heli_identifier.cli.terminal import note, print_json, print_table
     from heli_identifier.evaluation.gate import hold_to
     from heli_identifier.records import read_logs, write_whole
     from heli_identifier.report.junit import junit_text
-    from heli_identifier.report.parameter_set import read_parameter_set
     from heli_identifier.report.rounding import angle_text, significant
 
-    expected = read_parameter_set(parameters)
+    expected = parameter_set(parameters)
     recorded = read_logs(logs, found_configuration(config).format, start, end)
     say_notes(recorded)
     outcomes = hold_to(expected.plant(), expected.limits(factor), recorded)

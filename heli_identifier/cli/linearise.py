@@ -24,19 +24,19 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
+    from heli_identifier.cli.parameter_file import parameter_set
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.linearise.design import design
     from heli_identifier.linearise.documents import controller_parameters, design_document, matlab_bytes
     from heli_identifier.report.diagnosis_document import document_text
     from heli_identifier.report.figures.steps import step_figure
     from heli_identifier.report.figures.style import write_figure
-    from heli_identifier.report.parameter_set import read_parameter_set
     from heli_identifier.report.provenance import provenance
     from heli_identifier.report.rounding import significant
     from heli_identifier.report.staging import whole_folder
 
     with whole_folder(output) as draft:
-        given = read_parameter_set(parameters)
+        given = parameter_set(parameters)
         with progress_bar() as tell:
             made = design(given, pitch, elevation, progress=tell)
         origin = provenance(["heli", *sys.argv[1:]])

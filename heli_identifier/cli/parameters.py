@@ -44,9 +44,9 @@ def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
     """
     if file is None:
         return {}
-    from heli_identifier.report.parameter_set import read_parameter_set
+    from heli_identifier.cli.parameter_file import parameter_set
 
-    parameters = read_parameter_set(file)
+    parameters = parameter_set(file)
     return {parameters.unit: parameters.start_values}
 
 
