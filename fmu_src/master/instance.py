@@ -140,12 +140,15 @@ class Instance:
             variable = self.variable(name)
             if variable.causality != "parameter":
                 raise MasterError(f"{self.name}.{name} is no parameter but an {variable.causality}")
-            setter, kind = {
-                "Real": (self.slave.setReal, float),
-                "Integer": (self.slave.setInteger, int),
-                "Boolean": (self.slave.setBoolean, bool),
-                "String": (self.slave.setString, str),
+            setter, kind, wanted = {
+                "Real": (self.slave.setReal, float, "a number"),
+                "Integer": (self.slave.setInteger, int, "a whole number"),
+                "Boolean": (self.slave.setBoolean, bool, "true or false"),
+                "String": (self.slave.setString, str, "text"),
             }[variable.type]
+            # Only a text can be told from what is wanted; what a value may be is the unit's to say.
+            if isinstance(value, str) != (kind is str) or (kind is int and not float(value).is_integer()):
+                raise MasterError(f"{self.name}.{name} = {value!r} must be {wanted}")
             self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 

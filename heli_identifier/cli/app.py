@@ -59,7 +59,8 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
     (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
     (
         simulate,
-        "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 --plot step.svg\n\n"
+        "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 "
+        "--set exciter.excitation.experiment=0 --plot step.svg\n\n"
         "heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv\n\n"
         "heli simulate measured_data --log run.csv --parameters result/parameters.json",
     ),

@@ -55,9 +55,10 @@ def demo(
 def diagnosed_rig(rig: str, folder: Path) -> "Diagnosis":
     """Diagnose a demonstration rig and write the results into ``folder``."""
     from heli_identifier.cli.diagnose import diagnosed
+    from heli_identifier.cli.guard import terminable
     from heli_identifier.records import RigConfiguration, demo_logs, read_data_set
     from heli_identifier.report.staging import whole_folder
 
     training, held_out = read_data_set(*demo_logs(rig))
-    with whole_folder(folder) as draft:
+    with terminable(), whole_folder(folder) as draft:
         return diagnosed(training, held_out, RigConfiguration(name=rig), draft, ["heli", "demo"])[0]

@@ -1,8 +1,12 @@
-"""Errors of a command as one sentence on the error stream and the exit code 2."""
+"""Errors of a command as one sentence and the exit code 2; a request to end leaves nothing behind."""
 
-from collections.abc import Callable
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
-from typing import ParamSpec, TypeVar
+from threading import current_thread, main_thread
+from typing import NoReturn, ParamSpec, TypeVar
 
 import typer
 
@@ -16,6 +20,9 @@ R = TypeVar("R")
 BAD_INPUT = 2
 """Exit code of bad usage and of data that cannot be used."""
 
+TERMINATED = 128 + signal.SIGTERM
+"""Exit code of a command that was asked to end, as a shell gives it."""
+
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
     """Make a command answer an error raised on purpose with its sentence; a mistake in the code shows in full."""
@@ -23,7 +30,8 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
     @wraps(command)
     def run(*arguments: P.args, **options: P.kwargs) -> R:
         try:
-            return command(*arguments, **options)
+            with terminable():
+                return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
             raise fail(str(error)) from error
         except OSError as error:
@@ -32,6 +40,27 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             raise fail(f"{error.filename}: {error.strerror}") from error
 
     return run
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Let SIGTERM end the block as an exception does, so that drafts of results are taken away on the way out."""
+    if current_thread() is not main_thread():  # only there a signal can be heard
+        yield
+        return
+    before = signal.signal(signal.SIGTERM, _leave)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _leave(_number: int, _frame: object) -> NoReturn:
+    """Ask the processes that were started to end as well, for those who wait for them, and leave."""
+    processes = sys.modules.get("multiprocessing")
+    for child in processes.active_children() if processes else ():
+        child.terminate()
+    raise SystemExit(TERMINATED)
 
 
 def fail(sentence: str) -> typer.Exit:

@@ -14,6 +14,19 @@ if TYPE_CHECKING:
     from heli_identifier.records import Log
 
 
+FIGURES = (".svg", ".pdf", ".png")
+"""Endings of a figure that can be drawn."""
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="open_loop, closed_loop, measured_data or plant_beside_log.",
+        autocompletion=lambda: scenario_names(),
+    ),
+]
+
+
 def scenario_names() -> list[str]:
     """Names of the scenarios, for completion."""
     from fmu_src.wiring import SCENARIOS
@@ -22,14 +35,7 @@ def scenario_names() -> list[str]:
 
 
 def simulate(
-    scenario: Annotated[
-        str,
-        typer.Argument(
-            metavar="SCENARIO",
-            help="open_loop, closed_loop, measured_data or plant_beside_log.",
-            autocompletion=scenario_names,
-        ),
-    ] = "open_loop",
+    scenario: ScenarioName = "open_loop",
     duration: Annotated[
         float | None,
         typer.Option("--duration", "-d", metavar="SECONDS", help="Length; the log's, or 60 s.", show_default=False),
@@ -67,10 +73,13 @@ def simulate(
     from fmu_src.master import run_apart
     from heli_identifier.cli.parameters import in_scenario
 
+    _check_figure(plot)
     values = in_scenario(scenario, parameters, settings)
     with _played(scenario, log, start, end, config) as (recorded, played):
-        step = step or (recorded.step if recorded else 0.01)
-        duration = duration or ((recorded.samples - 1) * step if recorded else 60.0)
+        if step is None:
+            step = recorded.step if recorded else 0.01
+        if duration is None:
+            duration = (recorded.samples - 1) * step if recorded else 60.0
         files = dict(_file(word) for word in fmu)
         result = run_apart(scenario, duration, step, {**played, **values}, files, progress=not json and _terminal())
     _draw(result, recorded, output, plot)
@@ -81,6 +90,14 @@ def _terminal() -> bool:
     import sys
 
     return sys.stderr.isatty()
+
+
+def _check_figure(plot: Path | None) -> None:
+    """Refuse a figure that cannot be drawn, before anything runs."""
+    from heli_identifier.errors import ConfigurationError
+
+    if plot is not None and plot.suffix.lower() not in FIGURES:
+        raise ConfigurationError(f"--plot {plot} must end in one of {', '.join(FIGURES)}.")
 
 
 def _file(word: str) -> tuple[str, str]:

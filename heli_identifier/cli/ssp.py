@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from heli_identifier.cli.options import Parameters, Settings
-from heli_identifier.cli.simulate import scenario_names
+from heli_identifier.cli.simulate import ScenarioName
 
 
 def ssp(
-    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="Which wiring.", autocompletion=scenario_names)],
+    scenario: ScenarioName,
     output: Annotated[
         Path | None,
         typer.Option(

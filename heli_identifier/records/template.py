@@ -86,7 +86,7 @@ def write_template(path: str | PathLike[str]) -> Path:
     Parameters
     ----------
     path : str or PathLike
-        File to make.
+        File to make, with the folders above it.
 
     Raises
     ------
@@ -96,6 +96,7 @@ def write_template(path: str | PathLike[str]) -> Path:
     if Path(path).exists():
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
     try:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
         return write_whole(path, template_text())
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be written: {error.strerror}.") from error
