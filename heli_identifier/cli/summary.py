@@ -17,8 +17,6 @@ def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
     print_errors(diagnosis)
     for name, axis, why in diagnosis.withdrawn:
         typer.echo(f"withdrawn: {name} on {axis}: {why}")
-    for remark in diagnosis.notes:
-        typer.echo(f"note: {remark}")
     if reasons:
         print_catalogue(diagnosis)
     for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
