@@ -1,15 +1,18 @@
 """Design of experiments: what an experiment would tell, rehearsed on the model."""
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
 from heli_identifier.design import separation
 from heli_identifier.design.excitations import Proposal, proposals
 from heli_identifier.design.naming import effects_named
 from heli_identifier.design.rehearsal import Room, rehearsed, rehearsed_voltages
-from heli_identifier.design.separation import Limits, outlook
+from heli_identifier.design.separation import Limits, Outlook, outlook
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.excitation.multisine import Multisine
 from heli_identifier.excitation.voltages import Excitation
@@ -51,6 +54,22 @@ def test_two_effects_that_look_alike_are_told_apart_with_larger_errors():
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
     for alone, apart in zip(found.standard_errors, found.separated_errors, strict=True):
         assert apart > 1.5 * alone
+
+
+@pytest.mark.parametrize(("least", "said"), [(0.97, True), (0.9, False)])
+def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing(monkeypatch, least, said):
+    """The signature's rest is sqrt(1 - .97^2) = .243 of it, so that errors are 4 times as large."""
+    alike = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
+    ranked = [alike, replace(alike, correlation=least)]
+    monkeypatch.setattr(separation, "designs", lambda *_arguments, **_options: ranked)
+    words = ["design", "--separate", "motor_lag", "input_delay"]
+    sentence = "none of these experiments separates motor_lag from input_delay"
+    for options in ([], ["--json"]):
+        shown = CliRunner().invoke(app, [*words, *options])
+        assert shown.exit_code == 0
+        assert (sentence in shown.stderr) is said
+        assert "0.99" in shown.stdout
+    assert ("correlate by 0.970 at the least" in shown.stderr and "4 times" in shown.stderr) is said
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed():

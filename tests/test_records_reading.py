@@ -187,7 +187,11 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path, truth):
 
 
 IMPOSSIBLE = {
-    "degrees called radians": (4, np.degrees, r"elevation reaches 1\d\.\d+ rad .*elevation = \"deg\" or \"counts\""),
+    "degrees called radians": (
+        slice(3, 5),
+        np.degrees,
+        r"pitch reaches .*elevation reaches 1\d\.\d+ rad .*elevation = \"deg\" or \"counts\"",
+    ),
     "turns in degrees called radians": (5, lambda v: 17.0 * np.arange(len(v)) / 100.0, "travel turns within .* 17 rad"),
     "millivolts called volts": (2, lambda volts: 1e3 * volts, r"v_rear reaches \d+ V .*v_rear = \"mV\""),
 }

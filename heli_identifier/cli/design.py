@@ -31,10 +31,10 @@ def design(
 ) -> None:
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle."""
     from heli_identifier.cli.parameters import by_unit
-    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.design.naming import effects_named
     from heli_identifier.design.separation import Limits, designs
-    from heli_identifier.design.writing import as_documents, as_rows, write_voltages
+    from heli_identifier.design.writing import as_documents, as_rows, warning, write_voltages
     from heli_identifier.errors import ConfigurationError
     from heli_plant.parameters import PlantParameters, from_names
 
@@ -52,10 +52,14 @@ def design(
             f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
             "widen the limits."
         )
+    listed = ranked[: 10 if json else 5]
     if json:
-        print_json(as_documents(ranked[:10], entries))
+        print_json(as_documents(listed, entries))
     else:
-        print_table("Experiments, best first", *as_rows(ranked[:5], entries))
+        print_table("Experiments, best first", *as_rows(listed, entries))
+    text = warning(listed, entries)
+    if text is not None:
+        warn(text)
     if output is not None:
         write_voltages(ranked[0], output)
         note(f"voltages of the best: {output}")

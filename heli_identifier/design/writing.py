@@ -11,6 +11,28 @@ from heli_identifier.design.separation import Outlook
 from heli_identifier.records.writing import write_whole
 from heli_plant.effects import Effect
 
+INSEPARABLE = 0.95
+"""Correlation rho above which two effects are not told apart: of either signature sqrt(1 - rho^2), less than a third,
+is left."""
+
+
+def warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> str | None:
+    """Say that none of the experiments tells the two effects apart, where that is so."""
+    if len(effects) < 2:
+        return None
+    least = min(outlooks, key=lambda one: one.correlation)
+    if least.correlation <= INSEPARABLE:
+        return None
+    one, other = (entry.name for entry in effects)
+    wider = max(
+        separated / alone for separated, alone in zip(least.separated_errors, least.standard_errors, strict=True)
+    )
+    return (
+        f"none of these experiments separates {one} from {other}: their signatures correlate by "
+        f"{least.correlation:.3f} at the least, so that one passes for the other, and the errors are {wider:.0f} times "
+        "those of either alone"
+    )
+
 
 def as_rows(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> tuple[list[str], list[list[str]]]:
     """Columns and rows of a table: visibility, standard error in question, correlation, largest angles."""

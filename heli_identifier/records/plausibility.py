@@ -5,12 +5,14 @@ within one turn may add a turn. Travel may turn for ever, but not fast: at two t
 would see ten times the acceleration of gravity. Bench motors run on a few volts, at most some tens.
 """
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.header import Column
-from heli_identifier.records.units import VOLTAGES, known_units
+from heli_identifier.records.units import SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi
 """Largest pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder."""
@@ -25,15 +27,17 @@ POSSIBLE_VOLTAGE = 100.0
 """Largest voltage either way [V]."""
 
 
-def check_plausible(column: Column, values: NDArray[np.float64], rate_hz: float, file: str) -> None:
-    """Refuse a signal that no rig can reach, since its unit is mistaken.
+def check_plausible(
+    columns: Sequence[Column], values: Mapping[str, NDArray[np.float64]], rate_hz: float, file: str
+) -> None:
+    """Refuse signals that no rig can reach, since their units are mistaken.
 
     Parameters
     ----------
-    column : Column
-        Signal and the unit that it was read in.
-    values : NDArray, shape (N,)
-        Its samples in SI, unwrapped.
+    columns : Sequence[Column]
+        Voltages and angles, and the units that they were read in.
+    values : Mapping[str, NDArray]
+        Samples of each signal in SI, unwrapped, shape (N,).
     rate_hz : float
         Sampling rate [Hz].
     file : str
@@ -42,20 +46,28 @@ def check_plausible(column: Column, values: NDArray[np.float64], rate_hz: float,
     Raises
     ------
     LogError
-        Signal, value, bound, the unit that was taken and those that there are.
+        Every such signal with its value, the bound, the unit that was taken and those that there are.
     """
-    if column.signal in VOLTAGES:
-        most, bound, unit, reaches = float(np.abs(values).max()), POSSIBLE_VOLTAGE, "V", "reaches"
-    elif column.signal == "travel":
-        second = max(1, round(rate_hz))
-        most = float(np.abs(values[second:] - values[:-second]).max(initial=0.0))
-        bound, unit, reaches = POSSIBLE_SPEED, "rad", "turns within a second by"
-    else:
-        most, bound, unit, reaches = float(np.abs(values).max()), POSSIBLE_ANGLE, "rad", "reaches"
-    if most > bound:
-        others = " or ".join(f'"{name}"' for name in known_units(column.signal) if name != column.unit)
+    beyond, remedies = [], []
+    for column in columns:
+        what, most, bound = _extent(column.signal, values[column.signal], rate_hz)
+        if most > bound:
+            unit = SI_UNIT[column.signal]
+            beyond.append(f"{column.signal} {what} {most:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
+            others = " or ".join(f'"{name}"' for name in known_units(column.signal) if name != column.unit)
+            remedies.append(f"{column.signal} = {others}")
+    if beyond:
         raise LogError(
-            f"{file}: {column.signal} {reaches} {most:.4g} {unit} when read in {column.unit}, which no rig can (at "
-            f"most {bound:.3g} {unit}); state its unit, {column.signal} = {others}, under [log.units] in the rig's "
-            "configuration."
+            f"{file}: {', '.join(beyond)}, which no rig can; state the unit, {', '.join(remedies)}, under [log.units] "
+            "in the rig's configuration."
         )
+
+
+def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[str, float, float]:
+    """Give what a signal does, how far it goes and how far it can."""
+    if signal == "travel":
+        second = max(1, round(rate_hz))
+        turned = np.abs(values[second:] - values[:-second]).max(initial=0.0)
+        return "turns within a second by", float(turned), POSSIBLE_SPEED
+    bound = POSSIBLE_VOLTAGE if signal in VOLTAGES else POSSIBLE_ANGLE
+    return "reaches", float(np.abs(values).max()), bound

@@ -77,8 +77,7 @@ def read_log(
     for signal in ANGLES:
         values[signal], note = unwrapped(values[signal], signal, place)
         turns += [note] if note else []
-    for column in columns[1:]:
-        check_plausible(column, values[column.signal], sampling.rate_hz, table.file)
+    check_plausible(columns[1:], values, sampling.rate_hz, table.file)
     for signal in values:
         values[signal] = values[signal] * format.sign(signal)
     if format.swap_rotors:
