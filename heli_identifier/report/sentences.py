@@ -106,10 +106,13 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 def _nothing_shown(diagnosis: Diagnosis) -> str:
     """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
     untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
-    rest = f"; {untested} of its {len(diagnosis.catalogue)} entries could not be tested with this excitation"
-    said = f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest if untested else ''}"
-    errors = [f"{significant(1e3 * report.after.prediction_1s.value)} mrad" for report in diagnosis.axes.values()]
-    return f"{said}. Its error of a 1 s prediction on held-out data is {listed(errors)} ({', '.join(diagnosis.axes)})."
+    count = len(diagnosis.catalogue)
+    rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
+    errors = listed([significant(1e3 * report.after.prediction_1s.value) for report in diagnosis.axes.values()])
+    return (
+        f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error of a 1 s "
+        f"prediction on held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
+    )
 
 
 def found_effect(effect: FoundEffect) -> str:
