@@ -20,7 +20,7 @@ def diagnose(
     settings: DiagnosisSettings | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Diagnosis:
-    """Find what the simplified model of one rig lacks, and judge the corrected model on logs that it never saw.
+    """Find what the simplified model of one rig lacks, and judge the corrected model on held-out logs.
 
     Parameters
     ----------

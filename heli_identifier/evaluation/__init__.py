@@ -1,1 +1,1 @@
-"""How well a model predicts logs that it never saw."""
+"""How well a model predicts logs that no fit has seen."""

@@ -1,4 +1,4 @@
-"""The check on data never seen: what does not help there is withdrawn, and that is said."""
+"""The check on held-out logs: what does not help there is withdrawn, and that is said."""
 
 import numpy as np
 from numpy.typing import NDArray
