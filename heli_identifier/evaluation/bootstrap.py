@@ -22,10 +22,7 @@ def rms_figures(errors: Sequence[NDArray[np.float64]], spacing: float, seed: int
 
 
 def segment_means(values: Sequence[NDArray[np.float64]], spacing: float, seed: int = 0) -> NDArray[np.float64]:
-    """Means of values (S_i, ...) that lie ``spacing`` [s] apart, over segments drawn at random, shape (DRAWS, ...).
-
-    One seed draws the same segments every time: differences of figures are paired.
-    """
+    """Means of values (S_i, ...) that lie ``spacing`` [s] apart, over segments drawn at random, shape (DRAWS, ...)."""
     width = max(1, round(SEGMENT / spacing))
     segments = [v[first : first + width] for v in values for first in range(0, len(v), width)]
     totals, lengths = np.array([s.sum(axis=0) for s in segments]), np.array([len(s) for s in segments], dtype=float)

@@ -4,12 +4,11 @@ The model without the effect is scanned again; rivals are refitted in its place.
 comes within a few units of the chosen one's is an alternative that these data cannot rule out.
 """
 
-from heli_identifier.prediction.workers import parallel
 from heli_identifier.tracing.model import Model, without
 from heli_identifier.tracing.scan import scored, subset
 from heli_identifier.tracing.selection import Round, looked_at
 from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.trials import contenders, trial
+from heli_identifier.tracing.trials import contenders, refitted
 from heli_plant.effects import Effect
 
 CLOSE = 6.0
@@ -31,11 +30,8 @@ def alternatives(model: Model, effect: Effect, bare: Round, settings: SelectionS
     scanned = subset(around.scanned, [i for i, c in enumerate(around.scanned.candidates) if _rival(c.effect, effect)])
     sharp = scored(fit, around.colour, scanned.candidates, scanned.raw)
     contending = contenders(scanned, sharp, 0.8 * around.threshold, settings.shortlist)
-    tried = parallel(
-        lambda contender: trial(around.model, scanned.candidates[contender[0]], contender[1], settings),
-        [contender for contender in contending if contender[2] >= 0.6 * gain - 3.0 * CLOSE],
-    )
-    rivals = [trial_ for trial_ in tried if trial_.gain > gain - CLOSE]
+    likely = [contender for contender in contending if contender[2] >= 0.6 * gain - 3.0 * CLOSE]
+    rivals = [rival for rival in refitted(around.model, scanned, likely, settings) if rival.gain > gain - CLOSE]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.gain)]
 
 

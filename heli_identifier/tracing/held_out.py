@@ -21,9 +21,6 @@ TOLERATED = 1.05
 CHANCE = 0.01
 """Probability that a line, whose phase is free in every record, passes on held-out logs that lack it."""
 
-SquaredErrors = list[NDArray[np.float64]]
-"""Per horizon and record the squared prediction errors, shape (S_i, 3) [rad^2]."""
-
 
 def held_out_log_likelihood(model: Model, held: Problem) -> float:
     """Gaussian log-likelihood of held-out innovations under a model and its whitening, up to a constant."""
@@ -64,25 +61,28 @@ def less_unknown(residuals: Residuals, model: Model, index: int, held: Problem) 
     return out
 
 
-def squared_errors(held: Problem, parameters: PlantParameters) -> list[SquaredErrors]:
-    """Squared prediction errors by horizon and record."""
-    return [[prediction_errors(record, parameters, h) ** 2 for record in held.records] for h in HORIZONS]
+def squared_errors(held: Problem, parameters: PlantParameters) -> NDArray[np.float64]:
+    """Mean squared prediction errors (horizons, axes) [rad^2] on the held-out records."""
+    return np.array(
+        [
+            np.mean(np.concatenate([prediction_errors(r, parameters, h) for r in held.records]) ** 2, axis=0)
+            for h in HORIZONS
+        ]
+    )
 
 
-def ratios(errors: list[SquaredErrors], reference: list[SquaredErrors]) -> NDArray[np.float64]:
+def ratios(errors: NDArray[np.float64], reference: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean squared errors over those of a reference model, averaged over horizons, shape (3,); infinite if diverged."""
-    pairs = zip(errors, reference, strict=True)
-    over = np.array([np.concatenate(own).mean(axis=0) / np.concatenate(others).mean(axis=0) for own, others in pairs])
-    mean = over.mean(axis=0)
+    mean = (errors / reference).mean(axis=0)
     return np.where(np.isfinite(mean), mean, np.inf)
 
 
-def loss(held: Problem, parameters: PlantParameters, reference: list[SquaredErrors]) -> float:
+def loss(held: Problem, parameters: PlantParameters, reference: NDArray[np.float64]) -> float:
     """Mean over the axes of :func:`ratios`."""
     return float(ratios(squared_errors(held, parameters), reference).mean())
 
 
-def handed_back(model: Model, held: Problem, reference: list[SquaredErrors]) -> Fit:
+def handed_back(model: Model, held: Problem, reference: NDArray[np.float64]) -> Fit:
     """Fit whose parameters are handed back, where an unknown torque was found that no plant can be given.
 
     Either the parameters fitted beside the unknown torque, which estimate the physics, or those fitted without it,
@@ -136,7 +136,7 @@ def borne_out(model: Model, bare: Fit, held: Problem) -> tuple[Model, Fit, list[
 
 
 def mending(
-    model: Model, final: Fit, held: Problem, reference: list[SquaredErrors]
+    model: Model, final: Fit, held: Problem, reference: NDArray[np.float64]
 ) -> tuple[Model, Fit, Withdrawal] | None:
     """Remove the effect that makes an axis on which it acts worse, if there is one; the worst axis is mended first."""
     ratio = ratios(squared_errors(held, final.parameters), reference)

@@ -1,5 +1,6 @@
 """Candidates that could win a round, refitted in the plant: gain in likelihood, score, and whether they pass."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,6 +47,13 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
     return Trial(effect, fitted, gain, effect_score(fitted, effect))
 
 
+def refitted(
+    model: Model, scanned: Scan, contending: Sequence[tuple[int, float, float]], settings: SelectionSettings
+) -> list[Trial]:
+    """Refit ``model`` with each of some :func:`contenders`, on all cores."""
+    return parallel(lambda row: trial(model, scanned.candidates[row[0]], row[1], settings), contending)
+
+
 def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float, float]]:
     """Candidates to refit as (index, coefficient, gain): one per effect, those with the largest relinearised gain.
 
@@ -78,10 +86,7 @@ def named_trials(
     model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings
 ) -> list[Trial]:
     """Refits of the round's contenders that pass ``threshold``, the round's winner first."""
-    trials = parallel(
-        lambda contender: trial(model, scanned.candidates[contender[0]], contender[1], settings),
-        contenders(scanned, sharp, 0.8 * threshold, settings.shortlist),
-    )
+    trials = refitted(model, scanned, contenders(scanned, sharp, 0.8 * threshold, settings.shortlist), settings)
     return simplest_first(sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain), settings)
 
 
