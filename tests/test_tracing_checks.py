@@ -11,18 +11,12 @@ from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.tracing.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
 from heli_identifier.tracing.ambiguity import alternatives
-from heli_identifier.tracing.held_out import (
-    TOLERATED,
-    borne_out,
-    held_out_log_likelihood,
-    mending,
-    ratios,
-    squared_errors,
-)
+from heli_identifier.tracing.held_out import HeldOut, held_out_log_likelihood
 from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.selection import looked_at
 from heli_identifier.tracing.settings import SelectionSettings
 from heli_identifier.tracing.unknown import search
+from heli_identifier.tracing.withdrawal import TOLERATED, borne_out, mending
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
@@ -196,15 +190,14 @@ def test_a_line_is_looked_for_in_the_held_out_log_with_a_phase_of_its_own():
 
 
 def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):
-    held = problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
     bare = model_of(rubbing.fit.problem)
+    held = HeldOut(problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8)), bare.fit)
     # of a model whose elevation is off and whose pitch is right nothing is withdrawn: friction of the pitch is no cause
     off = rubbing.fit.parameters._replace(k_z=1.2 * rubbing.fit.parameters.k_z)
     friction = without(rubbing, DRAG)
     worse = replace(friction, fit=replace(friction.fit, parameters=off))
-    reference = squared_errors(held, bare.fit.parameters)
-    assert ratios(squared_errors(held, off), reference)[1] > TOLERATED
-    assert mending(worse, worse.fit, held, reference) is None
+    assert held.ratios(off)[1] > TOLERATED
+    assert mending(worse, worse.fit, held) is None
 
 
 def slow(voltages):

@@ -29,10 +29,10 @@ from heli_identifier.records.log import Log
 from heli_identifier.tracing.agreement import agreement
 from heli_identifier.tracing.ambiguity import alternatives
 from heli_identifier.tracing.findings import FoundEffect
-from heli_identifier.tracing.held_out import borne_out
 from heli_identifier.tracing.model import Model
 from heli_identifier.tracing.scan import Scan
 from heli_identifier.tracing.selection import Selection, select
+from heli_identifier.tracing.withdrawal import borne_out
 from heli_plant.effects import Effect
 
 Progress = Callable[[str, float], None]

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from heli_identifier.evaluation.figures import AxisReport
-from heli_identifier.tracing.held_out import TOLERATED
+from heli_identifier.tracing.withdrawal import TOLERATED
 
 
 def outcome_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
