@@ -15,9 +15,11 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.delivery import check_free_run, unit_run, write_results
 from heli_identifier.cli.logs import split_logs
 from heli_identifier.errors import IdentifierError, LogError
+from heli_identifier.identification import NAMES
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.report.parameter_set import plant_values, read_parameter_set
 from heli_identifier.report.provenance import provenance
+from heli_identifier.report.sentences import MEANINGS
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -174,6 +176,14 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
     history = (tmp_path / "out" / "history.csv").read_text().splitlines()
     assert history[0].startswith("log,time [s],a_wx [1/s],")
     assert {line.split(",")[0] for line in history[1:]} == {"train1", "train2", "train3"}
+
+
+def test_identify_says_what_every_symbol_means(tmp_path):
+    training, _ = demo_logs("rig-c")
+    said = run("identify", training[0], "--to", 30, "--output", tmp_path / "out")
+    assert said.exit_code == 0
+    rows = {line.split()[0]: line for line in said.stdout.splitlines() if line.strip()}
+    assert all(MEANINGS[name] in rows[name] for name in NAMES)
 
 
 def test_build_makes_all_five_units_and_lists_them(tmp_path):

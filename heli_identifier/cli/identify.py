@@ -36,6 +36,7 @@ def identify(
     from heli_identifier.report.parameter_set import PLANT, ParameterSet, plant_values
     from heli_identifier.report.provenance import provenance
     from heli_identifier.report.rounding import unit_text, with_interval
+    from heli_identifier.report.sentences import meaning
     from heli_identifier.report.staging import whole_folder
 
     with whole_folder(output) as draft:
@@ -64,10 +65,11 @@ def identify(
         return
     print_table(
         "Parameters with half of their 95 % intervals",
-        ("parameter", *(f"{history.name} >" for history in histories), "together >", "unit"),
+        ("parameter", "meaning", *(f"{history.name} >" for history in histories), "together >", "unit"),
         [
             (
                 name,
+                meaning(name, value),
                 *(with_interval(history.last[name], unit=False) for history in histories),
                 with_interval(value, unit=False),
                 unit_text(value.unit),

@@ -1,4 +1,4 @@
-"""A diagnosis as a notebook shows it: the verdict, the effects drawn, the errors before and after, the parameters."""
+"""A diagnosis as a notebook shows it: verdict, remarks, the effects drawn, errors before and after, parameters."""
 
 from importlib.resources import files
 
@@ -23,6 +23,7 @@ def notebook_view(diagnosis: Diagnosis) -> str:
     return template.render(
         colours={**COLOURS, **_ON_ANY_GROUND},
         sentence=verdict_sentence(diagnosis),
+        remarks=diagnosis.notes,
         effects=effect_entries(diagnosis),
         withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
         errors=[
