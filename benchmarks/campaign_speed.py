@@ -17,7 +17,7 @@ from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, in_turn, ratio
 from heli_identifier.records import demo_logs
 
-ROUNDS, COPIES = 2, 4
+ROUNDS, COPIES = 2, 8
 RIGS = ("rig-a", "rig-b", "rig-c")
 
 

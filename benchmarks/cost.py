@@ -34,7 +34,7 @@ H, RATE = 0.01, 100.0
 SAMPLES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 LOGS = (1, 2, 4, 8)
 LOG_SECONDS = 90.0
-LIMIT = 180.0
+LIMIT = 400.0
 """Longest diagnosis [s] that is started."""
 
 ROUNDS, STEP_ROUNDS, STEPS = 3, 15, 500

@@ -22,6 +22,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from .errors import PlantError
 from .parameters import PlantParameters
@@ -37,6 +38,17 @@ _CONFIG: Any = numba.config
 def parameter_record(parameters: PlantParameters) -> np.void:
     """Return the parameter set as a NumPy record, which compiled functions read by field."""
     return np.array([tuple(parameters)], dtype=PARAMETER_DTYPE)[0]
+
+
+def read_only(values: ArrayLike) -> NDArray[np.float64]:
+    """Return ``values`` as a contiguous array of floats that cannot be written to, without a copy where they are one.
+
+    Whether an array can be written to is part of its type: without this a function is compiled once for frozen logs and
+    once more for arrays that somebody has just made.
+    """
+    view = np.ascontiguousarray(values, dtype=float).view()
+    view.flags.writeable = False
+    return view
 
 
 def compiled(function: Callable) -> Callable:

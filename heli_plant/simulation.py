@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import compiled, parameter_record
+from .compiled import compiled, parameter_record, read_only
 from .delay import delayed, whole_and_fraction
 from .parameters import PlantParameters
 from .plant import measured_angles, rigid_start, step
@@ -59,9 +59,9 @@ def simulate(
     ValueError
         Shapes do not fit; compiled code would read past the arrays.
     """
-    voltages = np.ascontiguousarray(voltages, dtype=float)
+    voltages = read_only(voltages)
     count = len(voltages)
-    commands = np.zeros(count) if mass_commands is None else np.ascontiguousarray(mass_commands, dtype=float)
+    commands = read_only(np.zeros(count) if mass_commands is None else mass_commands)
     if voltages.shape != (count, 2) or commands.shape != (count,):
         raise ValueError(
             f"voltages of shape {voltages.shape} and mass_commands of shape {commands.shape} must be (N, 2) and (N,)"

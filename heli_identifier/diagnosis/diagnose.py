@@ -25,6 +25,7 @@ from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.record import reduce_log
 from heli_identifier.prediction.start import first_estimate
+from heli_identifier.prediction.workers import beside
 from heli_identifier.records.log import Log
 from heli_identifier.tracing.agreement import agreement
 from heli_identifier.tracing.ambiguity import alternatives
@@ -71,10 +72,10 @@ def diagnose(
     tell("checking on the held-out logs", 0.75)
     model, final, unborne = borne_out(model, selection.bare.model.fit, held)
     withdrawn = tuple((w.name, w.axis, w.why) for w in (*unstable, *unborne))
-    rivals = _rivals(selection, model, settings)
+    rivals = beside(_rivals, selection, model, settings)
     tell("judging before and after", 0.85)
     axes, runs = judged(validation, held, selection.bare.model.fit, final)
-    effects = found_effects(model, agreed, rivals)
+    effects = found_effects(model, agreed, rivals.result())
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,

@@ -86,9 +86,8 @@ def _generated(
     angles = np.empty_like(record.angles)
     h = record.step
     gains = (2.0 * DAMPING * bandwidth * h, bandwidth * bandwidth * h)
-    voltages = np.ascontiguousarray(record.voltages)
-    compiled(_generate)(voltages, noise, start, h, parameter_record(parameters), *gains, angles)
-    return Record(record.name, h, voltages, angles)
+    compiled(_generate)(record.voltages, noise, start, h, parameter_record(parameters), *gains, angles)
+    return Record(record.name, h, record.voltages, angles)
 
 
 def _coloured(sample: NDArray[np.float64], count: int, random: np.random.Generator) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records.log import Log
+from heli_plant.compiled import read_only
 
 TARGET_RATE = 100.0
 """Rate [Hz] that faster logs are reduced to: ten times the fastest motion that the tracer resolves."""
@@ -31,6 +32,10 @@ class Record:
     voltages: NDArray[np.float64]
     angles: NDArray[np.float64]
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "voltages", read_only(self.voltages))
+        object.__setattr__(self, "angles", read_only(self.angles))
+
     @property
     def samples(self) -> int:
         """Number of samples N."""
@@ -51,4 +56,4 @@ def reduce_log(log: Log, target_rate: float = TARGET_RATE) -> Record:
     factor = max(1, int(log.rate_hz / target_rate + 0.5))
     count = len(log.time) // factor
     voltages = log.voltages[: count * factor].reshape(count, factor, 2).mean(axis=1)
-    return Record(log.name, factor / log.rate_hz, voltages, np.ascontiguousarray(log.angles[: count * factor : factor]))
+    return Record(log.name, factor / log.rate_hz, voltages, log.angles[: count * factor : factor])

@@ -2,15 +2,16 @@
 
 import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from threading import local
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Arguments = ParamSpec("Arguments")
 
 _state = {"count": os.cpu_count() or 1}
-_pools: dict[int, ThreadPoolExecutor] = {}
 _inside = local()
 
 
@@ -27,9 +28,32 @@ def parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> list[
     count = _state["count"]
     if count == 1 or getattr(_inside, "worker", False):
         return [function(item) for item in items]
-    if count not in _pools:
-        _pools[count] = ThreadPoolExecutor(count, initializer=_enter)
-    return list(_pools[count].map(function, items))
+    return list(_pool(count).map(function, items))
+
+
+def beside(
+    function: Callable[Arguments, Result], *arguments: Arguments.args, **named: Arguments.kwargs
+) -> "Future[Result]":
+    """Start work that the caller needs later; what it does by :func:`parallel` is spread over the same threads.
+
+    With one thread it is done at once.
+    """
+    if _state["count"] == 1:
+        done: Future[Result] = Future()
+        done.set_result(function(*arguments, **named))
+        return done
+    return _companion().submit(function, *arguments, **named)
+
+
+@cache
+def _pool(count: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(count, initializer=_enter)
+
+
+@cache
+def _companion() -> ThreadPoolExecutor:
+    """Keep a thread beside the caller's, which is no worker itself."""
+    return ThreadPoolExecutor(1)
 
 
 def _enter() -> None:

@@ -9,6 +9,7 @@ catalogue would put in its place; otherwise it is looked for in what the named e
 the imperfection of their laws.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from scipy.stats import chi2
 from heli_identifier.prediction.fit import Fit, fit
 from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.whitening import Whitener
+from heli_identifier.prediction.workers import beside
 from heli_identifier.tracing.candidates import KIN, candidates, companions, moving_mass_at
 from heli_identifier.tracing.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.noise import noise_whitener
@@ -156,9 +158,9 @@ def is_echo(model: Model, unknown: Unknown) -> bool:
     return False
 
 
-def instead(bare: Round, named: Round, settings: SelectionSettings) -> Unknown | None:
+def instead(unknowns: Sequence[Unknown], bare: Round, named: Round, settings: SelectionSettings) -> Unknown | None:
     """Return the unknown torque that explains decidedly more than the named effects on its axis, if there is one."""
-    for unknown in search(bare.model.fit, bare.colour):
+    for unknown in unknowns:
         gain = gained(bare.model.fit, named.model.fit, AXES.index(unknown.axis))
         bar = max(unknown_level(settings), settings.unknown_factor * gain + settings.unknown_margin)
         if unknown.surplus > bar:
@@ -181,8 +183,9 @@ def select(problem: Problem, start: PlantParameters, settings: SelectionSettings
     """Search the catalogue for what ``problem``'s records hold beyond the simplified model."""
     settings = settings or SelectionSettings()
     bare = looked_at(Model(fit(problem, start)), settings)
+    unknowns = beside(search, bare.model.fit, bare.colour)
     now = grown(bare.model.fit, bare, settings)
-    unknown = instead(bare, now, settings)
+    unknown = instead(unknowns.result(), bare, now, settings)
     if unknown is not None:
         now = grown(bare.model.fit, looked_at(with_unknown(bare.model, unknown), settings), settings)
     while now is not bare and (unknown := leftover(bare.model.fit, now, settings)) is not None:

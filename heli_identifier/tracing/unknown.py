@@ -170,12 +170,15 @@ def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
     """Unknown torques by falling surplus: per axis the best few curves and lines, found under ``whitener``."""
     known = variables(fit)
 
-    def of_axis(axis: int) -> list[Unknown]:
+    def curves(axis: int) -> list[Unknown]:
         best = screened(fit, whitener, known, axis)[:shortlist]
-        curves = [curve_of(fit, axis, known[name], columns) for _, name, columns in best]
-        return curves + [line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis)]
+        return [curve_of(fit, axis, known[name], columns) for _, name, columns in best]
 
-    found = [unknown for of_one in parallel(of_axis, range(3)) for unknown in of_one]
+    def lines(axis: int) -> list[Unknown]:
+        return [line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis)]
+
+    jobs = [(of_axis, axis) for of_axis in (curves, lines) for axis in range(3)]
+    found = [unknown for some in parallel(lambda job: job[0](job[1]), jobs) for unknown in some]
     return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.surplus)
 
 
