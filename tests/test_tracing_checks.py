@@ -114,6 +114,19 @@ def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
     assert withdrawn == []
 
 
+def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing):
+    held = problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
+    model = without(rubbing, DRAG)
+    # noise of the training logs taken for half of what it is: held-out logs then look strange, friction or not
+    whitener = replace(model.fit.whitener, scales=0.5 * model.fit.whitener.scales)
+    overconfident = replace(model, fit=replace(model.fit, whitener=whitener))
+    frictionless = without(overconfident, FRICTION)
+    assert held_out_log_likelihood(overconfident, held) < held_out_log_likelihood(frictionless, held)
+    left, _, withdrawn = borne_out(overconfident, model_of(model.fit.problem).fit, held)
+    assert left.effects == (FRICTION,)
+    assert withdrawn == []
+
+
 def test_held_out_data_are_likeliest_under_their_own_model(moved):
     model, bare = moved[STRONG]
     held = problem_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
