@@ -11,9 +11,12 @@ from typer.testing import CliRunner
 
 from fmu_src.wiring import SCENARIOS
 from heli_identifier.cli.app import app
+from heli_identifier.cli.parameters import in_scenario
+from heli_identifier.cli.unit_value import unit_value
+from heli_identifier.errors import IdentifierError
 from heli_identifier.online.parameters import ModelParameters
 from heli_identifier.records import demo_logs
-from heli_identifier.report.parameter_set import SCHEMA
+from heli_identifier.report.parameter_set import SCHEMA, read_parameter_set
 from heli_plant.parameters import BY_FIELD
 from tests.test_cli_app import _refused as refused
 
@@ -55,16 +58,52 @@ def test_nothing_is_simulated_in_steps_or_a_time_of_zero(tmp_path, option):
     refused(tmp_path, f"{option[2:]} = 0 s", "simulate", "open_loop", option, 0)
 
 
-@pytest.mark.parametrize(
-    ("setting", "said"),
-    [
-        ("plant.pitch.damping=abc", "plant.pitch.damping = 'abc' must be a number"),
-        ("exciter.excitation.experiment=1.5", "exciter.excitation.experiment = 1.5 must be a whole number"),
-    ],
-)
-def test_a_setting_of_the_wrong_type_is_named_with_what_is_wanted(tmp_path, setting, said):
-    sentence = refused(tmp_path, said, "simulate", "open_loop", "--duration", 1, "--set", setting)
-    assert len(sentence.splitlines()) == 1
+WRONG_SETTINGS = {
+    ("HelicopterPlant", "plant", "pitch.damping=abc"): "pitch.damping = 'abc' must be a number in [-10, 10] 1/s.",
+    ("HelicopterPlant", "plant", "pitch.damping="): "pitch.damping = '' must be a number in [-10, 10] 1/s.",
+    ("HelicopterPlant", "plant", "pitch.damping=11"): "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s.",
+    ("HelicopterPlant", "plant", "pitch.damping=nan"): "pitch.damping = nan 1/s must lie in [-10, 10] 1/s.",
+    ("HelicopterPlant", "plant", "encoder.enabled=yes"): "encoder.enabled = 'yes' must be 0 or 1.",
+    ("HelicopterPlant", "plant", "encoder.enabled=2"): "encoder.enabled = 2.0 must be 0 or 1.",
+    ("HelicopterPlant", "plant", "pitch.dampin=1"): (
+        "pitch.dampin: the HelicopterPlant has no parameter 'pitch.dampin'; did you mean 'pitch.damping'?"
+    ),
+    ("HelicopterPlant", "plant", "v_front=1"): "v_front: the HelicopterPlant has no parameter 'v_front'",
+    (
+        "Exciter",
+        "exciter",
+        "excitation.experiment=abc",
+    ): "excitation.experiment = 'abc' must be a whole number in [0, 3].",
+    (
+        "Exciter",
+        "exciter",
+        "excitation.experiment=1.5",
+    ): "excitation.experiment = 1.5 must be a whole number in [0, 3].",
+}
+
+
+@pytest.mark.parametrize(("unit", "name", "setting"), WRONG_SETTINGS)
+def test_a_wrong_setting_gets_one_sentence_alike_from_every_command(tmp_path, no_run, unit, name, setting):
+    said = WRONG_SETTINGS[unit, name, setting]
+    built = refused(tmp_path, said, "build", unit, "--output", tmp_path / "out", "--set", setting)
+    assert len(built.splitlines()) == 1
+    full = f"{name}.{setting}"
+    run_ = refused(tmp_path, f"{name}.{said}", "simulate", "open_loop", "--duration", 1, "--set", full)
+    file = refused(tmp_path, f"{name}.{said}", "ssp", "open_loop", "--output", tmp_path / "out.ssp", "--set", full)
+    assert run_ == file
+
+
+def test_a_setting_that_names_a_unit_alone_is_told_what_is_missing(tmp_path, no_run):
+    refused(tmp_path, "--set plant=3 must name unit and parameter", "simulate", "open_loop", "--set", "plant=3")
+
+
+def test_a_text_parameter_takes_a_text_that_looks_like_a_number():
+    assert unit_value("LogPlayer", "log.path", "3", "log.path") == "3"
+
+
+def test_what_a_foreign_fmu_takes_is_left_to_it():
+    # a unit from a file may have parameters that this project's unit of the same name does not
+    assert in_scenario("open_loop", None, ["plant.mass=2"], foreign=("plant",)) == {"plant.mass": 2.0}
 
 
 def parameter_file(folder, unit="HelicopterPlant", change=lambda document: None):
@@ -87,6 +126,42 @@ DAMAGES = {
         lambda d: d["values"]["pitch.damping"].update(value="abc"),
         "values.pitch.damping.value = 'abc' must be a number",
     ),
+    "a value is a text that looks like a number": (
+        lambda d: d["values"]["pitch.damping"].update(value="0.1"),
+        "values.pitch.damping.value = '0.1' must be a number",
+    ),
+    "a value is NaN": (
+        lambda d: d["values"]["pitch.damping"].update(value=float("nan")),
+        "values.pitch.damping.value = nan must be a finite number",
+    ),
+    "a value is beyond any float": (
+        lambda d: d["values"]["pitch.damping"].update(value=10**400),
+        "must be a finite number",
+    ),
+    "a value is true": (
+        lambda d: d["values"]["pitch.damping"].update(value=True),
+        "values.pitch.damping.value = True must be a number",
+    ),
+    "a value is a number alone": (
+        lambda d: d["values"].update({"pitch.damping": 0.1}),
+        "values.pitch.damping must be an object with value, standard_error, unit, it is 0.1",
+    ),
+    "a standard error is infinite": (
+        lambda d: d["values"]["pitch.damping"].update(standard_error=float("inf")),
+        "values.pitch.damping.standard_error = inf must be a finite number",
+    ),
+    "a standard error is negative": (
+        lambda d: d["values"]["pitch.damping"].update(standard_error=-0.1),
+        "values.pitch.damping.standard_error = -0.1 must not be negative",
+    ),
+    "a unit is nothing": (
+        lambda d: d["values"]["pitch.damping"].update(unit=None),
+        "values.pitch.damping.unit = None must be a text",
+    ),
+    "an error is of no axis": (
+        lambda d: d["expected"].update(roll=d["expected"]["pitch"]),
+        "expected.roll is of no axis; there are pitch, elevation, travel",
+    ),
     "an error is lost": (
         lambda d: d["expected"]["pitch"].pop("noise_floor_rad"),
         "expected.pitch lacks noise_floor_rad",
@@ -105,8 +180,40 @@ def test_a_damaged_parameter_file_is_named_with_the_entry_that_is_damaged(tmp_pa
     file = parameter_file(tmp_path, change=change)
     what = demo_logs("rig-c")[1][0] if command == "check" else "open_loop"
     sentence = refused(tmp_path, said, command, what, "--parameters", file)
-    assert "Error(" not in sentence
-    assert "parameters.json" in sentence
+    with pytest.raises(IdentifierError) as problem:
+        read_parameter_set(file)
+    assert sentence.strip() == f"heli: {problem.value}"
+
+
+NO_DOCUMENTS = {
+    "{": "is no JSON",
+    "[" * 100_000: "is no JSON",
+    "\xff": "is no JSON",
+    "[]": "must hold an object of schema 'heli-parameters/1', it holds a list",
+    "3": "must hold an object of schema 'heli-parameters/1', it holds a number",
+    '{"schema": "heli-diagnosis/1"}': "must be of schema 'heli-parameters/1', its schema is 'heli-diagnosis/1'",
+    "{}": "must be of schema 'heli-parameters/1', its schema is None",
+}
+
+
+@pytest.mark.parametrize("text", NO_DOCUMENTS, ids=lambda text: text[:10])
+def test_a_file_that_holds_no_parameters_is_refused_alike_by_commands_and_in_python(tmp_path, no_run, text):
+    file = tmp_path / "parameters.json"
+    file.write_bytes(text.encode("latin-1"))
+    sentence = refused(tmp_path, NO_DOCUMENTS[text], "simulate", "open_loop", "--parameters", file)
+    with pytest.raises(IdentifierError) as problem:
+        read_parameter_set(file)
+    assert sentence.strip() == f"heli: {problem.value}"
+
+
+def test_a_folder_in_place_of_a_parameter_file_is_named_as_one(tmp_path, no_run):
+    refused(tmp_path, "is a folder", "simulate", "open_loop", "--parameters", tmp_path)
+
+
+def test_a_value_that_the_unit_does_not_take_is_refused_with_the_file(tmp_path, no_run):
+    file = parameter_file(tmp_path, change=lambda d: d["values"]["pitch.damping"].update(value=11.0))
+    said = "parameters.json: pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s."
+    refused(tmp_path, said, "simulate", "open_loop", "--parameters", file)
 
 
 def test_values_under_another_unit_s_name_are_refused_with_both_units(tmp_path, no_run):

@@ -113,10 +113,10 @@ def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_flo
     [
         (None, "does not exist"),
         ("{", "is no JSON"),
-        ("[]", "schema is None"),
+        ("[]", "it holds a list"),
         ('{"schema": "heli-diagnosis/1"}', "schema is 'heli-diagnosis/1'"),
-        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "no complete parameter set"),
-        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "no complete parameter"),
+        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "lacks 'values'"),
+        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "lacks 'provenance'"),
     ],
 )
 def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, text, said):

@@ -30,21 +30,21 @@ def build(
     """
     from fmu_src.builder import build as build_unit
     from fmu_src.builder import unit_class
-    from heli_identifier.cli.parameters import assignments, by_unit
+    from heli_identifier.cli.parameters import by_unit, of_unit
     from heli_identifier.cli.terminal import print_json, progress_bar
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.report.staging import whole_folder
 
     names = units or _units()
     given = by_unit(parameters)
-    own = assignments(settings)
-    if own and len(names) != 1:
+    if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
     for unit in given:
         if unit not in names:
             raise ConfigurationError(f"{parameters} holds parameters of {unit}, which is not among {', '.join(names)}.")
     for name in names:
         unit_class(name)
+    own = of_unit(names[0], settings)
     with whole_folder(output) as draft, progress_bar() as tell:
         for number, name in enumerate(names):
             tell(f"building {name}", number / len(names))

@@ -1,37 +1,38 @@
 """Parameters that a command was given: ``--set name=value`` and ``--parameters FILE``."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from heli_identifier.cli.unit_value import Value, number_or_text, unit_value
 from heli_identifier.errors import ConfigurationError
 
-Value = float | str
 
-
-def assignments(words: Sequence[str]) -> dict[str, Value]:
-    """Give ``name=value`` words as a mapping; a value that is no number stays text, true and false become 1 and 0.
+def assignments(words: Sequence[str]) -> dict[str, str]:
+    """Give ``name=value`` words as a mapping.
 
     Raises
     ------
     ConfigurationError
         A word has no ``=``.
     """
-    values: dict[str, Value] = {}
+    values: dict[str, str] = {}
     for word in words:
         name, mark, text = word.partition("=")
         if not mark or not name.strip():
             raise ConfigurationError(f"--set {word} must read NAME=VALUE, as plant.effects.dry_friction.pitch=0.02.")
-        values[name.strip()] = _value(text.strip())
+        values[name.strip()] = text.strip()
     return values
 
 
-def _value(text: str) -> Value:
-    if text.lower() in ("true", "false"):
-        return float(text.lower() == "true")
-    try:
-        return float(text)
-    except ValueError:
-        return text
+def of_unit(unit: str, words: Sequence[str]) -> dict[str, Value]:
+    """Give ``name=value`` words as parameters of one unit, checked.
+
+    Raises
+    ------
+    ConfigurationError
+        A word has no ``=``, or the unit does not take the parameter or its value.
+    """
+    return {name: unit_value(unit, name, text, name) for name, text in assignments(words).items()}
 
 
 def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
@@ -50,21 +51,39 @@ def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
     return {parameters.unit: parameters.start_values}
 
 
-def in_scenario(scenario: str, file: Path | None, words: Sequence[str]) -> dict[str, Value]:
+def in_scenario(
+    scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
+) -> dict[str, Value]:
     """Give all parameters by unit name in a scenario; ``--set`` outranks the file.
+
+    Parameters
+    ----------
+    scenario : str
+    file : Path or None
+        parameters.json.
+    words : sequence of str
+        ``unit.parameter=value``.
+    foreign : collection of str
+        Names of units that come as FMU files: what those take is theirs to say.
 
     Raises
     ------
     ConfigurationError, WiringError
-        The file cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
+        The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
     from fmu_src.wiring import scenario as wiring
 
     values: dict[str, Value] = {}
-    units = wiring(scenario).units
+    units = dict(wiring(scenario).units)
     for kind, start_values in by_unit(file).items():
-        names = [name for name, unit in units if unit == kind]
+        names = [name for name, unit in units.items() if unit == kind]
         if not names:
             raise ConfigurationError(f"{file} holds parameters of {kind}, which scenario {scenario} does not have.")
         values |= {f"{name}.{key}": value for name in names for key, value in start_values.items()}
-    return values | assignments(words)
+    for said, text in assignments(words).items():
+        unit, _, name = said.partition(".")
+        if not name:
+            raise ConfigurationError(f"--set {said}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
+        known = unit in units and unit not in foreign
+        values[said] = unit_value(units[unit], name, text, said) if known else number_or_text(text)
+    return values

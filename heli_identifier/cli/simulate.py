@@ -74,13 +74,13 @@ def simulate(
     from heli_identifier.cli.parameters import in_scenario
 
     _check_figure(plot)
-    values = in_scenario(scenario, parameters, settings)
+    files = dict(_file(word) for word in fmu)
+    values = in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
             duration = (recorded.samples - 1) * step if recorded else 60.0
-        files = dict(_file(word) for word in fmu)
         result = run_apart(scenario, duration, step, {**played, **values}, files, progress=not json and _terminal())
     _draw(result, recorded, output, plot)
     _say(result, json, verbose)

@@ -23,6 +23,7 @@ from heli_identifier.estimate import Estimate
 from heli_identifier.evaluation.figures import ErrorFigure
 from heli_identifier.online.parameters import ModelParameters
 from heli_identifier.report.diagnosis_document import plain
+from heli_identifier.report.parameter_damage import damage
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
@@ -185,23 +186,24 @@ def read_parameter_set(path: str | PathLike[str]) -> ParameterSet:
     Raises
     ------
     ConfigurationError
-        The file is missing, no JSON, or not of the schema; file and key are named.
+        The file cannot be read, is no JSON or not of the schema, or an entry is missing, of the wrong type or not
+        finite; file and entry are named.
     """
+    file = Path(path)
+    if file.is_dir():
+        raise ConfigurationError(f"{path} is a folder; name the parameters.json in it.")
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a parameters.json.") from None
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path} is no JSON: {error}.") from error
-    if not isinstance(content, dict) or content.get("schema") != SCHEMA:
-        said = content.get("schema") if isinstance(content, dict) else None
-        raise ConfigurationError(f"{path}: the schema is {said!r}, {SCHEMA!r} is needed.")
-    try:
-        return _parameter_set(content)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise ConfigurationError(f"{path} is no complete parameter set: {error!r}.") from error
+    wrong = damage(content, SCHEMA)
+    if wrong is not None:
+        raise ConfigurationError(f"{path} {wrong}.")
+    return _parameter_set(content)
 
 
 def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
@@ -209,7 +211,7 @@ def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
         name: Estimate(
             float(entry["value"]),
             None if entry["standard_error"] is None else float(entry["standard_error"]),
-            str(entry["unit"]),
+            entry["unit"],
         )
         for name, entry in content["values"].items()
     }
@@ -220,4 +222,4 @@ def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
         )
         for axis, entry in content["expected"].items()
     }
-    return ParameterSet(str(content["unit"]), values, expected, content["provenance"])
+    return ParameterSet(content["unit"], values, expected, content["provenance"])
