@@ -171,7 +171,12 @@ def fit(
     damping, converged, fresh = 0.0, False, near is None
     model = problem.residuals(parameters)
     residuals = _explained(model, columns, linear)
-    raw = _joined(sensitivities(problem, parameters, free, model, near), columns)
+
+    def linearised(known: Fit | None = None) -> Residuals:
+        """Sensitivities at the present parameters, and the further columns."""
+        return _joined(sensitivities(problem, parameters, free, model, known), columns)
+
+    raw = linearised(near)
     taken_at = parameters if near is None else near.parameters
     for _ in range(iterations):
         whitener = fit_whitener(residuals)
@@ -196,14 +201,14 @@ def fit(
         else:
             if fresh:
                 break
-            raw, taken_at, fresh = _joined(sensitivities(problem, parameters, free, model), columns), parameters, True
+            raw, taken_at, fresh = linearised(), parameters, True
             continue
         actual = np.concatenate((_apart(moved, parameters, free), moved_linear - linear))
         parameters, model, residuals, linear = moved, trial_model, trial, moved_linear
         # sensitivities change slowly: they are kept until the search has left where they were taken (chord method)
         fresh = bool(np.any(np.abs(_apart(parameters, taken_at, free)) > OUTDATED * errors[: len(free)]))
         if fresh:
-            raw, taken_at = _joined(sensitivities(problem, parameters, free, model), columns), parameters
+            raw, taken_at = linearised(), parameters
         if np.all(np.abs(actual) <= tolerance * errors):
             converged = True
             break
