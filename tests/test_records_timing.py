@@ -37,6 +37,51 @@ def test_a_time_printed_too_coarsely_is_even_and_said_to_be(rate_hz):
     assert "printed to 1 ms" in sampling.note
 
 
+@pytest.mark.parametrize("rate_hz", [700, 2000 / 3, 800, 333])
+@pytest.mark.parametrize("printed", [np.round, np.floor], ids=["rounded", "cut off"])
+def test_neighbouring_multiples_of_the_printed_digit_in_turns_are_an_even_clock(rate_hz, printed):
+    sampling = find_sampling(printed(1e3 * np.arange(7000) / rate_hz) / 1e3, row)
+    assert (sampling.samples, sampling.resample) == (7000, False)
+    # the ends are known to a digit: 1 ms of some 10 s
+    assert sampling.rate_hz == pytest.approx(rate_hz, rel=1.5e-4)
+    assert "printed to 1 ms" in sampling.note
+
+
+def test_the_note_on_a_coarse_print_names_digit_interval_and_rate():
+    note = find_sampling(np.round(np.arange(7000) / 700.0, 3), row).note
+    assert note == "time column printed to 1 ms; sampling interval taken as the mean, 1.4286 ms (700 Hz)"
+
+
+def test_an_exact_print_is_no_coarse_one():
+    # 100 Hz in whole milliseconds: every instant is a multiple of the digit and of the step
+    assert find_sampling(np.round(np.arange(2000) / 100.0, 3), row).note is None
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_samples_lost_at_random_from_a_kilohertz_print_are_lost(share):
+    kept = np.random.default_rng(3).random(10_000) >= share
+    kept[[0, -1]] = True
+    sampling = find_sampling(np.arange(10_000)[kept] / 1e3, row)
+    assert (sampling.rate_hz, sampling.samples, sampling.resample) == (1000.0, 10_000, True)
+    assert "uneven" in sampling.note
+
+
+@pytest.mark.parametrize("rate_hz", [300, 700])
+@pytest.mark.parametrize("at", [0.1, 0.5, 0.9])
+def test_a_single_sample_lost_from_a_coarse_print_is_found(rate_hz, at):
+    count = 7000
+    time = np.delete(np.round(np.arange(count) / rate_hz, 3), round(at * count))
+    # behind the loss all instants are a step late: off any line by half a step and half a digit, more than a digit
+    assert find_sampling(time, row).resample
+
+
+def test_jitter_of_less_than_the_printed_digit_counts_as_the_print():
+    random = np.random.default_rng(4)
+    time = np.round((np.arange(2000) + random.uniform(-0.02, 0.02, 2000)) / 100.0, 3)
+    sampling = find_sampling(time, row)
+    assert (sampling.rate_hz, sampling.resample) == (100.0, False)
+
+
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), spread=st.floats(0.05, 0.2))
 def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):

@@ -3,7 +3,8 @@
 Identification wants samples at i/rate. Three kinds of time column are told apart:
 
 * uniform within a thousandth of a step: taken as it is;
-* printed too coarsely for its step (300 Hz in whole milliseconds): the samples were uniform, the print is not;
+* printed too coarsely for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, the print is
+  not, and the sampling interval is the mean;
 * really uneven (jitter, or lost samples, which leave steps that are whole multiples of the usual one): resampled to
   the rate at which most samples came. Angles are interpolated linearly; a voltage is held between samples, so each
   new sample is the mean of the held voltage over its step, which keeps the impulse ∫ v dt that the motors saw.
@@ -21,6 +22,7 @@ from heli_identifier.errors import LogError
 
 GAP_STEPS = 5  # at the lowest rate .1 s, still short against a pitch period of 7.7 s
 _UNIFORM_STEPS = 1e-3  # an angle moving at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
+_OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print to one step is coarse: up to 800 Hz (.25) in ms
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,9 +103,12 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time), False, None)
     digit = _last_digit(time)
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
-    if off_grid <= digit and not _samples_lost(intervals, median):
+    if off_grid <= digit and not _samples_lost(intervals, median, digit):
         rate = _rounded_rate(1.0 / mean, digit / duration)
-        note = f"time is printed to {1e3 * digit:g} ms, too coarse for its step: taken as even at {rate:g} Hz"
+        note = (
+            f"time column printed to {1e3 * digit:g} ms; sampling interval taken as the mean, "
+            f"{1e3 / rate:.5g} ms ({rate:g} Hz)"
+        )
         return Sampling(rate, len(time), False, note)
     # The median tells a lost sample from jitter, but jitters itself; the count of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
@@ -115,10 +120,16 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
     return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, note)
 
 
-def _samples_lost(intervals: NDArray[np.float64], median: float) -> bool:
-    """Whether all steps are the usual one or whole multiples of it: 10 and 20 ms, but not 3 and 4 ms."""
+def _samples_lost(intervals: NDArray[np.float64], median: float, digit: float) -> bool:
+    """Whether all steps of instants on a line are the usual one or whole multiples of it: 10 and 20 ms, not 3 and 4 ms.
+
+    Where the usual step is the print's own digit, both readings are open: 700 Hz in whole milliseconds shows 1 and 2 ms
+    in turns, as would 1 kHz without every third sample. A logger that loses samples so evenly loses few of them.
+    """
     steps = np.round(intervals / median)
-    return bool(steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median)
+    whole = bool(steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median)
+    in_turns = steps.max() == 2.0 and abs(median - digit) < 1e-3 * digit and np.mean(steps == 2.0) >= _OFTEN_DOUBLED
+    return whole and not in_turns
 
 
 def _rounded_rate(rate: float, uncertainty: float) -> float:
