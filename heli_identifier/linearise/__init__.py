@@ -1,7 +1,8 @@
 """The identified plant as a control engineer needs it: linear models with intervals, margins, a retuned PID."""
 
 from heli_identifier.linearise.linear_model import LinearModel, linear_model
-from heli_identifier.linearise.loop import Margins, margins
+from heli_identifier.linearise.loop import margins
+from heli_identifier.linearise.margins import Margins
 from heli_identifier.linearise.operating_point import OperatingPoint, operating_point
 from heli_identifier.linearise.retuning import retuned
 from heli_identifier.linearise.uncertainty import drawn_plants

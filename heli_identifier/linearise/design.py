@@ -1,6 +1,6 @@
 """Linear model, margins and retuned PID of one parameter set at one operating point, with their intervals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.linearise.closed_loop import closed_loop
 from heli_identifier.linearise.linear_model import NOT_LINEAR, PERIOD, LinearModel, linear_model
-from heli_identifier.linearise.loop import LOOPS, Margins, margins
+from heli_identifier.linearise.loop import LOOPS, frequencies, margins, margins_over, plant_response
+from heli_identifier.linearise.margins import Margins
 from heli_identifier.linearise.operating_point import operating_point
 from heli_identifier.linearise.retuning import retuned
 from heli_identifier.linearise.step_response import StepResponse, step_response
@@ -79,7 +80,8 @@ def design(
     Raises
     ------
     ConfigurationError
-        No equilibrium there, no motor lag, or parameters of another unit than the plant.
+        No equilibrium there, neither of the plant nor of those that the data allow; no motor lag; or parameters of
+        another unit than the plant.
     """
     plant, present = parameters.plant(), settings or PidSettings()
     point = operating_point(plant, pitch, elevation)
@@ -91,25 +93,40 @@ def design(
             models.append(linear_model(one, operating_point(one, pitch, elevation), PERIOD))
         except ConfigurationError:
             continue
+    if not models:
+        raise ConfigurationError(
+            f"none of {draws} plants that the data allow has an equilibrium at pitch {pitch:g} rad, elevation "
+            f"{elevation:g} rad; choose a point nearer to rest."
+        )
     progress("retuning", 0.6)
     new = retuned(model, present, models[:ROBUST], point.v_front + point.v_rear)
     progress("margins", 0.8)
-    before, after = (_loop(parameters, model, models, one) for one in (present, new))
+    omega = frequencies(PERIOD)
+    plants = np.array([plant_response(one, omega) for one in models])
+    before, after = (
+        _loop(parameters, model, models, one, margins_over(plants, one, PERIOD, omega)) for one in (present, new)
+    )
     return Design(
         model,
-        _ends([one.A for one in models], model.A),
-        _ends([one.B for one in models], model.B),
+        _ends([one.A for one in models]),
+        _ends([one.B for one in models]),
         before,
         after,
         _notes(parameters, len(models), draws),
     )
 
 
-def _loop(parameters: ParameterSet, model: LinearModel, models: Sequence[LinearModel], pid: PidSettings) -> Loop:
-    found = [margins(one, pid) for one in models]
+def _loop(
+    parameters: ParameterSet,
+    model: LinearModel,
+    models: Sequence[LinearModel],
+    pid: PidSettings,
+    found: Mapping[str, Sequence[Margins]],
+) -> Loop:
+    """Judge a PID; ``found`` are its margins around each of ``models``, by loop."""
     ends: tuple[dict[str, Margins], dict[str, Margins]] = {}, {}
     for name in LOOPS:
-        rows = np.array([[getattr(one[name], figure) for figure in FIGURES] for one in found])
+        rows = np.array([[getattr(one, figure) for figure in FIGURES] for one in found[name]])
         # quantiles of the order statistics, as a gain margin may be infinite
         for end, share in zip(ends, (0.025, 0.975), strict=True):
             end[name] = Margins(*np.quantile(rows, share, axis=0, method="nearest").tolist())
@@ -118,8 +135,8 @@ def _loop(parameters: ParameterSet, model: LinearModel, models: Sequence[LinearM
     return Loop(pid, margins(model, pid), *ends, stable, steps)
 
 
-def _ends(matrices: Sequence[NDArray[np.float64]], shape: NDArray[np.float64]) -> Ends:
-    low, high = np.quantile(matrices, (0.025, 0.975), axis=0) if matrices else (shape, shape)
+def _ends(matrices: Sequence[NDArray[np.float64]]) -> Ends:
+    low, high = np.quantile(matrices, (0.025, 0.975), axis=0)
     return low, high
 
 

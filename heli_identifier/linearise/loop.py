@@ -1,4 +1,4 @@
-"""The PID around the plant: loop gains and margins.
+"""The PID around the plant: loop gains, and their margins.
 
 The loop is cut at one actuator, the voltages' difference (pitch) or their sum (elevation), while the other loop stays
 closed. With P(z) the sampled plant from (v_f - v_r, v_f + v_r) to the angles, K(z) the controller, one period of
@@ -9,14 +9,12 @@ computing delay and the plant's own input delay d,
 and -l_1 is the loop gain of negative feedback.
 """
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.linearise.controller import controller
 from heli_identifier.linearise.linear_model import LinearModel
+from heli_identifier.linearise.margins import Margins, Responses, loop_margins
 from heli_plant.control import PidSettings
 
 LOOPS = ("pitch", "elevation")
@@ -24,34 +22,6 @@ LOOPS = ("pitch", "elevation")
 
 TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])
 """(v_front, v_rear) from difference and sum."""
-
-Responses = NDArray[Any]
-"""Frequency responses, complex."""
-
-
-@dataclass(frozen=True)
-class Margins:
-    """Margins of one loop.
-
-    Attributes
-    ----------
-    gain : float
-        Factor by which the loop gain may grow; infinite if any.
-    gain_down : float
-        Factor by which it may shrink, below 1; 0 if any.
-    phase : float
-        [deg].
-    sensitivity : float
-        Peak of abs(1/(1 + l)).
-    crossover : float
-        Highest frequency [rad/s] of unit gain.
-    """
-
-    gain: float
-    gain_down: float
-    phase: float
-    sensitivity: float
-    crossover: float
 
 
 def frequencies(period: float, count: int = 400) -> NDArray[np.float64]:
@@ -85,23 +55,27 @@ def loop_gain(plant: Responses, control: Responses, loop: int) -> Responses:
     return -(L[..., loop, loop] + through)
 
 
+def margins_over(
+    plants: Responses, settings: PidSettings, period: float, omega: NDArray[np.float64]
+) -> dict[str, list[Margins]]:
+    """Margins of the pitch and the elevation loop of a PID around each of many plants.
+
+    Parameters
+    ----------
+    plants : NDArray, shape (M, N, 3, 2), complex
+        :func:`plant_response` of each.
+    settings : PidSettings
+    period : float
+        Control period [s].
+    omega : NDArray, shape (N,)
+        Frequencies [rad/s].
+    """
+    pid = controller_response(settings, period, omega)
+    return {name: loop_margins(loop_gain(plants, pid, index), omega) for index, name in enumerate(LOOPS)}
+
+
 def margins(model: LinearModel, settings: PidSettings) -> dict[str, Margins]:
     """Margins of the pitch and the elevation loop of a PID around a plant."""
-    import control
-
     omega = frequencies(model.period)
-    plant, pid = plant_response(model, omega), controller_response(settings, model.period, omega)
-    found = {}
-    for index, name in enumerate(LOOPS):
-        gain = loop_gain(plant, pid, index)
-        turned = np.degrees(np.unwrap(np.angle(gain)))
-        ups, phases, _, _, crossings, _ = control.stability_margins((np.abs(gain), turned, omega), returnall=True)
-        ups, phases = np.asarray(ups, float), np.asarray(phases, float)
-        found[name] = Margins(
-            float(min(ups[ups > 1.0], default=np.inf)),
-            float(max(ups[ups < 1.0], default=0.0)),
-            float(min(np.abs(phases), default=np.inf)),
-            float(np.max(1.0 / np.abs(1.0 + gain))),
-            float(max(crossings, default=np.nan)),
-        )
-    return found
+    found = margins_over(plant_response(model, omega)[None], settings, model.period, omega)
+    return {name: of_loop for name, (of_loop,) in found.items()}
