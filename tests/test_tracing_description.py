@@ -130,3 +130,13 @@ def test_a_line_states_the_mean_of_its_amplitudes(fitted):
     assert shape["amplitude_standard_error"] == pytest.approx(0.001 / np.sqrt(2.0), rel=1e-9)
     assert (shape["variable"], shape["frequency_hz"]) == ("time", 0.371)
     assert shape["description"] == "periodic in time at 0.371 Hz, amplitude 0.055 rad/s^2"
+
+
+def test_the_size_is_that_of_the_part_that_records_determine(fitted):
+    model = model_of(fitted, [("elevation", "pitch_rate", lambda w: -0.05 * np.tanh(w / 0.2))], 1e-4)
+    weights, covariance = model.fit.linear.copy(), model.fit.covariance.copy()
+    # the last spline is one that a single sample has seen: it may be anything
+    weights[-1] += 0.3
+    covariance[-1, -1] = 0.3**2
+    stray = replace(model, fit=replace(model.fit, linear=weights, covariance=covariance))
+    assert described(stray, 0)["description"].startswith("a torque of pitch_rate, 0.1 rad/s^2 from lowest to highest")

@@ -58,17 +58,30 @@ def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np
     }
 
 
+def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell where a curve's band, half as wide as ``half``, is narrow beside the swing of what is determined of it.
+
+    Without this the ends of a range, where a spline hangs on a few samples, would give a curve its size. All of it
+    counts where hardly any is narrow.
+    """
+    known = np.ones(len(y), dtype=bool)
+    while True:
+        narrower = known & (half < 0.25 * np.ptp(y[known]))
+        if narrower.sum() < 0.1 * len(y) or (narrower == known).all():
+            return known
+        known = narrower
+
+
 def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
-    """Say what kind of curve it is."""
-    swing = float(y.max() - y.min())
-    words = [f"a torque of {unknown.variable}, {swing:.2g} rad/s^2 from lowest to highest"]
+    """Say what kind of curve it is; its size is that of the part that records determine."""
+    known = _determined(y, half)
+    words = [f"a torque of {unknown.variable}, {np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"]
     if unknown.variable == "travel":
         spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
         waves = int(np.argmax(spectrum[1:9])) + 1
         if spectrum[waves] ** 2 > 0.5 * float((spectrum[1:] ** 2).sum()):
             return f"{words[0]}, periodic with {waves} wave{'s' if waves > 1 else ''} per turn"
         return words[0]
-    known = half < 0.25 * swing
     if known.sum() > 10:
         level = float(np.median(y[known]))
         peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
