@@ -233,7 +233,8 @@ def test_the_help_lists_every_scenario(command):
     assert all(name in said for name in SCENARIOS)
 
 
-def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path):
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked):
     (log, *_), (held,) = demo_logs("rig-b")
     code = "from heli_identifier.cli import main; main()"
     words = ["diagnose", str(log), "--validate", str(held), "--output", str(tmp_path / "out")]
@@ -244,8 +245,8 @@ def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path):
             time.sleep(0.02)
         assert list(tmp_path.glob(".out-*"))
         time.sleep(0.5)  # into the reading and searching, which take seconds
-        child.send_signal(signal.SIGTERM)
-        assert child.wait(60.0) == 128 + signal.SIGTERM
+        child.send_signal(asked)
+        assert child.wait(60.0) == 128 + asked
     finally:
         child.kill()
     assert list(tmp_path.iterdir()) == []
