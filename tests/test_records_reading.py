@@ -48,6 +48,17 @@ def test_the_contract_is_read_without_a_word(tmp_path, truth):
     assert np.array_equal(log.time, np.arange(1001) / 100.0)
 
 
+@pytest.mark.parametrize("since", [0.0, 1.7e9], ids=["from zero", "of the day"])
+def test_a_logger_of_700_hertz_that_prints_milliseconds_keeps_its_samples_and_says_so(tmp_path, since):
+    time = np.arange(4200) / 700.0
+    angles = 0.3 * np.sin(time), 0.2 * np.cos(time), 0.1 * time
+    columns = np.round(since + time, 3), np.sign(np.sin(9.0 * time)), np.sign(np.cos(7.0 * time)), *angles
+    log = read_log(written(tmp_path, rewritten(columns, CONTRACT_HEADERS)))
+    assert (log.rate_hz, log.samples) == (700.0, 4200)
+    assert np.array_equal(log.angles, np.transpose(angles))
+    assert "time column printed to 1 ms; sampling interval taken as the mean, 1.4286 ms (700 Hz)" in log.notes
+
+
 @settings(max_examples=20, deadline=None)
 @given(order=st.permutations(range(6)), units=st.tuples(*[st.sampled_from(["rad", "deg"])] * 3))
 def test_neither_column_order_nor_the_unit_of_an_angle_matters(tmp_path_factory, truth, order, units):
