@@ -71,7 +71,9 @@ def margins_over(
         Frequencies [rad/s].
     """
     pid = controller_response(settings, period, omega)
-    return {name: loop_margins(loop_gain(plants, pid, index), omega) for index, name in enumerate(LOOPS)}
+    return {
+        name: [loop_margins(gain, omega) for gain in loop_gain(plants, pid, index)] for index, name in enumerate(LOOPS)
+    }
 
 
 def margins(model: LinearModel, settings: PidSettings) -> dict[str, Margins]:
