@@ -49,7 +49,7 @@ class SelectionSettings:
     unknown_share: float = 0.25
     share_beside_named: float = 0.01
     share_beside_unknown: float = 0.1
-    share_beside_kin: float = 0.1
+    share_beside_kin: float = 0.2
     companion_score: float = 3.0
     unknown_significance: float = 1e-5
     most: int = 8
