@@ -98,6 +98,24 @@ def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp
     assert (tmp_path / "run.svg").read_text().startswith("<?xml")
 
 
+@pytest.mark.parametrize("step", [0.004, 0.01, 0.03])
+def test_a_log_is_played_whole_in_steps_of_any_length_and_drawn_over_its_own_time(tmp_path, monkeypatch, step):
+    drawn = []
+    monkeypatch.setattr("heli_identifier.report.figures.style.write_figure", lambda figure, path: drawn.append(figure))
+    log = made_log(6.0)
+    words = ("--log", write_log(log, tmp_path / "log.csv"), "--output", tmp_path / "run.csv", "--plot", "run.svg")
+    assert run("simulate", "plant_beside_log", *words, "--step", step).exit_code == 0
+    end = np.genfromtxt(tmp_path / "run.csv", delimiter=",", skip_header=1)[-1, 0]
+    # the last sample is that of 5.99 s; the run ends there, or less than a step before
+    assert log.samples == 600
+    assert 5.99 - step < end <= 5.99 + 1e-9
+    (measured,) = (line for line in drawn[0].axes[1].lines if line.get_label() == "measured")
+    time, pitch = measured.get_data()
+    # the file has nine digits
+    np.testing.assert_allclose(time, log.time[log.time <= end + 1e-9], atol=1e-9)
+    np.testing.assert_allclose(pitch, log.angles[: len(time), 0], atol=1e-9)
+
+
 @pytest.fixture(scope="module")
 def corrected_unit(tmp_path_factory):
     values = {name: estimate.value for name, estimate in plant_values(AFTER, {}).items()}

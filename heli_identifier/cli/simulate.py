@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import floor
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
@@ -80,10 +81,18 @@ def simulate(
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
-            duration = (recorded.samples - 1) * step if recorded else 60.0
+            duration = _length(recorded, step) if recorded else 60.0
         result = run_apart(scenario, duration, step, {**played, **values}, files, progress=not json and _terminal())
     _draw(result, recorded, output, plot)
     _say(result, json, verbose)
+
+
+def _length(log: "Log", step: float) -> float:
+    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
+    length = (log.samples - 1) * log.step
+    if not 0.0 < step <= length:
+        return length  # the master refuses such a step with its bounds
+    return floor(length / step + 1e-6) * step
 
 
 def _terminal() -> bool:
@@ -149,8 +158,8 @@ def _draw(result: Any, recorded: "Log | None", output: Path | None, plot: Path |
         from heli_identifier.report.figures.run import run_figure
         from heli_identifier.report.figures.style import write_figure
 
-        angles = recorded.angles if recorded else None
-        write_figure(run_figure(result.names, result.units, result.time, result.values, angles), plot)
+        measured = (recorded.time, recorded.angles) if recorded else None
+        write_figure(run_figure(result.names, result.units, result.time, result.values, measured), plot)
 
 
 def _say(result: Any, json: bool, everything: bool) -> None:

@@ -18,7 +18,7 @@ def run_figure(
     units: Sequence[str],
     time: NDArray[np.float64],
     values: NDArray[np.float64],
-    measured: NDArray[np.float64] | None = None,
+    measured: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
 ) -> Figure:
     """Draw a run.
 
@@ -29,8 +29,8 @@ def run_figure(
     time : NDArray, shape (N,)
         [s].
     values : NDArray, shape (N, M)
-    measured : NDArray, shape (K, 3), optional
-        Angles [rad] of the log that was played, at the run's own steps.
+    measured : tuple of NDArray, shapes (K,) and (K, 3), optional
+        Time [s] and angles [rad] of the log that was played; drawn as far as the run goes.
     """
     columns = {name: values[:, index] for index, name in enumerate(names)}
     source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
@@ -44,9 +44,9 @@ def run_figure(
             key(one, 2)
             continue
         if measured is not None:
-            count = min(len(time), len(measured))
-            angle = measured[:count, ANGLES.index(row)]
-            one.plot(*thinned(time[:count], angle), color=MEASURED, linewidth=2.2, label="measured")
+            played = measured[0] <= time[-1] + 1e-9  # two products of a step may differ by an ulp
+            line = thinned(measured[0][played], measured[1][played, ANGLES.index(row)])
+            one.plot(*line, color=MEASURED, linewidth=2.2, label="measured")
         one.plot(*thinned(time, columns[f"plant.{row}"]), color=AFTER, linewidth=1.1, label="plant")
         one.set_ylabel(f"{row} [{unit_text(units[list(names).index(f'plant.{row}')])}]")
     if measured is not None and len(rows) > 1:
