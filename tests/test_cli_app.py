@@ -86,6 +86,8 @@ def test_validate_takes_all_files_up_to_the_next_option():
     assert spread(words.split()) == "diagnose a b --validate c --validate d --output x e".split()
     again = "--validate a --validate b c -v d".split()
     assert spread(again) == "--validate a --validate b --validate c -v d".split()
+    joined = "a --validate=b c d --json e".split()
+    assert spread(joined) == "a --validate=b --validate c --validate d --json e".split()
 
 
 def log_file(folder, name="log.csv", rows=2000, header=HEADER, edit=None):

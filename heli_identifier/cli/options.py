@@ -58,19 +58,16 @@ class Spreading(TyperCommand):
 
 
 def spread(words: Iterable[str]) -> list[str]:
-    """Give ``--validate a b`` as ``--validate a --validate b``."""
+    """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value."""
     out: list[str] = []
-    inside = first = False
+    inside = first = False  # among the option's values, and whether the first one is still to come
     for word in words:
-        if word == SPREAD:
-            inside = first = True
-        elif word.startswith("-"):
-            inside = False
+        if word.startswith("-"):
+            first = word == SPREAD
+            inside = first or word.startswith(f"{SPREAD}=")
         elif inside and not first:
             out.append(SPREAD)
         else:
-            first = False
-        if inside and word != SPREAD:
             first = False
         out.append(word)
     return out
