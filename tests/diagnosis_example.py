@@ -153,6 +153,7 @@ def example(logs=None):
         catalogue=catalogue(),
         parameters_before=estimates(BEFORE),
         parameters_after=estimates(AFTER),
+        effects_after={"dry_friction_pitch": FRICTION},
         plant_before=BEFORE,
         plant_after=AFTER,
         axes=axis_reports(series),
@@ -179,5 +180,5 @@ def adequate():
     shown = tuple(replace(v, verdict="not shown") if v.verdict == "shown" else v for v in whole.catalogue)
     return replace(
         whole, verdict="model adequate", effects=(), withdrawn=(), curves=(), catalogue=shown,
-        parameters_after=whole.parameters_before,
+        parameters_after=whole.parameters_before, effects_after={},
     )  # fmt: skip

@@ -51,6 +51,16 @@ def test_segments_hold_five_seconds_so_that_memory_widens_the_interval():
     assert (slow.high - slow.low) / (fast.high - fast.low) == pytest.approx(np.sqrt(SEGMENT / SPACING), rel=0.3)
 
 
+def test_segments_of_every_record_hold_five_seconds_whatever_its_rate():
+    random = np.random.default_rng(4)
+    levels = random.standard_normal((2, 40, 1))
+    slow, fast = np.repeat(levels[0], 20, axis=0), np.repeat(levels[1], 100, axis=0)  # 5 s at 4 Hz, at 20 Hz
+    (right,), (wrong,) = rms_figures([slow, fast], (0.25, 0.05)), rms_figures([slow, fast], 0.25)
+    assert right.value == wrong.value
+    # taken for 4 Hz, each level of the faster record would count as five, and the interval be sqrt(5) too narrow
+    assert (right.high - right.low) / (wrong.high - wrong.low) == pytest.approx(np.sqrt(5.0), rel=0.3)
+
+
 def test_intervals_of_one_seed_are_the_same():
     errors = [np.random.default_rng(4).standard_normal((400, 3))]
     assert rms_figures(errors, SPACING, 5) == rms_figures(errors, SPACING, 5)

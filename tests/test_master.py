@@ -1,10 +1,13 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
+import zipfile
+
 import numpy as np
 import pytest
 
 from fmu_src.errors import BuildError, MasterError, WiringError
 from fmu_src.master import Result, run_apart
+from fmu_src.master.instance import Instance
 from fmu_src.units.held_voltages import mean_between, remember
 from heli_identifier.excitation import paper_excitation, voltages
 from heli_identifier.online import IdentifierSettings, estimate_of, prepare, start, step
@@ -226,6 +229,18 @@ def test_a_missing_fmu_and_one_too_many_are_refused(fmus, tmp_path):
         run_apart("plant_beside_log", 1.0, H, {}, {"player": fmus["LogPlayer"], "plant": tmp_path / "none.fmu"})
     with pytest.raises(WiringError, match="an FMU is given for 'pilot'"):
         run_apart("plant_beside_log", 1.0, H, {}, {"pilot": fmus["Exciter"]})
+
+
+def test_a_unit_that_does_not_come_to_life_is_named_and_leaves_nothing_behind(fmus, tmp_path, monkeypatch):
+    broken = tmp_path / "plant.fmu"
+    with zipfile.ZipFile(fmus["HelicopterPlant"]) as whole, zipfile.ZipFile(broken, "w") as without_binaries:
+        without_binaries.writestr("modelDescription.xml", whole.read("modelDescription.xml"))
+    extracted = tmp_path / "extracted"
+    extracted.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(extracted))
+    with pytest.raises(MasterError, match=r"plant\.load at t = 0 s: "):
+        Instance("plant", broken)
+    assert list(extracted.iterdir()) == []
 
 
 def test_a_unit_without_an_fmu_is_built_afresh_from_the_project():

@@ -100,6 +100,16 @@ def test_parameters_carry_structured_names_units_and_standard_errors():
     assert "effects.quadratic_drag.pitch" not in values
 
 
+def test_parameters_are_those_of_the_corrected_plant_also_where_they_imitate_an_unknown_torque():
+    # the effect was found as FRICTION beside a torque that no plant can have; the plant handed back was fitted without
+    imitating = Estimate(1.2 * FRICTION.value, 3.0 * (FRICTION.standard_error or 0.0), FRICTION.unit)
+    found = replace(
+        _named_effects_only(), effects_after={"dry_friction_pitch": imitating},
+        plant_after=AFTER._replace(dry_friction_pitch=imitating.value),
+    )  # fmt: skip
+    assert corrected_parameters(found, ORIGIN).values["effects.dry_friction.pitch"] == imitating
+
+
 def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():
     parameters = corrected_parameters(_named_effects_only(), ORIGIN)
     expected = parameters.expected["pitch"]

@@ -111,6 +111,16 @@ def test_where_no_record_has_been_nothing_is_drawn(fitted):
     assert np.array_equal(np.array(shape["curve"])[:, 0], x)
 
 
+def test_a_turn_with_a_gap_is_given_no_waves(fitted):
+    model = model_of(fitted, [("travel", "travel", lambda la: 0.05 * np.sin(3.0 * la))], 1e-4)
+    assert "3 waves" in described(model, 0)["description"]
+    covariance = model.fit.covariance.copy()
+    row = len(fitted.free) + 4
+    covariance[row, row] = np.inf  # the data do not feel the fifth spline: what lies there is not known
+    gap = replace(model, fit=replace(model.fit, covariance=covariance))
+    assert described(gap, 0)["description"] == "a torque of travel, 0.1 rad/s^2 from lowest to highest"
+
+
 def test_the_second_torque_is_described_by_its_own_weights(fitted):
     curves = [("pitch", "travel", lambda la: 0.05 * np.sin(3.0 * la)), ("elevation", "pitch_rate", np.tanh)]
     model = model_of(fitted, curves, 1e-4)

@@ -78,6 +78,15 @@ def test_of_several_shapes_the_likeliest_speaks_and_the_most_visible_decides():
     assert (verdict.estimate.value, verdict.visibility) == (0.002, 0.02)
 
 
+def test_of_several_shapes_the_one_that_leaves_most_room_bounds_the_coefficient():
+    entry = effect("breakaway_friction", "pitch")
+    likely, wide, unseen = (0.002, 0.001, 0.02), (0.003, 0.01, 0.02), (0.0, 1.0, 0.001)
+    (verdict,) = open_verdicts(scanned(*((entry, *row) for row in (likely, wide, unseen))), 4.0, 3.0)
+    assert verdict.estimate.value == likely[0]
+    # 95 % interval of the wide one; a shape that cannot be seen at all bounds nothing
+    assert verdict.upper_bound == pytest.approx(wide[0] + 1.96 * wide[1], rel=1e-3)
+
+
 def test_verdicts_come_in_the_order_of_the_catalogue_one_for_each_entry():
     rows = [(entry, 0.0, 0.001, 0.5) for entry in reversed(CATALOGUE)]
     verdicts = open_verdicts(scanned(*rows), 4.0, 3.0)

@@ -72,15 +72,28 @@ class Instance:
         self.alarm: list[Instance] = [] if alarm is None else alarm
         self.description = fmpy.read_model_description(fmu)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
+        variables = self.description.modelVariables
+        self.outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+        self._key = next(_KEYS)
+        _LISTENERS[self._key] = self
         self.folder = fmpy.extract(fmu)
-        self.slave = FMU2Slave(
+        try:
+            self._instantiate()
+        except BaseException:
+            self.close()
+            raise
+
+    def _instantiate(self) -> None:
+        """Load the unit's library and bring the unit to life."""
+        self.slave = self._call(
+            "load",
+            0.0,
+            FMU2Slave,
             guid=self.description.guid,
             unzipDirectory=self.folder,
             modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=name,
+            instanceName=self.name,
         )
-        self._key = next(_KEYS)
-        _LISTENERS[self._key] = self
         self._callbacks = fmi2CallbackFunctions()
         self._callbacks.logger = _LOGGER
         self._callbacks.allocateMemory = _ALLOCATE
@@ -88,8 +101,6 @@ class Instance:
         self._callbacks.componentEnvironment = self._key
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
-        variables = self.description.modelVariables
-        self.outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
 
     def hear(self, status: int, message: str) -> None:
         """Keep what the unit says for the next check."""
@@ -105,8 +116,8 @@ class Instance:
         except FMICallException as problem:
             self.fail(call, time, problem.status)
         except Exception as problem:  # fmpy raises a bare Exception when a unit does not come to life
-            said = "; ".join(self.messages)
-            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {problem}; {said}") from problem
+            said = "; ".join([str(problem), *self.messages])
+            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {said}") from problem
         self.check_messages(call, time)
         return value
 
@@ -189,9 +200,10 @@ class Instance:
     def close(self) -> None:
         """Free the instance and its folder."""
         try:
-            if getattr(self.slave, "component", None):
-                self.slave.terminate()
-                self.slave.freeInstance()
+            slave: Any = getattr(self, "slave", None)
+            if getattr(slave, "component", None):
+                slave.terminate()
+                slave.freeInstance()
         finally:
             del _LISTENERS[self._key]
             shutil.rmtree(self.folder, ignore_errors=True)

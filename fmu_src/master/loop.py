@@ -7,7 +7,7 @@ communication step copies every connection at once and plays a tape of at most t
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -83,17 +83,14 @@ def _instances(wiring: Scenario, fmus: dict[str, str | Path]) -> Iterator[dict[s
             raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has {', '.join(names)}")
     units: dict[str, Instance] = {}
     alarm: list[Instance] = []
-    with TemporaryDirectory(prefix="heli-units-") as fresh:
-        try:
-            for name, unit in wiring.units:
-                file = Path(fmus[name]) if name in fmus else build(unit, fresh)
-                if not file.is_file():
-                    raise MasterError(f"the FMU of {name} is missing: {file}")
-                units[name] = Instance(name, file, alarm)
-            yield units
-        finally:
-            for instance in units.values():
-                instance.close()
+    with TemporaryDirectory(prefix="heli-units-") as fresh, ExitStack() as alive:
+        for name, unit in wiring.units:
+            file = Path(fmus[name]) if name in fmus else build(unit, fresh)
+            if not file.is_file():
+                raise MasterError(f"the FMU of {name} is missing: {file}")
+            units[name] = Instance(name, file, alarm)
+            alive.callback(units[name].close)
+        yield units
 
 
 def _stepped(

@@ -6,7 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from heli_identifier.diagnosis.curves import effect_curve
-from heli_identifier.diagnosis.findings import catalogue_verdicts, found_effects, parameter_estimates
+from heli_identifier.diagnosis.findings import catalogue_verdicts, effect_estimates, found_effects, parameter_estimates
 from heli_identifier.diagnosis.outcome import outcome_notes
 from heli_identifier.diagnosis.result import (
     EFFECTS_SHOWN,
@@ -83,6 +83,7 @@ def diagnose(
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
         parameters_before=parameter_estimates(selection.bare.model.fit),
         parameters_after=parameter_estimates(final),
+        effects_after=effect_estimates(final),
         plant_before=selection.bare.model.fit.parameters,
         plant_after=final.parameters,
         axes=axes,
@@ -197,7 +198,10 @@ def _notes(model: Model, final: Fit, settings: DiagnosisSettings) -> tuple[str, 
             "(set the rig's limit in its configuration)"
         )
     if final is not model.fit:
-        notes.append("the corrected parameters let the model imitate the unknown torque, which predicts better so")
-    if not model.fit.converged:
+        notes.append(
+            "the corrected parameters let the model imitate the unknown torque, which predicts better so; coefficients "
+            "listed with the effects are those found beside it"
+        )
+    if not (model.fit.converged and final.converged):
         notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
     return tuple(notes)

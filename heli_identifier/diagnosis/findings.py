@@ -63,6 +63,11 @@ def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
     }
 
 
+def effect_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Give the coefficients and shapes that a fit estimates, by the plant's fields."""
+    return {field: fit.estimate(field) for field in fit.free if field not in BASE}
+
+
 def catalogue_verdicts(
     selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
 ) -> tuple[CatalogueVerdict, ...]:

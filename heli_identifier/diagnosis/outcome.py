@@ -14,7 +14,8 @@ def outcome_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
         if after**2 > TOLERATED * before**2:
             change = f"from {1e3 * before:.3g} to {1e3 * after:.3g} mrad"
             notes.append(
-                f"the {axis} is predicted worse than before ({change}), and leaving out an effect that acts there does "
-                "not mend it: of this axis the corrected model is not the better one"
+                f"the {axis} is predicted worse than before ({change}): of this axis the corrected model is not the "
+                "better one. No effect acts there whose removal mends it by more than chance without costing more on "
+                "the other axes that it acts on"
             )
     return tuple(notes)

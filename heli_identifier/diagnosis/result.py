@@ -94,6 +94,9 @@ class Diagnosis:
     catalogue : tuple of CatalogueVerdict
     parameters_before, parameters_after : mapping of str to Estimate
         By the paper's symbols.
+    effects_after : mapping of str to Estimate
+        Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
+        ``effects`` where parameters are handed back that imitate an unknown torque.
     plant_before, plant_after : PlantParameters
         The complete parameter sets.
     axes : mapping of str to AxisReport
@@ -109,6 +112,7 @@ class Diagnosis:
     catalogue: tuple[CatalogueVerdict, ...]
     parameters_before: Mapping[str, Estimate]
     parameters_after: Mapping[str, Estimate]
+    effects_after: Mapping[str, Estimate]
     plant_before: PlantParameters
     plant_after: PlantParameters
     axes: Mapping[str, AxisReport]

@@ -13,7 +13,9 @@ SEGMENT = 5.0
 DRAWS = 1000
 
 
-def rms_figures(errors: Sequence[NDArray[np.float64]], spacing: float, seed: int = 0) -> list[ErrorFigure]:
+def rms_figures(
+    errors: Sequence[NDArray[np.float64]], spacing: float | Sequence[float], seed: int = 0
+) -> list[ErrorFigure]:
     """One figure per column of errors (S_i, axes) that lie ``spacing`` [s] apart, pooled over records."""
     squares = [values**2 for values in errors]
     low, high = np.sqrt(np.quantile(segment_means(squares, spacing, seed), (0.025, 0.975), axis=0))
@@ -21,10 +23,18 @@ def rms_figures(errors: Sequence[NDArray[np.float64]], spacing: float, seed: int
     return [ErrorFigure(float(c), float(a), float(b)) for c, a, b in zip(centre, low, high, strict=True)]
 
 
-def segment_means(values: Sequence[NDArray[np.float64]], spacing: float, seed: int = 0) -> NDArray[np.float64]:
-    """Means of values (S_i, ...) that lie ``spacing`` [s] apart, over segments drawn at random, shape (DRAWS, ...)."""
-    width = max(1, round(SEGMENT / spacing))
-    segments = [v[first : first + width] for v in values for first in range(0, len(v), width)]
+def segment_means(
+    values: Sequence[NDArray[np.float64]], spacing: float | Sequence[float], seed: int = 0
+) -> NDArray[np.float64]:
+    """Means of values (S_i, ...) over segments drawn at random, shape (DRAWS, ...).
+
+    ``spacing`` [s] is the time between two values, one for all records or one for each.
+    """
+    spacings = [spacing] * len(values) if isinstance(spacing, int | float) else spacing
+    widths = [max(1, round(SEGMENT / apart)) for apart in spacings]
+    segments = [
+        v[first : first + width] for v, width in zip(values, widths, strict=True) for first in range(0, len(v), width)
+    ]
     totals, lengths = np.array([s.sum(axis=0) for s in segments]), np.array([len(s) for s in segments], dtype=float)
     picks = np.random.default_rng(seed).integers(0, len(segments), size=(DRAWS, len(segments)))
     sizes = lengths[picks].sum(axis=1)

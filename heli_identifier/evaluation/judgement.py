@@ -39,13 +39,19 @@ class Figures:
 
 
 def figures(
-    problem: Problem, parameters: PlantParameters, free_errors: Sequence[NDArray[np.float64]] | None, step: float
+    problem: Problem,
+    parameters: PlantParameters,
+    free_errors: Sequence[NDArray[np.float64]] | None,
+    steps: Sequence[float],
 ) -> Figures:
-    """Errors of one model on the records of ``problem``; ``free_errors`` (N_i, 3) [rad] of its free runs."""
+    """Errors of one model on the records of ``problem``.
+
+    ``free_errors`` (N_i, 3) [rad] are those of its free runs, ``steps`` [s] the time between their rows.
+    """
     one, two = predictions(problem.records, parameters)
     acceleration = rms_figures(problem.residuals(parameters), 1.0 / REDUCED_RATE)
     finite = free_errors is not None and all(np.isfinite(e).all() for e in free_errors)
-    run: Sequence[ErrorFigure | None] = rms_figures(free_errors or [], step) if finite else [None] * 3
+    run: Sequence[ErrorFigure | None] = rms_figures(free_errors or [], steps) if finite else [None] * 3
     stable = stable_axes(parameters)
     return Figures(one, two, [f if ok else None for f, ok in zip(run, stable, strict=True)], acceleration)
 
@@ -67,7 +73,7 @@ def noise_floor(problem: Problem, parameters: PlantParameters) -> Figures:
         made = tuple(synthetic_record(r, parameters, problem.bandwidth, seed) for seed, r in enumerate(problem.records))
         if all(np.isfinite(record.angles).all() for record in made):
             errors = [_free_run_error(record, parameters) for record in made]
-            return figures(Problem(made, problem.bandwidth), parameters, errors, made[0].step)
+            return figures(Problem(made, problem.bandwidth), parameters, errors, [r.step for r in made])
     pieces = tuple(
         piece
         for seed, record in enumerate(problem.records)
@@ -101,9 +107,9 @@ def judged(
     """
     sets = {"before": before.parameters, "after": after.parameters}
     runs = {name: [free_run(log, p) for log in logs] for name, p in sets.items()}
-    step = logs[0].step
+    steps = [log.step for log in logs]
     found = {
-        name: figures(held, p, [log.angles - run for log, run in zip(logs, runs[name], strict=True)], step)
+        name: figures(held, p, [log.angles - run for log, run in zip(logs, runs[name], strict=True)], steps)
         for name, p in sets.items()
     }
     floor = noise_floor(held, after.parameters)

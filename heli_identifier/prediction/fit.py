@@ -54,11 +54,11 @@ class Fit:
         Whitened innovations z.
     linear : NDArray, shape (k,)
         Coefficients of the further columns.
-    raw_jacobian : list of NDArray, shape (n_i, 3, len(free))
-        Sensitivities of the reduced innovations.
-    jacobian : NDArray, shape (M, len(free))
+    raw_jacobian : list of NDArray, shape (n_i, 3, len(free) + k)
+        Sensitivities of the reduced innovations, the further columns behind those of ``free``.
+    jacobian : NDArray, shape (M, len(free) + k)
         The same, whitened.
-    covariance : NDArray, shape (len(free), len(free))
+    covariance : NDArray, shape (len(free) + k, len(free) + k)
     log_likelihood : float
     converged : bool
     """

@@ -36,13 +36,25 @@ def beside(
 ) -> "Future[Result]":
     """Start work that the caller needs later; what it does by :func:`parallel` is spread over the same threads.
 
-    With one thread it is done at once.
+    With one thread it is done at once, and raises at once. There is one thread for such work: what runs in it must not
+    start more.
     """
     if _state["count"] == 1:
         done: Future[Result] = Future()
         done.set_result(function(*arguments, **named))
         return done
     return _companion().submit(function, *arguments, **named)
+
+
+def _forget() -> None:
+    """Start anew: threads do not come along into a forked process, executors and their waiting lists do."""
+    _pool.cache_clear()
+    _companion.cache_clear()
+    _inside.worker = False
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget)
 
 
 @cache

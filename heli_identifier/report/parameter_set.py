@@ -24,7 +24,7 @@ from heli_identifier.evaluation.figures import ErrorFigure
 from heli_identifier.online.parameters import ModelParameters
 from heli_identifier.report.diagnosis_document import plain
 from heli_identifier.report.parameter_damage import damage
-from heli_plant.effects import CATALOGUE, effect
+from heli_plant.effects import CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
 
@@ -167,12 +167,7 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
 
 def corrected_parameters(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> ParameterSet:
     """Give the parameters after a diagnosis, with the errors that its held-out logs found."""
-    estimates = {name: value for name, value in diagnosis.parameters_after.items() if name in BY_FIELD}
-    for found in diagnosis.effects:
-        if found.coefficient is not None:
-            entry = effect(found.name, found.axis)
-            estimates[entry.field] = found.coefficient
-            estimates |= {shape.field: Estimate(**found.shape[shape.name]) for shape in entry.shapes}
+    estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
     expected = {
         axis: Expectation(report.after.prediction_1s, report.noise_floor.prediction_1s.value)
         for axis, report in diagnosis.axes.items()

@@ -37,7 +37,7 @@ def described(model: Model, index: int) -> dict[str, Any]:
     return {
         "variable": unknown.variable,
         "unit": UNITS[unknown.variable],
-        "description": _words(unknown, x, y, half),
+        "description": _words(unknown, x[visited], y[visited], half[visited]),
         "curve": np.column_stack((x, y))[visited].tolist(),
         "band": np.column_stack((x, y - half, y + half))[visited].tolist(),
     }
@@ -73,9 +73,11 @@ def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np
 
 
 def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
-    """Say what kind of curve it is; its size is that of the part that records determine."""
+    """Say what kind of curve it is where records have been; its size is that of the part that they determine."""
     known = _determined(y, half)
     words = [f"a torque of {unknown.variable}, {np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"]
+    if len(y) < POINTS:
+        return words[0]  # a curve with holes has a size, but no shape that can be told
     if unknown.variable == "travel":
         spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
         waves = int(np.argmax(spectrum[1:9])) + 1

@@ -27,7 +27,7 @@ class FoundEffect:
     shape : mapping
         Shape parameters by name as {"value", "standard_error", "unit"}; of an unknown effect "variable",
         "description", "unit" and "curve" [[x, y], ...] with "band" [[x, low, high], ...], or "frequency_hz" and
-        "amplitude" [rad/s^2].
+        "amplitude" with "amplitude_standard_error" [rad/s^2].
     score : float
         Coefficient over standard error; of an unknown effect the square root of its surplus.
     agreement : mapping of float to Estimate

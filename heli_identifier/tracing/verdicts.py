@@ -29,9 +29,9 @@ def open_verdicts(scanned: Scan, threshold: float, hint: float) -> tuple[Catalog
 
 
 def _verdict(scanned: Scan, effect: Effect, rows: list[int], threshold: float, hint: float) -> CatalogueVerdict:
-    # of several shapes the one with the widest interval bounds the coefficient
+    # of several shapes the likeliest speaks, and the one that leaves most room bounds the coefficient
     index = max(rows, key=lambda i: (np.isfinite(scanned.standard_errors[i]), abs(scanned.scores[i])))
-    estimate = Estimate(float(scanned.coefficients[index]), float(scanned.standard_errors[index]), effect.unit)
+    estimate = _linear_estimate(scanned, index)
     score, visibility = float(scanned.scores[index]), float(max(scanned.visibility[i] for i in rows))
     error = float(scanned.standard_errors[index])
     largest = max(abs(effect.lower), abs(effect.upper))
@@ -41,11 +41,21 @@ def _verdict(scanned: Scan, effect: Effect, rows: list[int], threshold: float, h
     if not np.isfinite(error) or threshold * error > largest:
         why = f"its standard error of {error:.2g} {effect.unit} could not show even {largest:g} {effect.unit}"
         return _not_testable(effect, estimate, score, visibility, why)
-    bound = upper_bound(effect, estimate)
+    bound = max(upper_bound(effect, _linear_estimate(scanned, i)) for i in rows if _testable(scanned, i))
     why = f"score {score:+.1f}, {threshold:.1f} needed"
     if abs(score) >= hint:
         why += f"; a hint, above the {hint:.1f} of one clean record in twenty"
     return CatalogueVerdict(effect.name, effect.axis, NOT_SHOWN, estimate, score, visibility, bound, why, "")
+
+
+def _linear_estimate(scanned: Scan, index: int) -> Estimate:
+    return Estimate(
+        float(scanned.coefficients[index]), float(scanned.standard_errors[index]), scanned.candidates[index].effect.unit
+    )
+
+
+def _testable(scanned: Scan, index: int) -> bool:
+    return bool(scanned.visibility[index] >= LEAST_VISIBILITY and np.isfinite(scanned.standard_errors[index]))
 
 
 def _not_testable(effect: Effect, estimate: Estimate, score: float, visibility: float, why: str) -> CatalogueVerdict:
