@@ -53,6 +53,30 @@ def test_a_figure_that_cannot_be_drawn_is_refused_before_anything_runs(tmp_path,
     refused(tmp_path, "must end in one of .svg, .pdf, .png", *words)
 
 
+UNFORESEEN = {
+    "a mistake in the code": (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
+    "a full disk": (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
+    "a file that cannot be read": (OSError(13, "Permission denied", "a.csv"), 2, "heli: a.csv: Permission denied."),
+    "an error of the system without a number": (OSError("timed out"), 2, "heli: timed out."),
+}
+
+
+@pytest.mark.parametrize("case", UNFORESEEN)
+def test_a_check_that_could_not_be_made_is_no_news_about_the_rig(monkeypatch, case):
+    """Exit code 1 is an answer: the model no longer explains the log."""
+    error, code, said = UNFORESEEN[case]
+
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr("heli_identifier.cli.parameter_file.parameter_set", fails)
+    result = run("check", "a.csv")
+    assert result.exit_code == code
+    assert said in result.stderr
+    assert ("Traceback" in result.stderr) == (code == 70)
+    assert result.stdout == ""
+
+
 @pytest.mark.parametrize("option", ["--step", "--duration"])
 def test_nothing_is_simulated_in_steps_or_a_time_of_zero(tmp_path, option):
     refused(tmp_path, f"{option[2:]} = 0 s", "simulate", "open_loop", option, 0)

@@ -1,7 +1,11 @@
-"""Errors of a command as one sentence and the exit code 2; a request to end leaves nothing behind."""
+"""Errors of a command as one sentence and the exit code 2, mistakes in the code in full and the exit code 70.
+
+Neither takes the exit code 1, which is an answer of the command. A request to end leaves nothing behind.
+"""
 
 import signal
 import sys
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
@@ -20,12 +24,18 @@ R = TypeVar("R")
 BAD_INPUT = 2
 """Exit code of bad usage and of data that cannot be used."""
 
+MISTAKE = 70
+"""Exit code of an error that nobody foresaw: EX_SOFTWARE of sysexits.h."""
+
 TERMINATED = 128 + signal.SIGTERM
 """Exit code of a command that was asked to end, as a shell gives it."""
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """Make a command answer an error raised on purpose with its sentence; a mistake in the code shows in full."""
+    """Make a command answer an error raised on purpose with its sentence; a mistake in the code shows in full.
+
+    A closed pipe is left to the command line's own framework, which ends quietly.
+    """
 
     @wraps(command)
     def run(*arguments: P.args, **options: P.kwargs) -> R:
@@ -34,10 +44,15 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
             raise fail(str(error)) from error
+        except (typer.Exit, typer.Abort, BrokenPipeError):
+            raise
         except OSError as error:
-            if error.filename is None:
-                raise
-            raise fail(f"{error.filename}: {error.strerror}") from error
+            said = error.strerror or str(error) or type(error).__name__
+            raise fail(said if error.filename is None else f"{error.filename}: {said}") from error
+        except Exception as error:
+            traceback.print_exc()
+            typer.secho("heli: this is a mistake in heli; please report it with the lines above.", err=True, fg="red")
+            raise typer.Exit(MISTAKE) from error
 
     return run
 
