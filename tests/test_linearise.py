@@ -196,15 +196,26 @@ def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_mor
         assert loud[0] < 1.01 * loud[1]
 
 
-def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop():
-    point = operating_point(TABLE_2, 0.0, 0.1)
+@pytest.mark.parametrize("delay", [0.0, 0.03])
+def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
+    plant = TABLE_2._replace(input_delay_rotors=delay)
+    point = operating_point(plant, 0.0, 0.1)
     settings = PID._replace(trim=point.v_front + point.v_rear)
-    simulated = step_response(TABLE_2, point, settings, "pitch", size=1e-3, duration=4.0)
-    loop = closed_loop(linear_model(TABLE_2, point, H), settings)
+    simulated = step_response(plant, point, settings, "pitch", size=1e-3, duration=4.0)
+    loop = closed_loop(linear_model(plant, point, H), settings)
     linear = 1e-3 * loop.trajectory(loop.R[:, 0], 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
     assert np.abs(simulated.angle[100:] - linear).max() < 2e-6
+
+
+def test_a_step_response_begins_later_by_the_input_delay():
+    point = operating_point(TABLE_2, 0.0, 0.1)
+    late = TABLE_2._replace(input_delay_rotors=0.045)
+    prompt, delayed = (step_response(plant, point, PID, "pitch", duration=4.0) for plant in (TABLE_2, late))
+    # half of the voltage of a period arrives in the one that is four periods later, the other half in the next
+    moved = [float(r.time[np.abs(r.angle) > 1e-9][0]) for r in (prompt, delayed)]
+    assert moved[1] - moved[0] == pytest.approx(0.04)
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():

@@ -1,4 +1,4 @@
-"""A reference step of the closed loop, simulated on the whole plant: friction, saturation and sampling included."""
+"""A reference step of the closed loop, simulated on the whole plant: friction, saturation, delay, sampling included."""
 
 from dataclasses import dataclass
 
@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.linearise.operating_point import OperatingPoint
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
+from heli_plant.delay import DelayLine
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, rigid_start, step
@@ -67,11 +68,11 @@ def step_response(
     """Simulate a reference step of ``size`` [rad] on the pitch or the elevation.
 
     The controller carries the operating point in its integrals from the start; it shows its voltages one period after
-    the angles they follow from, as the unit does.
+    the angles they follow from, as the unit does, and they reach the motors after the plant's own input delay.
     """
     index = AXES.index(axis)
     state = rigid_start(point.state(parameters), parameters)
-    held = (point.v_front, point.v_rear)
+    held, line = (point.v_front, point.v_rear), DelayLine()
     pid = _carrying(point, settings, start_pid(point.pitch, point.elevation, 0.0))
     lead, count = round(LEAD / period), round((LEAD + duration) / period)
     angles, voltages = np.empty(count), np.empty((count, 2))
@@ -82,7 +83,8 @@ def step_response(
         if k >= lead:
             reference[index] += size
         following, wanted = pid_step(pid, *measured, (reference[0], reference[1], 0.0), period, settings)
-        state = step(state, *held, 0.0, k * period, period, parameters)
+        arriving = line.push(*held, parameters.input_delay_rotors, period)
+        state = step(state, *arriving, 0.0, k * period, period, parameters)
         pid, held = following, wanted
     base = (point.pitch, point.elevation)[index]
     time = np.arange(count, dtype=np.float64) * period - LEAD
