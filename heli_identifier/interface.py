@@ -10,7 +10,7 @@ from heli_identifier.diagnosis.diagnose import diagnose as searched
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log, check_apart, check_excitation, check_moving
+from heli_identifier.records import Log, check_apart, check_excitation, check_moving, named_apart
 
 
 def diagnose(
@@ -42,8 +42,7 @@ def diagnose(
     Raises
     ------
     LogError
-        Nothing is excited, an axis stands still in a log, no log is held out, or a held-out log shares samples with one
-        that was fitted.
+        Nothing is excited, an axis stands still in a log, no log is held out, or two logs share samples.
     """
     training, held_out = _several(logs), _several(validate)
     check_excitation(training)
@@ -51,6 +50,8 @@ def diagnose(
         raise LogError("no log is held out to judge by; give at least one with validate=.")
     check_apart(training, held_out)
     check_moving((*training, *held_out))
+    logs = named_apart((*training, *held_out))
+    training, held_out = logs[: len(training)], logs[len(training) :]
     # The matrices here are small and records run side by side: threads of the linear algebra only get in each
     # other's way (measured on two cores: five times slower).
     with threadpool_limits(1):

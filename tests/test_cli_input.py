@@ -48,6 +48,12 @@ def test_an_axis_that_stands_still_can_serve_no_diagnosis(tmp_path, axis):
     refused(tmp_path, said, "diagnose", path, "--output", tmp_path / "out")
 
 
+def test_identify_counts_no_log_twice(tmp_path):
+    (log, *_), _ = demo_logs("rig-b")
+    said = "holds the same samples as"
+    refused(tmp_path, said, "identify", log, log, "--output", tmp_path / "out")
+
+
 def test_a_figure_that_cannot_be_drawn_is_refused_before_anything_runs(tmp_path, no_run):
     words = ("simulate", "open_loop", "--output", tmp_path / "run.csv", "--plot", tmp_path / "run.docx")
     refused(tmp_path, "must end in one of .svg, .pdf, .png", *words)

@@ -166,6 +166,7 @@ def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(log
     (training,), (held,) = split_logs(logs[:1], [], RigConfiguration(), None, None)
     assert training.samples + held.samples == 3000
     assert held.samples == pytest.approx(1000, abs=1)
+    assert (training.name, held.name) == ("run0", "run0 from 20 s")
     assert held.start > training.start + training.duration - 1.5 * training.step
     assert "last third" in capsys.readouterr().err
 

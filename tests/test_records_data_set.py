@@ -13,6 +13,7 @@ from heli_identifier.records import (
     check_moving,
     demo_logs,
     log_from_samples,
+    named_apart,
     read_data_set,
     read_log,
     read_logs,
@@ -40,6 +41,23 @@ def test_logs_of_one_name_are_told_apart_by_their_folders():
     _, (b_held,) = demo_logs("rig-b")
     logs = read_logs([a_held, b_held, a_train])
     assert [log.name for log in logs] == ["rig-a/held", "rig-b/held", "train1"]
+
+
+def test_a_training_log_and_a_held_out_one_of_one_name_are_told_apart_as_well(tmp_path):
+    training, held_out = demo_logs("rig-a")
+    for folder, log in (("monday", training[0]), ("tuesday", held_out[0])):
+        (tmp_path / folder / "logs").mkdir(parents=True)
+        shutil.copy(log, tmp_path / folder / "logs" / "run.csv")
+    paths = [tmp_path / folder / "logs" / "run.csv" for folder in ("monday", "tuesday")]
+    (seen,), (judge,) = read_data_set(paths[:1], paths[1:])
+    assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")
+
+
+def test_logs_that_no_folder_tells_apart_are_numbered():
+    still = np.zeros(1000)
+    (log, *_), _ = demo_logs("rig-a")
+    assert [log.name for log in named_apart([run(still, still), run(still, still)])] == ["run", "run (2)"]
+    assert [log.name for log in read_logs([log, log])] == ["train1", "train1 (2)"]
 
 
 def run(front, rear):
@@ -85,6 +103,13 @@ def test_a_training_log_may_not_count_twice():
     training, held_out = demo_logs("rig-a")
     with pytest.raises(LogError, match="give each training log once"):
         read_data_set([*training, training[0]], held_out)
+
+
+def test_a_held_out_log_may_not_count_twice(tmp_path):
+    training, held_out = demo_logs("rig-a")
+    copy = shutil.copy(held_out[0], tmp_path / "copy.csv")
+    with pytest.raises(LogError, match="copy.csv holds the same samples as .*held.csv; give each held-out log once"):
+        read_data_set(training, [*held_out, copy])
 
 
 @needs_real

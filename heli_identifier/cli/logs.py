@@ -1,6 +1,7 @@
 """The logs that a command was given: configuration found, logs read, what was done to them said, some held out."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from heli_identifier.cli.terminal import note
@@ -9,6 +10,7 @@ from heli_identifier.records import (
     CONFIGURATION_NAME,
     Log,
     RigConfiguration,
+    check_apart,
     check_excitation,
     check_moving,
     read_configuration,
@@ -47,10 +49,11 @@ def training_logs(
     Raises
     ------
     LogError
-        A log cannot be read, or nothing is excited.
+        A log cannot be read, nothing is excited, or a log is given twice.
     """
     logs = read_logs(paths, configuration.format, start, end)
     check_excitation(logs)
+    check_apart(logs)
     say_notes(logs)
     return logs
 
@@ -97,6 +100,6 @@ def _split(
     last = whole.start + whole.duration - 0.5 * whole.step
     note(f"held out to judge by: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
     first, rest = read_data_set([path], [], configuration.format, whole.start, cut - 0.5 * whole.step)
-    held = read_logs([path], configuration.format, cut, last)
-    check_moving(held)
-    return first, (*rest, *held)
+    held = read_log(path, configuration.format, cut, last)
+    check_moving([held])
+    return first, (*rest, replace(held, name=f"{held.name} from {cut:.4g} s"))

@@ -5,6 +5,7 @@ from heli_identifier.records.data_set import (
     check_apart,
     check_excitation,
     check_moving,
+    named_apart,
     read_data_set,
     read_logs,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "check_moving",
     "demo_logs",
     "log_from_samples",
+    "named_apart",
     "read_configuration",
     "read_data_set",
     "read_log",

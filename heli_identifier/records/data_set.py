@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations, product
+from itertools import combinations, count
 from os import PathLike
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Read several logs of one rig; a name that two files share gets its folder's name before it.
+    """Read several logs of one rig; names that two files share get what tells them apart, as :func:`named_apart` does.
 
     Parameters
     ----------
@@ -39,9 +39,7 @@ def read_logs(
     LogError
         As `read_log`.
     """
-    logs = [read_log(path, format, start, end) for path in paths]
-    shared = Counter(log.name for log in logs)
-    return tuple(replace(log, name=_with_folder(log)) if shared[log.name] > 1 else log for log in logs)
+    return named_apart([read_log(path, format, start, end) for path in paths])
 
 
 def read_data_set(
@@ -68,15 +66,35 @@ def read_data_set(
     Raises
     ------
     LogError
-        As `read_log`; also if no voltage moves in any training log, an angle never changes in one of the logs, or a
-        held-out log was seen in training.
+        As `read_log`; also if no voltage moves in any training log, an angle never changes in one of the logs, or two
+        logs share samples.
     """
-    seen = read_logs(training, format, start, end)
+    logs = read_logs((*training, *held_out), format, start, end)
+    seen, judges = logs[: len(training)], logs[len(training) :]
     check_excitation(seen)
-    judges = read_logs(held_out, format, start, end)
     check_apart(seen, judges)
-    check_moving((*seen, *judges))
+    check_moving(logs)
     return seen, judges
+
+
+def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
+    """Give the logs with names of which no two are alike.
+
+    A name that files in several folders share gets as many folders before it as tell them apart; what is then still
+    alike, as the same file twice or logs that were computed, is numbered.
+    """
+    names = [log.name for log in logs]
+    for name in {name for name, times in Counter(names).items() if times > 1}:
+        shared = [index for index, log in enumerate(logs) if log.name == name]
+        folders = {logs[index].path: _folders(logs[index]) for index in shared}
+        depth = next(d for d in count() if len({way[:d] for way in folders.values()}) == len(set(folders.values())))
+        for index in shared:
+            names[index] = "/".join((*reversed(folders[logs[index].path][:depth]), name))
+    seen: Counter[str] = Counter()
+    for index, name in enumerate(names):
+        seen[name] += 1
+        names[index] = name if seen[name] == 1 else f"{name} ({seen[name]})"
+    return tuple(replace(log, name=name) if log.name != name else log for log, name in zip(logs, names, strict=True))
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
@@ -115,23 +133,24 @@ def check_moving(logs: Sequence[Log]) -> None:
             )
 
 
-def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
-    """Refuse logs that share samples: one fitted twice counts double, one fitted and held out judges itself.
+def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
+    """Refuse logs that share samples: one given twice counts double, one fitted and held out judges itself.
 
     Raises
     ------
     LogError
         If two logs are cut from the same bytes and their stretches overlap.
     """
-    for seen, again in combinations(training, 2):
-        if _share_samples(seen, again):
-            raise LogError(f"{again.path} holds the same samples as {seen.path}; give each training log once.")
-    for held, seen in product(held_out, training):
-        if _share_samples(held, seen):
+    for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
+        if not _share_samples(one, other):
+            continue
+        if first < len(training) <= second:
             raise LogError(
-                f"{held.path} is held out for validation but shares samples with training log {seen.path}; "
+                f"{other.path} is held out for validation but shares samples with training log {one.path}; "
                 "give a log, or a stretch of it, that the fit has not seen."
             )
+        kind = "training" if second < len(training) else "held-out"
+        raise LogError(f"{other.path} holds the same samples as {one.path}; give each {kind} log once.")
 
 
 def _share_samples(one: Log, other: Log) -> bool:
@@ -139,5 +158,6 @@ def _share_samples(one: Log, other: Log) -> bool:
     return overlap and one.sha256 == other.sha256 != ""
 
 
-def _with_folder(log: Log) -> str:
-    return f"{Path(log.path).resolve().parent.name}/{log.name}"
+def _folders(log: Log) -> tuple[str, ...]:
+    """Names of the folders that a log's file lies in, the nearest first; none if it was computed."""
+    return tuple(folder.name for folder in Path(log.path).resolve().parents) if log.path else ()
