@@ -274,6 +274,7 @@ def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_list
     [
         ((), "either a folder of rigs or a --generator"),
         (("rigs", "--rigs", "3"), "--rigs 3 is for a --generator"),
+        (("rigs", "--first-seed", "5"), "--first-seed 5 is for a --generator"),
         (("--generator", "json:loads"), "--rigs"),
         (("nowhere",), "nowhere is no folder"),
     ],

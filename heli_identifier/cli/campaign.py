@@ -42,7 +42,9 @@ def campaign(
     rigs: Annotated[
         int | None, typer.Option(metavar="N", help="Rigs that the generator makes.", show_default=False)
     ] = None,
-    first_seed: Annotated[int, typer.Option(metavar="SEED", help="Seed of the first of them.")] = 0,
+    first_seed: Annotated[
+        int | None, typer.Option(metavar="SEED", help="Seed of the first of them; else 0.", show_default=False)
+    ] = None,
     workers: Annotated[
         int | None,
         typer.Option(metavar="N", help="Processes on this machine; else one per core.", show_default=False),
@@ -90,7 +92,7 @@ def campaign(
 
 
 def _sources(
-    folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int
+    folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
 ) -> "list[Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
     from heli_identifier.campaign.sources import folder_rigs, generated_rigs
@@ -102,13 +104,15 @@ def _sources(
     if folder is not None:
         if rigs is not None:
             raise ConfigurationError(f"--rigs {rigs} is for a --generator; a folder holds as many rigs as it holds.")
+        if first_seed is not None:
+            raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
         here = Path(CONFIGURATION_NAME)
         return [*folder_rigs(folder, config or (here if here.is_file() else None))]
     if rigs is None:
         raise ConfigurationError("say how many rigs the generator shall make with --rigs.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
-    return [*generated_rigs(generator, rigs, first_seed)]
+    return [*generated_rigs(generator, rigs, first_seed or 0)]
 
 
 def print_summary(summary: "Summary") -> None:
