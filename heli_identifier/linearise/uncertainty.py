@@ -12,7 +12,8 @@ DRAWS = 60
 def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
     """Draw plants around an estimated one, each parameter by itself from a normal law, kept in its range.
 
-    Correlations between the estimates are not known here; taking them as independent widens what depends on several.
+    Correlations between the estimates are not in parameters.json, so intervals of what depends on several of them, as
+    of the margins, are approximate: too wide or too narrow, by how the estimates' errors go together.
 
     Parameters
     ----------
