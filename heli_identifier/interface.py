@@ -81,7 +81,7 @@ def write_results(diagnosis: Diagnosis, folder: str | PathLike[str], rig: str = 
     IdentifierError
         The unit's free run is not the one that the diagnosis reports.
     """
-    from heli_identifier.cli import delivery
+    from heli_identifier import delivery
     from heli_identifier.report.provenance import provenance
     from heli_identifier.report.staging import whole_folder
 

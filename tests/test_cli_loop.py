@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from fmu_src.builder import build
 from heli_identifier.cli.app import app
-from heli_identifier.cli.delivery import check_free_run, unit_run, write_results
 from heli_identifier.cli.logs import split_logs
+from heli_identifier.delivery import check_free_run, unit_run, write_results
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.identification import NAMES
 from heli_identifier.records import RigConfiguration, demo_logs, write_log

@@ -77,12 +77,12 @@ def diagnosed(
     from heli_identifier.diagnosis.settings import DiagnosisSettings
 
     # what draws the report takes half a second to import, and the search leaves a core idle at times
-    Thread(target=import_module, args=("heli_identifier.cli.delivery",)).start()
+    Thread(target=import_module, args=("heli_identifier.delivery",)).start()
     settings = DiagnosisSettings(
         motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
     )
     diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
-    from heli_identifier.cli.delivery import write_results
+    from heli_identifier.delivery import write_results
     from heli_identifier.report.provenance import provenance
 
     tell("building and running the corrected unit", 0.9)

@@ -134,8 +134,8 @@ def _played(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    from heli_identifier.cli.delivery import START
     from heli_identifier.cli.logs import found_configuration, say_notes
+    from heli_identifier.delivery import START
     from heli_identifier.evaluation.free_run import run_start
     from heli_identifier.records import read_log, write_log
 

@@ -1,4 +1,4 @@
-"""What ``heli diagnose`` leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
+"""What a diagnosis leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
