@@ -2,7 +2,6 @@
 
 import os
 import re
-import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -14,25 +13,12 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.cli.options import spread
 
-HELI = [sys.executable, "-c", "from heli_identifier.cli import main; main()"]
 COMMANDS = sorted(get_command(app).commands)
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
 
 
 def run(*words, **options):
     return CliRunner().invoke(app, list(map(str, words)), **options)
-
-
-def cpu_seconds(*words):
-    """Processor time of a child process: unlike the clock, it does not count what else the machine does."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([*HELI, *words], check=True, capture_output=True)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-
-def test_help_takes_at_most_four_tenths_of_a_second():
-    assert min(cpu_seconds("--help") for _ in range(3)) < 0.4
 
 
 def test_neither_numpy_nor_numba_is_imported_to_show_help():
