@@ -2,9 +2,10 @@
 
 A block of ``bash`` is typed as it stands; in a block of ``console`` the lines behind ``$`` are. A block with a title is
 a file that the reader writes (``title="heli.toml"``); of a GitHub workflow the ``run: heli ...`` lines are typed as
-well. A block of ``text`` behind commands is what they print, but for its figures and for lines of dots. A comment
-``<!-- not run: reason -->`` before a block keeps it from being typed, and ``<!-- continues: page.md -->`` at a page's
-beginning starts it where another page ended.
+well. A block of ``text`` behind commands is what they print, but for lines of dots; figures may differ as little as
+:func:`near` says, and those of lines that :data:`VARYING` names as they like. A comment ``<!-- not run: reason -->``
+before a block keeps it from being typed, and ``<!-- continues: page.md -->`` at a page's beginning starts it where
+another page ended.
 """
 
 import os
@@ -13,6 +14,7 @@ import signal
 import subprocess
 import sys
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -21,6 +23,16 @@ CLONED = ("README.md", "pyproject.toml", "benchmarks", "docs", "fmu_src", "heli_
 """What a session finds in its folder, as somebody with a clone would."""
 
 SHELL = ("bash", "console")
+RELATIVE = Decimal("0.02")
+"""Share of itself by which a printed figure may differ from the one that a page shows."""
+
+VARYING = {
+    r"\d kB$": "size of an archive, which follows every change of its sources",
+    r" \d{4}-\d\d-\d\d ": "date and size in an archive's list of contents",
+    r"^one diagnosis on one core": "times",
+}
+"""Lines whose figures are not compared, and why."""
+
 PATIENCE = 300.0
 """Seconds that a page may take before it is given up: commands that hang must not hang the tests."""
 
@@ -122,12 +134,40 @@ def words(text):
     return re.findall(r"[^\W\d][\w.]*", text)
 
 
+def figures(text):
+    """The figures of a line as they are written; digits within a word, as in ``train1.csv``, are no figure."""
+    return re.findall(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?", text.replace("−", "-"))
+
+
+def near(shown, printed):
+    """Whether a figure is what a page shows.
+
+    Every run is seeded, but an optimiser stops where its tolerance is met, and another processor or linear algebra
+    brings it there another way: estimates move by far less than their standard errors, which are a per cent and more of
+    them. A figure with a fraction may besides round to the digit next to the one that was shown; counts may not.
+    """
+    wanted, there = Decimal(shown), Decimal(printed)
+    digit = Decimal(1).scaleb(wanted.as_tuple().exponent) if wanted.as_tuple().exponent < 0 else 0
+    return abs(there - wanted) <= RELATIVE * abs(wanted) + digit
+
+
 def unlike(shown, printed):
-    """Lines of ``shown`` whose words, in order, are in no line of ``printed``."""
-    actual = [words(line) for line in printed.splitlines()]
-    return [line for line in shown.splitlines() if not any(_within(words(line), there) for there in actual)]
+    """Lines of ``shown`` whose words, in order, and whose figures are in no line of ``printed``."""
+    actual = printed.splitlines()
+    return [line for line in shown.splitlines() if not any(_alike(line, there) for there in actual)]
 
 
-def _within(wanted, there):
+def _alike(shown, printed):
+    if not _within(words(shown), words(printed)):
+        return False
+    if any(re.search(pattern, shown) for pattern in VARYING):
+        return True
+    wanted, there = figures(shown), figures(printed)
+    if "..." in shown:  # of a line that is cut, figures are left out as well
+        return _within(wanted, there, near)
+    return len(wanted) == len(there) and all(map(near, wanted, there))
+
+
+def _within(wanted, there, same=str.__eq__):
     rest = iter(there)
-    return all(word in rest for word in wanted)
+    return all(any(same(one, other) for other in rest) for one in wanted)
