@@ -30,9 +30,7 @@ def heli(*arguments: str, **environment: str) -> None:
         If it fails.
     """
     command = [str(Path(sys.executable).with_name("heli")), *arguments]
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, env={**os.environ, **environment}
-    )
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **environment})
     if done.returncode:
         raise RuntimeError(f"heli {' '.join(arguments)} failed: {done.stderr[-1500:]}")
 

@@ -44,9 +44,7 @@ def by_effects(rows: Sequence[tuple[int, float, float]]) -> Figure:
     """Draw microseconds of a step against effects, interpreted above and compiled below."""
     figure, panels = canvas(4.6, 3.8, (1.0, 1.0), space=0.25)
     counts = [row[0] for row in rows]
-    for axes, column, name, colour in zip(
-        panels, (2, 1), ("interpreted", "compiled"), (BEFORE, AFTER), strict=True
-    ):
+    for axes, column, name, colour in zip(panels, (2, 1), ("interpreted", "compiled"), (BEFORE, AFTER), strict=True):
         axes.plot(counts, [row[column] for row in rows], "o-", color=colour, markersize=4, label=name)
         axes.set_ylabel("a step [us]")
         axes.set_ylim(bottom=0.0)

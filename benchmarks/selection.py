@@ -215,7 +215,5 @@ def _named(entries: Entries) -> str:
 
 def _sysidentpy_version() -> str:
     ask = "from importlib.metadata import version as v; print('sysidentpy', v('sysidentpy'), 'on numpy', v('numpy'))"
-    done = subprocess.run(
-        [peer_python("sysidentpy"), "-c", ask], capture_output=True, text=True, check=False, cwd=ROOT
-    )
+    done = subprocess.run([peer_python("sysidentpy"), "-c", ask], capture_output=True, text=True, check=False, cwd=ROOT)
     return done.stdout.strip() or "sysidentpy not installed"

@@ -2,9 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -73,18 +71,15 @@ def diagnosed(
     tell: "Progress" = lambda what, share: None,
 ) -> "tuple[Diagnosis, dict[str, Any]]":
     """Diagnose a rig and write the results into ``folder``; gives the diagnosis and the content of diagnosis.json."""
+    from heli_identifier.delivery import write_results
     from heli_identifier.diagnosis.diagnose import diagnose as run
     from heli_identifier.diagnosis.settings import DiagnosisSettings
+    from heli_identifier.report.provenance import provenance
 
-    # what draws the report takes half a second to import, and the search leaves a core idle at times
-    Thread(target=import_module, args=("heli_identifier.delivery",)).start()
     settings = DiagnosisSettings(
         motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
     )
     diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
-    from heli_identifier.delivery import write_results
-    from heli_identifier.report.provenance import provenance
-
     tell("building and running the corrected unit", 0.9)
     document = write_results(diagnosis, provenance(command), configuration.name, folder)
     return diagnosis, document
