@@ -17,8 +17,8 @@ def figures_of(speed: Printed) -> Figures:
     return {case: (row[0], row[1]) for case, row in speed.rows.items() if case in CASES}
 
 
-def bars(figures: Figures, identifier: float) -> list[Bar]:
-    """Hold figures against their bars; ``identifier`` is an interpreted step of three axes [us].
+def bars(figures: Figures) -> list[Bar]:
+    """Hold figures against their bars.
 
     Times are those of the quietest round, as their bars are for quiet cores; ratios are of medians, which noise raises
     alike above and below the line.
@@ -32,7 +32,6 @@ def bars(figures: Figures, identifier: float) -> list[Bar]:
         Bar("HelicopterPlant doStep, all effects off", figures["plant_off"][1], 15.0, "us"),
         Bar("HelicopterPlant doStep, all effects on", figures["plant_on"][1], 30.0, "us"),
         Bar("AdaptiveIdentifier doStep, three axes", figures["identifier"][1], 40.0, "us"),
-        Bar("the identifier's step without FMI", identifier, 40.0, "us"),
     ]
     needed = {"fmpy_per_connection": ("fmpy, one call per connection", 3.0), "libcosimpy": ("libcosim", 1.0)}
     needed["ecos"] = ("Ecos", 1.0)
@@ -55,7 +54,7 @@ def section(load: float) -> str:
     return "\n\n".join(
         [
             "## The four-unit loop and its units",
-            bar_table(bars(figures, identifier.number("theta0 estimated   median"))),
+            bar_table(bars(figures)),
             table(("what", "median [us]", "least [us]", "times as long"), rows),
             f"{STEPS} steps of {1000 * STEP:g} ms a round, {ROUNDS} rounds in turn, every case in a process of its "
             "own. Times in the first table are those of the quietest round, as their bars are for quiet cores; ratios "

@@ -149,7 +149,7 @@ def test_figures_of_the_loop_are_read_as_they_were_printed_and_held_against_thei
     found = figures_of(Printed("speed", SPEED))
     assert found["ours"] == (90.0, 80.0)
     assert "libcosimpy" not in found
-    met = {bar.what: (bar.value, bar.met) for bar in loop_bars(found, 30.0)}
+    met = {bar.what: (bar.value, bar.met) for bar in loop_bars(found)}
     assert met["of which the FMI boundary"] == (20.0, True)
     assert met["against fmpy, one call per connection"] == (3.0, True)
     # times are held by their quietest round
