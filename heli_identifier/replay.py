@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_plant.compiled import compiled
+from heli_plant.compiled import compiled, read_only
 
 from .online.adaptation import adapt
 from .online.identifier import prepare, start
@@ -66,8 +66,8 @@ def replay(
     rows = np.unique(np.append(np.arange(0, len(angles), every), len(angles) - 1))
     history, sigma = np.zeros((len(rows), sum(map(len, omegas)))), np.zeros((len(rows), 3))
     compiled(_loop)(
-        np.ascontiguousarray(voltages, dtype=float),
-        np.ascontiguousarray(angles, dtype=float),
+        read_only(voltages),
+        read_only(angles),
         state.signals,
         plan.signals,
         plan.adaptation,

@@ -72,11 +72,10 @@ class Instance:
         self.alarm: list[Instance] = [] if alarm is None else alarm
         self.description = fmpy.read_model_description(fmu)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
-        variables = self.description.modelVariables
-        self.outputs = [v.name for v in variables if v.causality == "output" and v.type == "Real"]
+        self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
+        self.folder = fmpy.extract(fmu)
         self._key = next(_KEYS)
         _LISTENERS[self._key] = self
-        self.folder = fmpy.extract(fmu)
         try:
             self._instantiate()
         except BaseException:
