@@ -111,20 +111,26 @@ def chosen(scanned: Scan, settings: SelectionSettings) -> list[int]:
 
 
 def without_column(scanned: Scan, index: int) -> Scan:
-    """Give a scan behind the projection that takes one column out; every column of the same effect becomes zero."""
+    """Give a scan behind the projection that takes one column out; every column of the same effect becomes zero.
+
+    Lengths and scores follow from the column's products with the others, all being of unit length: only the columns
+    themselves have to be gone through.
+    """
     direction = scanned.directions[:, index]
-    projected = scanned.directions - np.outer(direction, direction @ scanned.directions)
-    length = np.linalg.norm(projected, axis=0)
+    overlap = direction @ scanned.directions
+    length = np.sqrt(np.maximum(1.0 - overlap**2, 0.0))
     effect = scanned.candidates[index].effect
     other = np.array([candidate.effect.field != effect.field for candidate in scanned.candidates])
-    seen = other & (length > 1e-9)
-    directions = np.where(seen, projected / np.where(seen, length, 1.0), 0.0)
-    white = scanned.white - direction * (direction @ scanned.white)
-    scores = -(directions.T @ white)
-    errors = np.where(seen, scanned.standard_errors / np.where(seen, length, 1.0), np.inf)
+    # a length below this is the rounding of 1 - overlap^2
+    seen = other & scanned.directions.any(axis=0) & (length > 1e-7)
+    share = np.where(seen, 1.0 / np.where(seen, length, 1.0), 0.0)
+    directions = np.multiply.outer(direction, -overlap * share)
+    directions += scanned.directions * share
+    errors = np.where(seen, scanned.standard_errors, np.inf) * np.where(seen, share, 1.0)
+    scores = (scanned.scores - overlap * scanned.scores[index]) * share
     return replace(
         scanned,
-        white=white,
+        white=scanned.white + direction * scanned.scores[index],
         directions=directions,
         scores=scores,
         standard_errors=errors,
