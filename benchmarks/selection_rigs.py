@@ -13,7 +13,7 @@ from heli_identifier.prediction.record import reduce_log
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.records import Log, demo_logs, read_logs
 from heli_identifier.tracing.model import Model
-from heli_identifier.tracing.scan import Scan
+from heli_identifier.tracing.scan import Scan, subset
 from heli_identifier.tracing.selection import looked_at
 from heli_identifier.tracing.settings import SelectionSettings
 from heli_identifier.tracing.threshold import largest_scores, quantile
@@ -76,21 +76,7 @@ def matrix(rig: str, true: Entries, logs: tuple[Log, ...], settings: SelectionSe
     start = first_estimate(problem.records, diagnosis.base_parameters())
     scanned = looked_at(Model(fit(problem, start)), settings).scanned
     seen = np.flatnonzero(np.linalg.norm(scanned.directions, axis=0) > 0.5)
-    return Matrix(rig, true, problem, start, kept(scanned, seen))
-
-
-def kept(scanned: Scan, columns: np.ndarray) -> Scan:
-    """Give a scan with some of its columns."""
-    return replace(
-        scanned,
-        candidates=tuple(scanned.candidates[i] for i in columns),
-        raw=[raw[..., columns] for raw in scanned.raw],
-        directions=np.ascontiguousarray(scanned.directions[:, columns]),
-        scores=scanned.scores[columns],
-        coefficients=scanned.coefficients[columns],
-        standard_errors=scanned.standard_errors[columns],
-        visibility=scanned.visibility[columns],
-    )
+    return Matrix(rig, true, problem, start, subset(scanned, [int(i) for i in seen]))
 
 
 def chosen(scanned: Scan, settings: SelectionSettings) -> list[int]:

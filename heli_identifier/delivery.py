@@ -1,6 +1,6 @@
 """What a diagnosis leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -12,8 +12,7 @@ from heli_identifier.diagnosis.result import Diagnosis, HeldOutSeries
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import log_from_samples, write_log
 from heli_identifier.report.diagnosis_document import diagnosis_document, document_text
-from heli_identifier.report.page import report_page
-from heli_identifier.report.parameter_set import PLANT, corrected_parameters
+from heli_identifier.report.parameter_set import PLANT, ParameterSet, corrected_parameters
 from heli_plant.effects import AXES
 
 SAME = 1e-9
@@ -28,8 +27,16 @@ START = {
 """Parameters of the plant's unit that take its start state, by the state's fields."""
 
 
-def write_results(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, folder: Path) -> dict[str, Any]:
+def write_results(
+    diagnosis: Diagnosis,
+    provenance: Mapping[str, Any],
+    rig: str,
+    folder: Path,
+    draw: Callable[[Diagnosis, Mapping[str, Any], str], str] | None = None,
+) -> dict[str, Any]:
     """Write the four files of a diagnosis into ``folder``.
+
+    ``draw`` gives the text of report.html, by default as :func:`heli_identifier.report.page.report_page` does.
 
     Returns
     -------
@@ -41,19 +48,30 @@ def write_results(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str,
     IdentifierError
         The corrected unit does not reach the reported free run.
     """
-    from fmu_src.builder import build
-
     document = diagnosis_document(diagnosis, provenance)
     parameters = corrected_parameters(diagnosis, provenance)
-    unit = build(PLANT, folder, parameters.start_values)
     with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
-        checked = beside.submit(check_free_run, unit, diagnosis)
-        page = report_page(diagnosis, provenance, rig)
+        checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
+        page = (draw or _drawn_here)(diagnosis, provenance, rig)
         checked.result()
     (folder / "parameters.json").write_text(document_text(parameters.document()), encoding="utf-8")
     (folder / "report.html").write_text(page, encoding="utf-8")
     (folder / "diagnosis.json").write_text(document_text(document), encoding="utf-8")
     return document
+
+
+def _drawn_here(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -> str:
+    """Text of report.html; the packages that draw are imported as late as this."""
+    from heli_identifier.report.page import report_page
+
+    return report_page(diagnosis, provenance, rig)
+
+
+def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
+    """Build the corrected unit into ``folder`` and check it."""
+    from fmu_src.builder import build
+
+    check_free_run(build(PLANT, folder, parameters.start_values), diagnosis)
 
 
 def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:

@@ -69,6 +69,11 @@ def compiled(function: Callable) -> Callable:
         return _entry(function)
 
 
+def is_kept(function: Callable) -> bool:
+    """Whether compiled code of ``function`` is on disk already."""
+    return any(_cache_directory(function).rglob("*.nbi"))
+
+
 @cache
 def _entry(function):
     """Dispatcher of a function that Python calls, kept on disk."""

@@ -57,7 +57,10 @@ RULES = (
         "what a diagnosis is made of knows no diagnosis",
         "heli_identifier",
         ("heli_identifier.diagnosis",),
-        tuple(f"heli_identifier.{r}" for r in ("diagnosis", "campaign", "report", "delivery", "interface", "cli")),
+        tuple(
+            f"heli_identifier.{room}"
+            for room in ("diagnosis", "campaign", "report", "delivery", "interface", "second_process", "cli")
+        ),
     ),
     Rule("commands call, nothing calls them", "heli_identifier", ("heli_identifier.cli",), ("heli_identifier.cli",)),
     Rule("estimation on line is plain floats", "heli_identifier.online", ARRAYS),

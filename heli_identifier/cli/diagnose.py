@@ -1,7 +1,7 @@
 """``heli diagnose``: from logs to a corrected plant."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,13 +41,16 @@ def diagnose(
     from heli_identifier.cli.logs import found_configuration, split_logs
     from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
     from heli_identifier.report.staging import whole_folder
+    from heli_identifier.second_process import SecondProcess
 
-    with whole_folder(output) as draft:
+    with whole_folder(output) as draft, SecondProcess() as second:
         configuration = found_configuration(config)
         training, held_out = split_logs(logs, validate, configuration, start, end)
         with progress_bar() as tell:
             command = ["heli", *sys.argv[1:]]
-            diagnosis, document = diagnosed(training, held_out, configuration, draft, command, tell)
+            tell("compiling", 0.0)
+            second.wait_until_compiled()
+            diagnosis, document = diagnosed(training, held_out, configuration, draft, command, tell, second.report_page)
     if json:
         print_json(document)
         for text in diagnosis.notes:
@@ -69,8 +72,12 @@ def diagnosed(
     folder: Path,
     command: Sequence[str],
     tell: "Progress" = lambda what, share: None,
+    draw: "Callable[[Diagnosis, Mapping[str, Any], str], str] | None" = None,
 ) -> "tuple[Diagnosis, dict[str, Any]]":
-    """Diagnose a rig and write the results into ``folder``; gives the diagnosis and the content of diagnosis.json."""
+    """Diagnose a rig and write the results into ``folder``; gives the diagnosis and the content of diagnosis.json.
+
+    ``draw`` draws the report, see :func:`heli_identifier.delivery.write_results`.
+    """
     from heli_identifier.delivery import write_results
     from heli_identifier.diagnosis.diagnose import diagnose as run
     from heli_identifier.diagnosis.settings import DiagnosisSettings
@@ -81,5 +88,5 @@ def diagnosed(
     )
     diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
     tell("building and running the corrected unit", 0.9)
-    document = write_results(diagnosis, provenance(command), configuration.name, folder)
+    document = write_results(diagnosis, provenance(command), configuration.name, folder, draw)
     return diagnosis, document

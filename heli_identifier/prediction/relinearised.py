@@ -78,13 +78,15 @@ def linear_gain(
     for _ in range(iterations):
         whitened = np.concatenate([_whiten(regressors, i, f) for i, f in enumerate(filters)])
         target = np.concatenate([_whiten(used, i, f) for i, f in enumerate(filters)])
-        solution, *_ = np.linalg.lstsq(whitened, -target, rcond=1e-8)
+        # normal equations: a tenth of the time of an orthogonal factorisation of the tall matrix
+        normal = whitened.T @ whitened
+        solution, *_ = np.linalg.lstsq(normal, -(whitened.T @ target), rcond=1e-13)
         residuals = [r + x @ solution for r, x in zip(used, regressors, strict=True)]
         filters = [fit_axis([r[:, i] for r in residuals], order, contraction) for i in range(len(own))]
     k = columns[0].shape[2]
     before = sum(float(np.log(fit.whitener.scales[a])) for a in own)
     after = sum(float(np.log(scale_)) for _, scale_ in filters)
-    inverse = np.linalg.pinv(whitened.T @ whitened)[-k:, -k:]
+    inverse = np.linalg.pinv(normal)[-k:, -k:]
     own_scale = scale[-k:]
     white = [_whiten(residuals, i, f) for i, f in enumerate(filters)]
     return Gain(

@@ -4,6 +4,8 @@ Near its motion an axis obeys x'' + a x' + kappa x = d for a small error x; with
 innovation that an extra acceleration d [rad/s^2] leaves is a linear filter of d. kappa is the axis's stiffness.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
@@ -14,6 +16,7 @@ from heli_identifier.prediction.problem import Problem
 from heli_plant.parameters import PlantParameters
 
 
+@lru_cache(maxsize=64)
 def torque_filter(axis: int, parameters: PlantParameters, bandwidth: float, h: float) -> tuple[NDArray, NDArray]:
     """Numerator and denominator from d to omega_f^2 e of one axis, d held over the step ``h`` [s]."""
     stiffness = (parameters.a_th, parameters.a_e, 0.0)[axis]

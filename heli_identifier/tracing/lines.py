@@ -6,13 +6,8 @@ from numpy.typing import NDArray
 from heli_identifier.prediction.fit import Fit
 from heli_identifier.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.prediction.torque import torque_responses
+from heli_identifier.tracing.settings import HIGHEST_LINE, LOWEST_LINE
 from heli_plant.parameters import PlantParameters
-
-HIGHEST_LINE = 3.0
-"""Highest frequency [Hz] of a line: above it the pattern of an encoder's counts under steady motion passes for one."""
-
-LOWEST_LINE = 0.06
-"""Lowest frequency [Hz] of a line: below it a record holds too few periods to tell a line from drift."""
 
 
 def line_columns(

@@ -7,7 +7,7 @@ projection leaves.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,15 +82,32 @@ def scan(fit: Fit, candidates: Sequence[Candidate]) -> Scan:
 
 def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
     """Give ``scanned`` with further candidates."""
-    raw = [np.concatenate(pair, axis=2) for pair in zip(scanned.raw, raw_columns(scanned.fit, candidates), strict=True)]
-    return scored(scanned.fit, scanned.whitener, (*scanned.candidates, *candidates), raw)
+    more = scored(scanned.fit, scanned.whitener, candidates, raw_columns(scanned.fit, candidates))
+    return replace(
+        scanned,
+        candidates=(*scanned.candidates, *more.candidates),
+        raw=[np.concatenate(pair, axis=2) for pair in zip(scanned.raw, more.raw, strict=True)],
+        directions=np.column_stack((scanned.directions, more.directions)),
+        scores=np.concatenate((scanned.scores, more.scores)),
+        coefficients=np.concatenate((scanned.coefficients, more.coefficients)),
+        standard_errors=np.concatenate((scanned.standard_errors, more.standard_errors)),
+        visibility=np.concatenate((scanned.visibility, more.visibility)),
+    )
 
 
 def subset(scanned: Scan, keep: Sequence[int]) -> Scan:
     """Return ``scanned`` with some of its candidates."""
     chosen = list(keep)
-    raw = [r[..., chosen] for r in scanned.raw]
-    return scored(scanned.fit, scanned.whitener, [scanned.candidates[i] for i in chosen], raw)
+    return replace(
+        scanned,
+        candidates=tuple(scanned.candidates[i] for i in chosen),
+        raw=[raw[..., chosen] for raw in scanned.raw],
+        directions=scanned.directions[:, chosen],
+        scores=scanned.scores[chosen],
+        coefficients=scanned.coefficients[chosen],
+        standard_errors=scanned.standard_errors[chosen],
+        visibility=scanned.visibility[chosen],
+    )
 
 
 def raw_columns(fit: Fit, candidates: Sequence[Candidate]) -> Residuals:

@@ -2,6 +2,12 @@
 
 from dataclasses import dataclass
 
+HIGHEST_LINE = 3.0
+"""Highest frequency [Hz] of a line: above it the pattern of an encoder's counts under steady motion passes for one."""
+
+LOWEST_LINE = 0.06
+"""Lowest frequency [Hz] of a line: below it a record holds too few periods to tell a line from drift."""
+
 
 @dataclass(frozen=True)
 class SelectionSettings:

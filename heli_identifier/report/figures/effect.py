@@ -1,13 +1,13 @@
 """A found effect as a picture: the torque that the model leaves, against the variable that it follows, or its line."""
 
 from matplotlib.figure import Figure
-from scipy.signal import periodogram
 
 from heli_identifier.diagnosis.result import EffectCurve, HeldOutSeries
+from heli_identifier.report.figures.spectrum import power_density
 from heli_identifier.report.figures.style import AFTER, BAND, MEASURED, canvas, key, styled
 from heli_identifier.report.rounding import power_text, unit_text
 from heli_identifier.report.sentences import variable_name
-from heli_identifier.tracing.lines import HIGHEST_LINE, LOWEST_LINE
+from heli_identifier.tracing.settings import HIGHEST_LINE, LOWEST_LINE
 from heli_plant.effects import AXES
 
 
@@ -31,7 +31,7 @@ def effect_figure(curve: EffectCurve) -> Figure:
 def line_figure(series: HeldOutSeries, axis: str, frequency: float) -> Figure:
     """Draw the spectrum of an axis's residual on a held-out log around a periodic torque of ``frequency`` [Hz]."""
     residual = series.residual_after[:, AXES.index(axis)]
-    found, power = periodogram(residual, 1.0 / series.residual_step, window="hann")
+    found, power = power_density(residual, series.residual_step, len(residual))
     near = (found >= LOWEST_LINE) & (found <= HIGHEST_LINE)
     figure, (axes,) = canvas(5.2, 3.3)
     axes.axvline(frequency, color=BAND, linewidth=5.0, label=f"{frequency:.3g} Hz")

@@ -3,11 +3,10 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from heli_identifier.diagnosis.result import HeldOutSeries
+from heli_identifier.report.figures.spectrum import power_density
 from heli_identifier.report.figures.style import AFTER, BAND, BEFORE, MEASURED, MUTED, canvas, key, styled, thinned
 from heli_identifier.report.rounding import power_text
 from heli_plant.effects import AXES
@@ -67,13 +66,11 @@ def spectrum_figure(series: HeldOutSeries, axis: str) -> Figure:
     index = AXES.index(axis)
     figure, (axes,) = canvas()
     for values, colour, label in _pair(series.residual_before, series.residual_after):
-        size = min(SEGMENT, len(values))
-        frequency, power = welch(values[:, index], 1.0 / series.residual_step, nperseg=size)
+        frequency, power = power_density(values[:, index], series.residual_step, SEGMENT)
         axes.loglog(frequency[1:], power[1:], color=colour, label=label)
     axes.xaxis.set_major_formatter(power_text)
     axes.yaxis.set_major_formatter(power_text)
-    for direction in (axes.xaxis, axes.yaxis):
-        direction.set_minor_formatter(NullFormatter())
+    axes.minorticks_off()
     axes.set_xlabel("frequency [Hz]")
     axes.set_ylabel("residual [(rad/s²)²/Hz]")
     key(axes, 2)
