@@ -21,6 +21,15 @@ def delayed(recent: float, older: float, fraction: float) -> float:
     return (1.0 - fraction) * recent + fraction * older
 
 
+def arriving(voltages, k, whole, fraction):
+    """Mean front and rear voltage [V] that arrive over step ``k`` of a record ``voltages`` (N, 2)."""
+    recent, older = max(k - whole, 0), max(k - whole - 1, 0)
+    return (
+        delayed(voltages[recent, 0], voltages[older, 0], fraction),
+        delayed(voltages[recent, 1], voltages[older, 1], fraction),
+    )
+
+
 class DelayLine:
     """Mutable edge around :func:`delayed` for a caller that steps one sample at a time.
 

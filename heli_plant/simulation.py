@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .compiled import compiled, parameter_record, read_only
-from .delay import delayed, whole_and_fraction
+from .delay import arriving, whole_and_fraction
 from .parameters import PlantParameters
 from .plant import measured_angles, rigid_start, step
 from .state import PlantState
@@ -20,9 +20,7 @@ def _loop(voltages, mass_commands, start, h, p, states, angles):
         for i in range(STATES):
             states[k, i] = state[i]
         angles[k, 0], angles[k, 1], angles[k, 2] = measured_angles(state)
-        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
-        v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
-        v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
+        v_front, v_rear = arriving(voltages, k, whole, fraction)
         state = step(state, v_front, v_rear, mass_commands[k], k * h, h, p)
 
 

@@ -1,31 +1,19 @@
-"""Compile what a diagnosis runs before it is wanted, by running it on some seconds at rest.
+"""Compile what a diagnosis runs before it is wanted, by running it on a few samples at rest.
 
 Arguments pass through the same functions as in a diagnosis, so the types that are compiled for are its own.
 """
 
-from functools import cache
-
 import numpy as np
 
-from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.prediction.observer import _observe, observe, observer_start
-from heli_identifier.prediction.record import Record, reduce_log
-from heli_identifier.records.log import Log, log_from_samples
+from heli_identifier.prediction.record import Record
 from heli_plant.compiled import is_kept
+from heli_plant.parameters import PlantParameters
 
-PARAMETERS, BANDWIDTH = DiagnosisSettings().base_parameters(), 2.0
+PARAMETERS, BANDWIDTH = PlantParameters(), 2.0
 """Any would do."""
 
-
-@cache
-def _log() -> Log:
-    """Eight seconds at rest: longer than every window and horizon."""
-    return log_from_samples("rest", 100.0, np.full((800, 2), 2.0), np.zeros((800, 3)))
-
-
-@cache
-def _record() -> Record:
-    return reduce_log(_log())
+RECORD = Record("rest", 0.01, np.full((50, 2), 2.0), np.zeros((50, 3)))
 
 
 def observer_is_compiled() -> bool:
@@ -35,7 +23,7 @@ def observer_is_compiled() -> bool:
 
 def compile_observer() -> None:
     """Compile the observer, which takes longest: with it the whole plant."""
-    observe(_record(), PARAMETERS, BANDWIDTH, observer_start(_record()))
+    observe(RECORD, PARAMETERS, BANDWIDTH, observer_start(RECORD))
 
 
 def compile_whitening() -> None:
@@ -48,14 +36,13 @@ def compile_whitening() -> None:
 
 def compile_judgement() -> None:
     """Compile what the judgement on held-out logs and the curves of effects run."""
-    from heli_identifier.diagnosis.curves import accelerations_along
-    from heli_identifier.evaluation.free_run import free_run
-    from heli_identifier.evaluation.noise_floor import synthetic_record
-    from heli_identifier.evaluation.prediction import prediction_errors
+    from heli_identifier.prediction.ahead import predicted
+    from heli_identifier.prediction.along import accelerations_at
+    from heli_identifier.prediction.innovations_form import generated
+    from heli_plant.simulation import simulate
 
-    prediction_errors(_record(), PARAMETERS, 1.0)
-    free_run(_log(), PARAMETERS)
-    accelerations_along(_record(), PARAMETERS)
-    # the angles at rest have no noise whose colour could be drawn from
-    shaken = np.random.default_rng(0).normal(0.0, 1e-3, (len(_log().time), 3))
-    synthetic_record(reduce_log(log_from_samples("shaken", 100.0, _log().voltages, shaken)), PARAMETERS, BANDWIDTH)
+    start = observer_start(RECORD)
+    states, angles = simulate(RECORD.voltages, RECORD.step, start, PARAMETERS)
+    predicted(RECORD, states, np.arange(3), 10, PARAMETERS)
+    generated(RECORD, start, angles, PARAMETERS, BANDWIDTH)
+    accelerations_at(RECORD, states[:, :6].copy(), PARAMETERS)

@@ -12,16 +12,11 @@ from numpy.typing import NDArray
 
 from heli_identifier.diagnosis.result import EffectCurve
 from heli_identifier.evaluation.smoothed_state import as_smoothed, smoothed_motion
+from heli_identifier.prediction.along import accelerations_at
 from heli_identifier.prediction.record import Record
 from heli_identifier.tracing.model import Model
-from heli_plant.compiled import compiled, parameter_record
-from heli_plant.delay import delayed, whole_and_fraction
 from heli_plant.effects import AXES, Effect
-from heli_plant.motor import advance
-from heli_plant.neglected import switched_on
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import accelerations
-from heli_plant.rotors import motor_input, thrust_voltage
 
 BINS = 32
 """Bins of the variable, of equal population."""
@@ -40,33 +35,9 @@ VARIABLE = {
 """What each effect is drawn against; the bending mode, which acts through no torque, is not drawn."""
 
 
-def _along(time, motion, voltages, h, p, out, mu):
-    """Fill ``out`` (N, 3) [rad/s^2] with accelerations at a given motion and ``mu`` (N, 2) with mu_d, mu_s [V]."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
-    nu_front, nu_rear = voltages[0, 0], voltages[0, 1]
-    time_constant = p.T_m + p.motor_lag_rotors
-    switches = switched_on(p)
-    for k in range(len(time)):
-        front, rear = thrust_voltage(nu_front, time[k], p), thrust_voltage(nu_rear, time[k], p)
-        mu[k, 0], mu[k, 1] = front - rear, front + rear
-        m = motion[k]
-        out[k, 0], out[k, 1], out[k, 2] = accelerations(
-            time[k], m[0], m[1], m[2], m[3], m[4], m[5], front - rear, front + rear, 0.0, motion[0, 2], switches, p
-        )
-        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
-        u_front = motor_input(delayed(voltages[recent, 0], voltages[older, 0], fraction), p)
-        u_rear = motor_input(delayed(voltages[recent, 1], voltages[older, 1], fraction), p)
-        nu_front = advance(nu_front, u_front, h, time_constant)
-        nu_rear = advance(nu_rear, u_rear, h, time_constant)
-
-
 def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
-    motion = np.column_stack((smoothed_motion(record), smoothed_motion(record, 1)))
-    out, mu = np.empty((record.samples, 3)), np.empty((record.samples, 2))
-    time = np.arange(record.samples) * record.step
-    compiled(_along)(time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
-    return out, mu
+    return accelerations_at(record, np.column_stack((smoothed_motion(record), smoothed_motion(record, 1))), parameters)
 
 
 def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> EffectCurve | None:

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_identifier.prediction.observer import DAMPING, corrected, observe, observer_start
+from heli_identifier.prediction.innovations_form import generated
+from heli_identifier.prediction.observer import observe, observer_start
 from heli_identifier.prediction.record import Record
 from heli_identifier.prediction.whitening import fit_axis
-from heli_plant.compiled import compiled, parameter_record
-from heli_plant.delay import delayed, whole_and_fraction
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.plant import rigid_start
 from heli_plant.state import PlantState
 
 ORDER = 40
@@ -25,24 +24,10 @@ PIECE = 3.2
 """Length [s] of a piece: room for two seconds of prediction, short enough that an unstable axis stays near the rig."""
 
 
-def _generate(voltages, noise, start, h, p, l1, l2, angles):
-    """Fill ``angles`` (N, 3) [rad] of the innovations form driven by ``noise`` (N, 3) [rad]."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
-    state = start
-    for k in range(len(angles)):
-        pitch, elevation, travel = measured_angles(state)
-        e1, e2, e3 = noise[k, 0], noise[k, 1], noise[k, 2]
-        angles[k, 0], angles[k, 1], angles[k, 2] = pitch + e1, elevation + e2, travel + e3
-        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
-        v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
-        v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
-        state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
-
-
 def synthetic_record(record: Record, parameters: PlantParameters, bandwidth: float, seed: int = 0) -> Record:
     """Return a record of the same voltages, made by the model in place of the rig; unstable models run away from it."""
     noise = _noise(record, parameters, bandwidth, seed)
-    return _generated(record, rigid_start(observer_start(record), parameters), noise, parameters, bandwidth)
+    return generated(record, rigid_start(observer_start(record), parameters), noise, parameters, bandwidth)
 
 
 def synthetic_pieces(
@@ -60,7 +45,7 @@ def synthetic_pieces(
         rows = slice(first, first + length)
         piece = Record(f"{record.name}[{first}]", record.step, record.voltages[rows], record.angles[rows])
         start = _state(motion[first], float(record.angles[0, 2]))
-        made = _generated(piece, start, noise[rows], parameters, bandwidth)
+        made = generated(piece, start, noise[rows], parameters, bandwidth)
         if np.abs(made.angles - piece.angles).max() < np.pi:
             pieces.append(made)
     return tuple(pieces)
@@ -78,16 +63,6 @@ def _noise(record: Record, parameters: PlantParameters, bandwidth: float, seed: 
     settled = e[int(10.0 / bandwidth / record.step) :]
     random = np.random.default_rng(seed)
     return np.column_stack([_coloured(settled[:, axis], len(e), random) for axis in range(3)])
-
-
-def _generated(
-    record: Record, start: PlantState, noise: NDArray[np.float64], parameters: PlantParameters, bandwidth: float
-) -> Record:
-    angles = np.empty_like(record.angles)
-    h = record.step
-    gains = (2.0 * DAMPING * bandwidth * h, bandwidth * bandwidth * h)
-    compiled(_generate)(record.voltages, noise, start, h, parameter_record(parameters), *gains, angles)
-    return Record(record.name, h, record.voltages, angles)
 
 
 def _coloured(sample: NDArray[np.float64], count: int, random: np.random.Generator) -> NDArray[np.float64]:

@@ -16,13 +16,18 @@ from numpy.typing import NDArray
 
 from heli_identifier.prediction.record import Record
 from heli_plant.compiled import compiled, parameter_record
-from heli_plant.delay import delayed, whole_and_fraction
+from heli_plant.delay import arriving, whole_and_fraction
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, rigid_start, step
 from heli_plant.state import PlantState, start_state
 
 DAMPING = 0.7
 """Damping ratio rho of the observer's poles, as in eq. (11)."""
+
+
+def gains(bandwidth: float, h: float) -> tuple[float, float]:
+    """Gains over a step of ``h`` [s] on an innovation: of the angle [1] and of the rate [1/s]."""
+    return 2.0 * DAMPING * bandwidth * h, bandwidth * bandwidth * h
 
 
 def corrected(state, e1, e2, e3, l1, l2):
@@ -53,9 +58,7 @@ def _observe(voltages, angles, start, h, p, l1, l2, innovations, motion):
         innovations[k, 0], innovations[k, 1], innovations[k, 2] = e1, e2, e3
         for i in range(8):
             motion[k, i] = state[i]
-        recent, older = max(k - whole, 0), max(k - whole - 1, 0)
-        v_front = delayed(voltages[recent, 0], voltages[older, 0], fraction)
-        v_rear = delayed(voltages[recent, 1], voltages[older, 1], fraction)
+        v_front, v_rear = arriving(voltages, k, whole, fraction)
         state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
 
 
@@ -93,9 +96,8 @@ def observe(
         samples alone.
     """
     out, motion = np.empty_like(record.angles), np.empty((record.samples, 8))
-    h = record.step
-    gains = (2.0 * DAMPING * bandwidth * h, bandwidth * bandwidth * h)
-    start = rigid_start(start, parameters)
-    compiled(_observe)(record.voltages, record.angles, start, h, parameter_record(parameters), *gains, out, motion)
+    h, on_angle_and_rate = record.step, gains(bandwidth, record.step)
+    p, start = parameter_record(parameters), rigid_start(start, parameters)
+    compiled(_observe)(record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
     out *= bandwidth * bandwidth
     return out, motion
