@@ -30,6 +30,8 @@ from .parameters import PlantParameters
 PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
 """Record type of a parameter set."""
 
+Replaced = tuple[tuple[FunctionType, FunctionType], ...]
+
 _ROOTS = ("heli_plant", "heli_identifier")
 _LOCK = RLock()
 _CONFIG: Any = numba.config
@@ -51,7 +53,7 @@ def read_only(values: ArrayLike) -> NDArray[np.float64]:
     return view
 
 
-def compiled(function: Callable) -> Callable:
+def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
     """Return ``function`` compiled by numba, with every project function it calls.
 
     Parameters
@@ -59,6 +61,8 @@ def compiled(function: Callable) -> Callable:
     function : FunctionType
         A function of plain floats, tuples, arrays and records that uses ``math`` and other such functions only. It
         releases the interpreter's lock, and divides by zero as IEEE 754 does.
+    replaced : tuple of (FunctionType, FunctionType), optional
+        Functions that are never called, each with a short one of the same form that is compiled in its place.
 
     Raises
     ------
@@ -66,18 +70,18 @@ def compiled(function: Callable) -> Callable:
         The folder of the cache cannot be written.
     """
     with _LOCK:
-        return _entry(function)
+        return _entry(function, replaced)
 
 
-def is_kept(function: Callable) -> bool:
-    """Whether compiled code of ``function`` is on disk already."""
-    return any(_cache_directory(function).rglob("*.nbi"))
+def is_kept(function: Callable, replaced: Replaced = ()) -> bool:
+    """Whether compiled code of ``function`` is on disk already; arguments are those of :func:`compiled`."""
+    return any(_cache_directory(function, replaced).rglob("*.nbi"))
 
 
 @cache
-def _entry(function):
+def _entry(function, replaced):
     """Dispatcher of a function that Python calls, kept on disk."""
-    directory = _cache_directory(function)
+    directory = _cache_directory(function, replaced)
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -87,42 +91,44 @@ def _entry(function):
         ) from problem
     outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(directory)
     try:
-        return _jit(function, cache=True)
+        return _jit(function, replaced, cache=True)
     finally:
         _CONFIG.CACHE_DIR = outer
 
 
 @cache
-def _callee(function):
+def _callee(function, replaced):
     """Dispatcher of a function that compiled functions alone call."""
-    return _jit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _jit(function, replaced, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-def _jit(function, **options):
+def _jit(function, replaced, **options):
     """Compile ``function`` over the compiled twins of the project functions it names."""
-    twins = {name: _callee(value) for name, value in _named(function).items() if isinstance(value, FunctionType)}
+    named = _named(function, replaced).items()
+    twins = {name: _callee(value, replaced) for name, value in named if isinstance(value, FunctionType)}
     twin = FunctionType(function.__code__, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
     twin.__qualname__ = function.__qualname__
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
-def _named(function) -> dict[str, Any]:
+def _named(function, replaced: Replaced) -> dict[str, Any]:
     """Return the project's functions and classes, and the constants, that ``function`` names among its globals."""
-    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    named, instead = {name: function.__globals__.get(name) for name in function.__code__.co_names}, dict(replaced)
     return {
-        name: value
+        name: instead.get(value, value) if isinstance(value, FunctionType) else value
         for name, value in named.items()
         if isinstance(value, int | float | tuple)
         or (isinstance(value, FunctionType | type) and value.__module__.split(".")[0] in _ROOTS)
     }
 
 
-def _ingredients(function) -> set[bytes]:
+def _ingredients(function, replaced: Replaced) -> set[bytes]:
     """Everything that the machine code of ``function`` depends on: sources and the values of constants."""
     found = {Path(function.__code__.co_filename).read_bytes()}
-    for name, value in _named(function).items():
+    for name, value in _named(function, replaced).items():
         if isinstance(value, FunctionType):
-            found |= _ingredients(value)
+            found.add(f"{name} = {value.__qualname__}".encode())
+            found |= _ingredients(value, replaced)
         elif isinstance(value, type):
             found.add(Path(str(sys.modules[value.__module__].__file__)).read_bytes())
         else:
@@ -130,10 +136,10 @@ def _ingredients(function) -> set[bytes]:
     return found
 
 
-def _cache_directory(function) -> Path:
+def _cache_directory(function, replaced: Replaced) -> Path:
     """Folder of the disk cache, named by all ingredients and by the fields of a parameter set."""
     digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
-    for ingredient in sorted(_ingredients(function)):
+    for ingredient in sorted(_ingredients(function, replaced)):
         digest.update(hashlib.sha256(ingredient).digest())
     base = Path(os.environ.get("HELI_CACHE_DIR") or Path.home() / ".cache" / "heli-twin")
     return base / f"numba-{digest.hexdigest()[:16]}"

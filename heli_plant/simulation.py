@@ -3,10 +3,11 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import compiled, parameter_record, read_only
+from .compiled import parameter_record, read_only
 from .delay import arriving, whole_and_fraction
 from .parameters import PlantParameters
 from .plant import measured_angles, rigid_start, step
+from .specialised import compiled_for
 from .state import PlantState
 
 STATES = len(PlantState._fields)
@@ -66,5 +67,6 @@ def simulate(
         )
     states, angles = np.empty((count, STATES)), np.empty((count, 3))
     start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
-    compiled(_loop)(voltages, commands, start, float(h), parameter_record(parameters), states, angles)
+    run = compiled_for(_loop, parameters)
+    run(voltages, commands, start, float(h), parameter_record(parameters), states, angles)
     return states, angles

@@ -9,6 +9,7 @@ from heli_identifier.prediction.observer import _observe, observe, observer_star
 from heli_identifier.prediction.record import Record
 from heli_plant.compiled import is_kept
 from heli_plant.parameters import PlantParameters
+from heli_plant.specialised import left_out
 
 PARAMETERS, BANDWIDTH = PlantParameters(), 2.0
 """Any would do."""
@@ -18,7 +19,7 @@ RECORD = Record("rest", 0.01, np.full((50, 2), 2.0), np.zeros((50, 3)))
 
 def observer_is_compiled() -> bool:
     """Whether an earlier run has left compiled code of the observer."""
-    return is_kept(_observe)
+    return is_kept(_observe, left_out(PARAMETERS))
 
 
 def compile_observer() -> None:

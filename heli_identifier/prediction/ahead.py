@@ -4,10 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.prediction.record import Record
-from heli_plant.compiled import compiled, parameter_record
+from heli_plant.compiled import parameter_record
 from heli_plant.delay import arriving, whole_and_fraction
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
+from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState
 
 
@@ -45,5 +46,7 @@ def predicted(
         Pitch, elevation, travel [rad].
     """
     angles = np.empty((len(starts), 3))
-    compiled(_predict)(record.voltages, states, starts, steps, record.step, parameter_record(parameters), angles)
+    compiled_for(_predict, parameters)(
+        record.voltages, states, starts, steps, record.step, parameter_record(parameters), angles
+    )
     return angles

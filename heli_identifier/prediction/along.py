@@ -4,13 +4,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.prediction.record import Record
-from heli_plant.compiled import compiled, parameter_record
+from heli_plant.compiled import parameter_record
 from heli_plant.delay import arriving, whole_and_fraction
 from heli_plant.motor import advance
 from heli_plant.neglected import switched_on
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations
 from heli_plant.rotors import motor_input, thrust_voltage
+from heli_plant.specialised import compiled_for
 
 
 def _along(time, motion, voltages, h, p, out, mu):
@@ -52,5 +53,6 @@ def accelerations_at(
     """
     out, mu = np.empty((record.samples, 3)), np.empty((record.samples, 2))
     time = np.arange(record.samples) * record.step
-    compiled(_along)(time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
+    run = compiled_for(_along, parameters)
+    run(time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
     return out, mu

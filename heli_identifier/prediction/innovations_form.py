@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from heli_identifier.prediction.observer import corrected, gains
 from heli_identifier.prediction.record import Record
-from heli_plant.compiled import compiled, parameter_record
+from heli_plant.compiled import parameter_record
 from heli_plant.delay import arriving, whole_and_fraction
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
+from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState
 
 
@@ -44,5 +45,5 @@ def generated(
     """
     angles, h = np.empty_like(record.angles), record.step
     p, on_angle_and_rate = parameter_record(parameters), gains(bandwidth, h)
-    compiled(_generate)(record.voltages, innovations, start, h, p, *on_angle_and_rate, angles)
+    compiled_for(_generate, parameters)(record.voltages, innovations, start, h, p, *on_angle_and_rate, angles)
     return Record(record.name, h, record.voltages, angles)

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.prediction.record import Record
-from heli_plant.compiled import compiled, parameter_record
+from heli_plant.compiled import parameter_record
 from heli_plant.delay import arriving, whole_and_fraction
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState, start_state
 
 DAMPING = 0.7
@@ -98,6 +99,7 @@ def observe(
     out, motion = np.empty_like(record.angles), np.empty((record.samples, 8))
     h, on_angle_and_rate = record.step, gains(bandwidth, record.step)
     p, start = parameter_record(parameters), rigid_start(start, parameters)
-    compiled(_observe)(record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
+    run = compiled_for(_observe, parameters)
+    run(record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
     out *= bandwidth * bandwidth
     return out, motion
