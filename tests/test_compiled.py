@@ -177,6 +177,6 @@ def test_package_imports_no_numba_before_something_is_compiled():
 
 
 def test_only_the_projects_functions_are_compiled_along():
-    named = module._named(thrust_voltages)
+    named = module._named(thrust_voltages, ())
     assert set(named) == {"thrust_voltage"}
     assert Path(named["thrust_voltage"].__code__.co_filename).name == "rotors.py"

@@ -38,19 +38,23 @@ def diagnose(
 
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu.
     """
-    from heli_identifier.cli.logs import found_configuration, split_logs
-    from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
-    from heli_identifier.report.staging import whole_folder
     from heli_identifier.second_process import SecondProcess
 
-    with whole_folder(output) as draft, SecondProcess() as second:
-        configuration = found_configuration(config)
-        training, held_out = split_logs(logs, validate, configuration, start, end)
-        with progress_bar() as tell:
-            command = ["heli", *sys.argv[1:]]
-            tell("compiling", 0.0)
-            second.wait_until_compiled()
-            diagnosis, document = diagnosed(training, held_out, configuration, draft, command, tell, second.report_page)
+    with SecondProcess() as second:  # first of all: the imports that follow are what it works beside
+        from heli_identifier.cli.logs import found_configuration, split_logs
+        from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
+        from heli_identifier.report.staging import whole_folder
+
+        with whole_folder(output) as draft:
+            configuration = found_configuration(config)
+            training, held_out = split_logs(logs, validate, configuration, start, end)
+            with progress_bar() as tell:
+                command = ["heli", *sys.argv[1:]]
+                tell("compiling", 0.0)
+                second.wait_until_compiled()
+                diagnosis, document = diagnosed(
+                    training, held_out, configuration, draft, command, tell, second.report_page
+                )
     if json:
         print_json(document)
         for text in diagnosis.notes:

@@ -9,11 +9,9 @@ from heli_identifier.report.figures.effect import effect_figure, line_figure
 from heli_identifier.report.figures.style import inline_svg
 from heli_identifier.report.rounding import significant, with_interval
 from heli_identifier.report.sentences import effect_name, effect_title, law_text, listed, variable_name
-from heli_identifier.tracing.findings import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, FoundEffect
+from heli_identifier.report.tables import KINDS
+from heli_identifier.tracing.findings import FoundEffect
 from heli_plant.effects import effect as catalogue_effect
-
-KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}
-"""Style of a verdict."""
 
 
 def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:

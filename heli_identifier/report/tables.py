@@ -5,7 +5,6 @@ from typing import Any
 
 from heli_identifier.diagnosis.result import Diagnosis
 from heli_identifier.evaluation.figures import AxisReport
-from heli_identifier.report.found import KINDS
 from heli_identifier.report.rounding import (
     acceleration_text,
     angle_text,
@@ -15,7 +14,10 @@ from heli_identifier.report.rounding import (
     with_interval,
 )
 from heli_identifier.report.sentences import effect_name, listed, meaning
-from heli_identifier.tracing.findings import NOT_TESTABLE
+from heli_identifier.tracing.findings import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN
+
+KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}
+"""Style of a verdict."""
 
 ERRORS = (
     ("prediction_1s", "1 s ahead [mrad]", angle_text),
