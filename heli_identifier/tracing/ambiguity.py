@@ -31,7 +31,9 @@ def alternatives(model: Model, effect: Effect, bare: Round, settings: SelectionS
     sharp = scored(fit, around.colour, scanned.candidates, scanned.raw)
     contending = contenders(scanned, sharp, 0.8 * around.threshold, settings.shortlist)
     likely = [contender for contender in contending if contender[2] >= 0.6 * gain - 3.0 * CLOSE]
-    rivals = [rival for rival in refitted(around.model, scanned, likely, settings) if rival.gain > gain - CLOSE]
+    rivals = [
+        rival for rival in refitted(around.model, scanned, likely, settings, around.tried) if rival.gain > gain - CLOSE
+    ]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.gain)]
 
 

@@ -10,7 +10,7 @@ the imperfection of their laws.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -26,7 +26,7 @@ from heli_identifier.tracing.scan import Scan, extended, scan, scored
 from heli_identifier.tracing.settings import SelectionSettings
 from heli_identifier.tracing.steps import step_times
 from heli_identifier.tracing.threshold import largest_scores, quantile
-from heli_identifier.tracing.trials import Trial, named_trials, passes, trial
+from heli_identifier.tracing.trials import Trial, Tried, named_trials, passes, trial
 from heli_identifier.tracing.unknown import Unknown, search
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -34,13 +34,14 @@ from heli_plant.parameters import PlantParameters
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """A model with the catalogue scored at it."""
+    """A model with the catalogue scored at it, and the trials that were made there."""
 
     model: Model
     scanned: Scan
     colour: Whitener
     threshold: float
     hint: float
+    tried: Tried = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +103,7 @@ def grown(bare: Fit, start: Round, settings: SelectionSettings) -> Round:
     now, seen = start, set()
     while len(now.model.effects) < settings.most:
         sharp = scored(now.model.fit, now.colour, now.scanned.candidates, now.scanned.raw)
-        trials = named_trials(now.model, now.scanned, sharp, now.threshold, settings)
+        trials = named_trials(now.model, now.scanned, sharp, now.threshold, settings, now.tried)
         trials = [tried for tried in trials if is_material(bare, now.model, tried, settings)]
         if not trials:
             break

@@ -7,6 +7,8 @@ never less than the same quantile for Gaussian white noise of unit variance. Sou
 max-type thresholds; Davidson and Flachaire 2008, on the wild bootstrap.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,16 +24,22 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
 
     A candidate of which only one sign is admissible contributes with that sign only.
     """
-    random = np.random.default_rng(seed)
     in_block = block_membership(scan.fit.problem, scan.fit.whitener.order)
     count = in_block.shape[0]
     sums = -(in_block @ (scan.directions * scan.white[:, None]))
     # what the candidate itself explains is no noise: it leaves each block by the share of the column that lies there
     sums -= scan.scores * (in_block @ scan.directions**2)
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
-    blocks = random.choice((-1.0, 1.0), size=(DRAWS, count)) @ sums
-    gaussian = random.standard_normal((DRAWS, scan.directions.shape[1])) @ _root(scan.directions.T @ scan.directions).T
+    signs, noise = _draws(seed, count, scan.directions.shape[1])
+    blocks, gaussian = signs @ sums, noise @ _root(scan.directions.T @ scan.directions).T
     return np.maximum(*(np.sort(_largest(draws, one_sided)) for draws in (blocks, gaussian)))
+
+
+@lru_cache(maxsize=4)
+def _draws(seed: int, blocks: int, candidates: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Signs (DRAWS, blocks) and standard normal numbers (DRAWS, candidates), made once for scans of a size."""
+    random = np.random.default_rng(seed)
+    return random.choice((-1.0, 1.0), size=(DRAWS, blocks)), random.standard_normal((DRAWS, candidates))
 
 
 def _largest(draws: NDArray[np.float64], one_sided: NDArray[np.bool_]) -> NDArray[np.float64]:

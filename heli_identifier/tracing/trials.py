@@ -47,11 +47,27 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
     return Trial(effect, fitted, gain, effect_score(fitted, effect))
 
 
+Tried = dict[tuple[str, float, tuple[float, ...], float], Trial]
+"""Trials at one model, by the candidate's field, size and shapes and by the coefficient that the refit began with."""
+
+
 def refitted(
-    model: Model, scanned: Scan, contending: Sequence[tuple[int, float, float]], settings: SelectionSettings
+    model: Model,
+    scanned: Scan,
+    contending: Sequence[tuple[int, float, float]],
+    settings: SelectionSettings,
+    tried: Tried,
 ) -> list[Trial]:
-    """Refit ``model`` with each of some :func:`contenders`, on all cores."""
-    return parallel(lambda row: trial(model, scanned.candidates[row[0]], row[1], settings), contending)
+    """Refit ``model`` with each of some :func:`contenders`, on all cores; what was ``tried`` before is not repeated."""
+
+    def of(row: tuple[int, float, float]) -> Trial:
+        candidate = scanned.candidates[row[0]]
+        key = candidate.effect.field, candidate.size, tuple(candidate.shapes.values()), row[1]
+        if key not in tried:
+            tried[key] = trial(model, candidate, row[1], settings)
+        return tried[key]
+
+    return parallel(of, contending)
 
 
 def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float, float]]:
@@ -83,10 +99,10 @@ def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
 
 
 def named_trials(
-    model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings
+    model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings, tried: Tried
 ) -> list[Trial]:
     """Refits of the round's contenders that pass ``threshold``, the round's winner first."""
-    trials = refitted(model, scanned, contenders(scanned, sharp, 0.8 * threshold, settings.shortlist), settings)
+    trials = refitted(model, scanned, contenders(scanned, sharp, 0.8 * threshold, settings.shortlist), settings, tried)
     return simplest_first(sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain), settings)
 
 
