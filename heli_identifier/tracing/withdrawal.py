@@ -45,7 +45,7 @@ def borne_out(model: Model, bare: Fit, logs: Problem) -> tuple[Model, Fit, list[
             model = without_unknown(model, unknown)
     likelihood = held_out_log_likelihood(model, logs)
     for effect in sorted(model.effects, key=lambda e: abs(effect_score(model.fit, e))):
-        rest = without(model, effect)
+        rest = _rest(model, effect, bare)
         of_rest = held_out_log_likelihood(rest, logs)
         if likelihood <= of_rest and not _missed(effect, model, rest, logs):
             why = f"the held-out logs are likelier without it (by {2.0 * (of_rest - likelihood):.1f} in 2 log L)"
@@ -83,7 +83,7 @@ def mending(model: Model, final: Fit, held: HeldOut) -> tuple[Model, Fit, Withdr
         acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
         if ratio[axis] <= TOLERATED or not acting:
             continue
-        rests = [without(model, effect) for effect in acting]
+        rests = [_rest(model, effect, held.reference) for effect in acting]
         fits = [handed_back(rest, held) for rest in rests]
         after = [held.ratios(f.parameters) for f in fits]
         # an effect of several axes stays if it is missed more on the others than it harms on this one
@@ -97,6 +97,11 @@ def mending(model: Model, final: Fit, held: HeldOut) -> tuple[Model, Fit, Withdr
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
             return rests[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
+
+
+def _rest(model: Model, effect: Effect, bare: Fit) -> Model:
+    """Give the model without one of its effects; without its only one it is the bare model, which is fitted already."""
+    return Model(bare) if model.effects == (effect,) and not model.unknowns else without(model, effect)
 
 
 def _missed(effect: Effect, model: Model, rest: Model, logs: Problem) -> bool:
