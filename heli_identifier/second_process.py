@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from heli_identifier.diagnosis.result import Diagnosis
 
 READY = "compiled"
+"""What the process says before it gives its page."""
+
 LOST = (EOFError, OSError)
 """What talking to a process that has ended raises."""
 
@@ -32,12 +34,17 @@ class SecondProcess:
 
     def __enter__(self) -> "SecondProcess":
         if (os.cpu_count() or 1) > 1:
-            context = get_context("spawn")
-            self._connection, theirs = context.Pipe()
+            with suppress(OSError):  # no more processes are to be had
+                self._start()
+        return self
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        ours, theirs = context.Pipe()
+        with theirs:  # closed here, or the process's end would never be noticed on this side
             self.process = context.Process(target=_serve, args=(theirs,), name="heli-second", daemon=True)
             self.process.start()
-            theirs.close()  # or its end would never be noticed on this side
-        return self
+        self._connection = ours
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None

@@ -4,6 +4,7 @@ Imports are read from the source, also those inside functions, so that a late im
 """
 
 import ast
+import subprocess
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -168,6 +169,21 @@ def test_commands_import_the_units_late(module):
     top = ast.Module([node for node in ast.parse(source_of(module)).body if not isinstance(node, ast.FunctionDef)], [])
     early = [name for name in imports(module, ast.unparse(top)) if below(name, ["fmu_src"])]
     assert [name for name in early if not below(name, ["fmu_src.errors"])] == []
+
+
+@pytest.mark.parametrize(
+    "module, without",
+    [
+        ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "rich.table")),
+        ("heli_identifier.cli.summary", ("numba", "scipy", "pandas", "matplotlib")),
+        # the process that draws a report starts while the command imports what the search needs
+        ("heli_identifier.report.page", ("numba", "scipy.signal", "scipy.stats", "pandas", "statsmodels")),
+    ],
+)
+def test_what_takes_long_to_import_is_imported_by_those_who_need_it(module, without):
+    program = f"import sys, {module}; print([name for name in {without!r} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"
 
 
 # --- the walk itself ---------------------------------------------------------------------------------------------

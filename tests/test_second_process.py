@@ -43,6 +43,16 @@ def test_single_core_has_no_second_process(monkeypatch):
         assert second.report_page(*ORDER) == report_page(*ORDER)
 
 
+def test_command_goes_on_where_no_process_can_be_started(monkeypatch):
+    def refused(*_arguments):
+        raise BlockingIOError("Resource temporarily unavailable")
+
+    monkeypatch.setattr("multiprocessing.context.SpawnProcess.start", refused)
+    with SecondProcess() as second:
+        second.wait_until_compiled()
+        assert second.report_page(*ORDER) == report_page(*ORDER)
+
+
 def test_block_that_fails_ends_the_process_at_once():
     began = monotonic()
     with pytest.raises(ZeroDivisionError), SecondProcess() as second:
