@@ -22,7 +22,7 @@ RIGS = ("rig-a", "rig-b", "rig-c")
 
 
 def heli(*arguments: str, **environment: str) -> None:
-    """Run a command of ours to its end.
+    """Run a command of ours to its end, by an interpreter that keeps bytecode, as it does unless told otherwise.
 
     Raises
     ------
@@ -30,7 +30,8 @@ def heli(*arguments: str, **environment: str) -> None:
         If it fails.
     """
     command = [str(Path(sys.executable).with_name("heli")), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **environment})
+    told = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**told, **environment})
     if done.returncode:
         raise RuntimeError(f"heli {' '.join(arguments)} failed: {done.stderr[-1500:]}")
 
