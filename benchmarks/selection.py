@@ -6,6 +6,7 @@ win, and tests for unknown torques; nobody else does that, and the rest of the t
 """
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -16,6 +17,7 @@ from statistics import fmean
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from benchmarks import selection_peers
 from benchmarks.machine import measured_at
@@ -29,6 +31,9 @@ from heli_identifier.tracing.settings import SelectionSettings
 ROUNDS = 2
 ONCE = {"whole", "sysidentpy"}
 """Run in the first round alone: they take minutes."""
+
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
+"""For every method alike: on two cores a second thread of the linear algebra slows all of them down."""
 
 OURS = {
     "tracer": "the tracer's scores and thresholds, columns projected out",
@@ -80,7 +85,8 @@ def own_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
     def choose(rig: Matrix) -> None:
         selected.append(rig.entries(chosen(rig.scanned, settings)))
 
-    return fmean([seconds_of(partial(choose, rig)) for rig in rigs]), selected
+    with threadpool_limits(1):
+        return fmean([seconds_of(partial(choose, rig)) for rig in rigs]), selected
 
 
 def whole_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
@@ -105,7 +111,7 @@ def peer_answer(method: str, rigs: Sequence[Matrix], files: Sequence[Path]) -> A
     """
     script = Path(selection_peers.__file__)
     command = [peer_python(method), str(script), method, *map(str, files)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env={**os.environ, **ONE_THREAD})
     if "ModuleNotFoundError" in done.stderr:
         return None
     if done.returncode:
@@ -163,7 +169,8 @@ def section(load: float) -> str:
             f"{len(rigs) - 3} kinds of pairs. Every method selects from the same matrices, {sizes[0][0]} rows by "
             f"{min(k for _, k in sizes)} to {max(k for _, k in sizes)} columns: the catalogue's whitened columns "
             "behind the projection that takes out the rig's own parameters, of unit length. Times are of the "
-            "selection alone; only the whole search also makes its columns and refits the plant, and looks for unknown "
+            "selection alone, with one thread of the linear algebra; only the whole search also makes its columns and "
+            "refits the plant, and looks for unknown "
             f"torques. {ROUNDS} rounds; {' and '.join(sorted(ONCE))} run once. *True found*: effects of the truth that "
             "were selected; *false*: effects selected that are not there; *rigs right*: the truth and nothing else. "
             "pysindy's MIOSR needs a licence for Gurobi and was not run.",
