@@ -107,8 +107,8 @@ def without_column(scanned: Scan, index: int) -> Scan:
     length = np.sqrt(np.maximum(1.0 - overlap**2, 0.0))
     effect = scanned.candidates[index].effect
     other = np.array([candidate.effect.field != effect.field for candidate in scanned.candidates])
-    # a length below this is the rounding of 1 - overlap^2
-    seen = other & scanned.directions.any(axis=0) & (length > 1e-7)
+    # below this rounding of 1 - overlap^2 would show in the length; such a column is the one taken out, by another name
+    seen = other & scanned.directions.any(axis=0) & (length > 1e-4)
     share = np.where(seen, 1.0 / np.where(seen, length, 1.0), 0.0)
     directions = np.multiply.outer(direction, -overlap * share)
     directions += scanned.directions * share

@@ -1,7 +1,8 @@
 """A process beside a command that diagnoses: it compiles while the command imports and reads, and draws the report.
 
 Importing, compiling and drawing keep the interpreter to themselves, so that threads gain nothing; a second process
-does. It is there for speed alone: whatever happens to it, the command does the work itself and says what is wrong.
+does. It is there for speed alone: if it ends, for whatever reason, the command does the work itself, and says what is
+wrong.
 """
 
 import os
@@ -89,14 +90,13 @@ def _serve(connection: Connection) -> None:
     """Do the second process's work; an error ends it, and the command meets the same one."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command hears it, and ends this process
     try:
-        from heli_identifier.diagnosis.compiling import compile_judgement, compile_observer, observer_is_compiled
+        from heli_identifier.diagnosis import compiling
 
-        cold = not observer_is_compiled()
-        if cold:
-            compile_observer()
+        if not compiling.observer_is_compiled():
+            compiling.compile_observer()
         connection.send(READY)
-        if cold:
-            compile_judgement()
+        if not compiling.judgement_is_compiled():
+            compiling.compile_judgement()
         from heli_identifier.report.page import report_page
 
         connection.send(report_page(*connection.recv()))

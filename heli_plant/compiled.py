@@ -75,7 +75,7 @@ def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
 
 def is_kept(function: Callable, replaced: Replaced = ()) -> bool:
     """Whether compiled code of ``function`` is on disk already; arguments are those of :func:`compiled`."""
-    return any(_cache_directory(function, replaced).rglob("*.nbi"))
+    return any(_cache_directory(function, replaced).rglob("*.nbc"))
 
 
 @cache

@@ -11,10 +11,13 @@ from heli_identifier.prediction.problem import Problem
 from heli_identifier.prediction.start import first_estimate
 from heli_identifier.tracing.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
 from heli_identifier.tracing.ambiguity import alternatives
+from heli_identifier.tracing.candidates import Candidate
 from heli_identifier.tracing.held_out import HeldOut, held_out_log_likelihood
 from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, with_unknown, without
+from heli_identifier.tracing.scan import scan
 from heli_identifier.tracing.selection import looked_at
 from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.trials import refitted, trial
 from heli_identifier.tracing.unknown import search
 from heli_identifier.tracing.withdrawal import TOLERATED, borne_out, mending
 from heli_plant.effects import effect
@@ -113,6 +116,18 @@ def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
     assert left is model
     assert final is model.fit
     assert withdrawn == []
+
+
+def test_a_trial_is_made_once_and_is_what_it_would_be_anew(rubbing):
+    model, settings, tried = model_of(rubbing.fit.problem), SelectionSettings(), {}
+    scanned = scan(model.fit, [Candidate(FRICTION, 1e-3), Candidate(FRICTION, 2e-3)])
+    rows = [(0, 0.01, 0.0), (1, 0.01, 0.0), (0, 0.02, 0.0)]
+    first = refitted(model, scanned, rows, settings, tried)
+    again = refitted(model, scanned, rows, settings, tried)
+    assert all(one is other for one, other in zip(again, first, strict=True))
+    assert len(tried) == 3  # another size of the move, another coefficient to begin with: other trials
+    anew = trial(model, scanned.candidates[0], 0.01, settings)
+    assert (anew.gain, anew.score) == (first[0].gain, first[0].score)
 
 
 def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing):

@@ -12,7 +12,7 @@ from heli_identifier.prediction.start import first_estimate
 from heli_identifier.prediction.whitening import fit_whitener
 from heli_identifier.tracing.candidates import Candidate, candidates, moving_mass_at
 from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE
-from heli_identifier.tracing.scan import admissible, basis_of, extended, raw_columns, scan, scored
+from heli_identifier.tracing.scan import admissible, basis_of, extended, raw_columns, scan, scored, subset
 from heli_identifier.tracing.verdicts import LEAST_VISIBILITY, open_verdicts
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
@@ -138,11 +138,23 @@ def test_what_the_data_bound_is_not_shown_with_a_bound(clean):
     assert low < friction.upper_bound
 
 
-def test_further_candidates_join_without_touching_the_others(clean):
-    more = extended(clean, moving_mass_at((20.0, 40.0), TABLE_2))
+def test_further_candidates_join_as_if_all_had_been_scored_at_once(clean):
+    masses = moving_mass_at((20.0, 40.0), TABLE_2)
+    more, at_once = extended(clean, masses), scan(clean.fit, [*clean.candidates, *masses])
+    assert more.candidates == at_once.candidates
     assert len(more.candidates) == len(clean.candidates) + 2
-    np.testing.assert_allclose(more.scores[:-2], clean.scores, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(more.coefficients[:-2], clean.coefficients, rtol=1e-6, atol=1e-12)
+    # sums of the same products in another order: rounding of some thousand terms of unit size
+    for name in ("scores", "coefficients", "visibility"):
+        np.testing.assert_allclose(getattr(more, name), getattr(at_once, name), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(1.0 / more.standard_errors, 1.0 / at_once.standard_errors, rtol=1e-9)
+    np.testing.assert_allclose(more.directions, at_once.directions, rtol=0.0, atol=1e-9)
+
+
+def test_part_of_a_scan_is_that_part_of_it(clean):
+    part = subset(clean, [5, 2])
+    assert part.candidates == (clean.candidates[5], clean.candidates[2])
+    assert part.scores.tolist() == clean.scores[[5, 2]].tolist()
+    assert np.array_equal(part.directions, clean.directions[:, [5, 2]])
 
 
 def test_a_plant_that_diverges_leaves_an_empty_column(clean):

@@ -5,10 +5,14 @@ Arguments pass through the same functions as in a diagnosis, so the types that a
 
 import numpy as np
 
+from heli_identifier.prediction.ahead import predicted
+from heli_identifier.prediction.along import _along, accelerations_at
+from heli_identifier.prediction.innovations_form import generated
 from heli_identifier.prediction.observer import _observe, observe, observer_start
 from heli_identifier.prediction.record import Record
 from heli_plant.compiled import is_kept
 from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import simulate
 from heli_plant.specialised import left_out
 
 PARAMETERS, BANDWIDTH = PlantParameters(), 2.0
@@ -35,13 +39,13 @@ def compile_whitening() -> None:
     whitened([np.zeros((10, 1))], np.array([1.0, -0.5]), 1.0)
 
 
+def judgement_is_compiled() -> bool:
+    """Whether an earlier run has left what :func:`compile_judgement` compiles last."""
+    return is_kept(_along, left_out(PARAMETERS))
+
+
 def compile_judgement() -> None:
     """Compile what the judgement on held-out logs and the curves of effects run."""
-    from heli_identifier.prediction.ahead import predicted
-    from heli_identifier.prediction.along import accelerations_at
-    from heli_identifier.prediction.innovations_form import generated
-    from heli_plant.simulation import simulate
-
     start = observer_start(RECORD)
     states, angles = simulate(RECORD.voltages, RECORD.step, start, PARAMETERS)
     predicted(RECORD, states, np.arange(3), 10, PARAMETERS)

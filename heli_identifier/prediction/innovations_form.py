@@ -1,4 +1,4 @@
-"""A record made by the model in place of the rig: the observer run backwards, from innovations to angles.
+"""A record made by the model in place of the rig: the observer inverted, from innovations to angles.
 
 The innovations form x_hat' = f(x_hat, v) + L e, y = y_hat + e (Ljung, System Identification, section 4.3).
 """
@@ -42,6 +42,10 @@ def generated(
     parameters : PlantParameters
     bandwidth : float
         omega_f [rad/s] of the observer's poles.
+
+    Returns
+    -------
+    Record
     """
     angles, h = np.empty_like(record.angles), record.step
     p, on_angle_and_rate = parameter_record(parameters), gains(bandwidth, h)

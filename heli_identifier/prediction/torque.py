@@ -13,6 +13,7 @@ from scipy.signal import lfilter, ss2tf
 
 from heli_identifier.prediction.observer import DAMPING
 from heli_identifier.prediction.problem import Problem
+from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 
 
@@ -28,7 +29,7 @@ def torque_filter(axis: int, parameters: PlantParameters, bandwidth: float, h: f
     numerator, denominator = ss2tf(
         transition[:2, :2] @ correction, transition[:2, 2:], np.array([[bandwidth**2, 0.0]]), np.zeros((1, 1))
     )
-    return numerator[0], denominator
+    return read_only(numerator[0]), read_only(denominator)
 
 
 def torque_responses(

@@ -1,4 +1,4 @@
-"""Levels of the search."""
+"""Levels of the search, and the band in which it looks for lines."""
 
 from dataclasses import dataclass
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.prediction.covariance import block_membership
 from heli_identifier.tracing.scan import Scan
+from heli_plant.compiled import read_only
 
 DRAWS = 4000
 """Surrogates: the .2 % quantile then rests on eight draws."""
@@ -39,7 +40,8 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
 def _draws(seed: int, blocks: int, candidates: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Signs (DRAWS, blocks) and standard normal numbers (DRAWS, candidates), made once for scans of a size."""
     random = np.random.default_rng(seed)
-    return random.choice((-1.0, 1.0), size=(DRAWS, blocks)), random.standard_normal((DRAWS, candidates))
+    signs = random.choice((-1.0, 1.0), size=(DRAWS, blocks))
+    return read_only(signs), read_only(random.standard_normal((DRAWS, candidates)))
 
 
 def _largest(draws: NDArray[np.float64], one_sided: NDArray[np.bool_]) -> NDArray[np.float64]:

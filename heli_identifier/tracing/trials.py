@@ -48,7 +48,7 @@ def trial(model: Model, candidate: Candidate, coefficient: float, settings: Sele
 
 
 Tried = dict[tuple[str, float, tuple[float, ...], float], Trial]
-"""Trials at one model, by the candidate's field, size and shapes and by the coefficient that the refit began with."""
+"""Trials at one model, under one setting: by the candidate's field, size and shapes and the coefficient begun with."""
 
 
 def refitted(

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 def power_density(
     values: NDArray[np.float64], step: float, segment: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """One-sided power spectral density by averaged periodograms (Welch 1967).
+    """One-sided power spectral density by averaged periodograms, under Hann windows (Welch 1967).
 
     Parameters
     ----------
