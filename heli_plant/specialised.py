@@ -6,7 +6,7 @@ The general model is a quarter of what there is to compile, and logs are identif
 from collections.abc import Callable
 from math import nan
 
-from .compiled import Replaced, compiled
+from .compiled import Replaced, compiled, is_kept
 from .general_model import general_accelerations
 from .parameters import PlantParameters
 
@@ -19,11 +19,16 @@ def _no_accelerations(pitch, elevation, pitch_rate, elevation_rate, travel_rate,
 _SIMPLIFIED: Replaced = ((general_accelerations, _no_accelerations),)  # type: ignore[assignment]
 
 
-def left_out(parameters: PlantParameters) -> Replaced:
+def _left_out(parameters: PlantParameters) -> Replaced:
     """Functions that a plant with these parameters never calls, with what stands in for them."""
     return () if parameters.general_model > 0.5 else _SIMPLIFIED
 
 
 def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
     """Return ``function``, which steps a plant with ``parameters``, as :func:`heli_plant.compiled.compiled` does."""
-    return compiled(function, left_out(parameters))
+    return compiled(function, _left_out(parameters))
+
+
+def is_kept_for(function: Callable, parameters: PlantParameters) -> bool:
+    """Whether what :func:`compiled_for` returns has compiled code on disk already."""
+    return is_kept(function, _left_out(parameters))

@@ -10,10 +10,9 @@ from heli_identifier.prediction.along import _along, accelerations_at
 from heli_identifier.prediction.innovations_form import generated
 from heli_identifier.prediction.observer import _observe, observe, observer_start
 from heli_identifier.prediction.record import Record
-from heli_plant.compiled import is_kept
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
-from heli_plant.specialised import left_out
+from heli_plant.specialised import is_kept_for
 
 PARAMETERS, BANDWIDTH = PlantParameters(), 2.0
 """Any would do."""
@@ -23,7 +22,7 @@ RECORD = Record("rest", 0.01, np.full((50, 2), 2.0), np.zeros((50, 3)))
 
 def observer_is_compiled() -> bool:
     """Whether an earlier run has left compiled code of the observer."""
-    return is_kept(_observe, left_out(PARAMETERS))
+    return is_kept_for(_observe, PARAMETERS)
 
 
 def compile_observer() -> None:
@@ -41,7 +40,7 @@ def compile_whitening() -> None:
 
 def judgement_is_compiled() -> bool:
     """Whether an earlier run has left what :func:`compile_judgement` compiles last."""
-    return is_kept(_along, left_out(PARAMETERS))
+    return is_kept_for(_along, PARAMETERS)
 
 
 def compile_judgement() -> None:

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_plant.compiled import compiled, parameter_record, read_only
+from heli_plant.compiled import parameter_record, read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
+from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState
 
 
@@ -80,5 +81,6 @@ def simulate_under_torque(
         raise ValueError(f"voltages of shape {voltages.shape} and torque of shape {torque.shape} must have N rows each")
     angles = np.empty((len(torque), 3))
     first = PlantState(*(float(value) for value in start))
-    compiled(_loop)(read_only(voltages), torque, first, h, parameter_record(parameters), angles)
+    run = compiled_for(_loop, parameters)
+    run(read_only(voltages), torque, first, h, parameter_record(parameters), angles)
     return angles
