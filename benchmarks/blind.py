@@ -14,11 +14,11 @@ from pathlib import Path
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, sources
 from benchmarks.page import write_section
-from heli_identifier.campaign.progress import progress_bar
-from heli_identifier.campaign.results import table, write_table
-from heli_identifier.campaign.row import Row
-from heli_identifier.campaign.run import run_campaign
 from heli_identifier.errors import IdentifierError
+from heli_identifier.workbench.campaign.progress import progress_bar
+from heli_identifier.workbench.campaign.results import table, write_table
+from heli_identifier.workbench.campaign.row import Row
+from heli_identifier.workbench.campaign.run import run_campaign
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -7,14 +7,14 @@ parameters and the true coefficients, so that it cannot miss its optimum for wan
 
 import numpy as np
 
-from heli_identifier.campaign import Rig
-from heli_identifier.diagnosis.result import Diagnosis
-from heli_identifier.diagnosis.settings import DiagnosisSettings
-from heli_identifier.evaluation.prediction import prediction_errors
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import reduce_log
-from heli_identifier.tracing.model import effect_score, free_fields
+from heli_identifier.tracing.diagnosis.result import Diagnosis
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.search.model import effect_score, free_fields
+from heli_identifier.tracing.validation.prediction import prediction_errors
+from heli_identifier.workbench.campaign import Rig
 from heli_plant.effects import AXES, effect
 from heli_plant.parameters import PlantParameters
 

@@ -20,9 +20,9 @@ from benchmarks.blind_figures import (
     testable,
     told,
 )
-from heli_identifier.campaign.against_truth import false_entries, named_first, right
-from heli_identifier.campaign.row import Row
-from heli_identifier.prediction.fit import BASE
+from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.workbench.campaign.against_truth import false_entries, named_first, right
+from heli_identifier.workbench.campaign.row import Row
 from tests.blind.battery import Case
 
 Rows = Mapping[str, list[Row]]

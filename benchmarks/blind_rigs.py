@@ -2,9 +2,9 @@
 
 from collections.abc import Collection, Mapping
 
-from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
-from heli_identifier.prediction.fit import BASE
 from heli_identifier.records import Log, log_from_samples
+from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.rigs import Effect

@@ -16,11 +16,11 @@ from benchmarks.cost_figures import FOLDER, by_effects, by_logs, by_samples
 from benchmarks.machine import measured_at
 from benchmarks.tables import figure, seconds, table
 from benchmarks.timing import in_turn
-from heli_identifier.diagnosis.diagnose import diagnose
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.records import Log, log_from_samples
-from heli_identifier.replay import replay
-from heli_identifier.report.figures.style import write_figure
+from heli_identifier.tracing.diagnosis.diagnose import diagnose
+from heli_identifier.workbench.identify.replay import replay
+from heli_identifier.workbench.report.figures.style import write_figure
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import step

@@ -17,12 +17,12 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from benchmarks.page import PAGE, write_section
-from heli_identifier.diagnosis.diagnose import diagnose
-from heli_identifier.diagnosis.result import Diagnosis
-from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.records import read_logs
-from heli_identifier.report.rounding import is_known
-from heli_identifier.tracing.findings import FoundEffect
+from heli_identifier.tracing.diagnosis.diagnose import diagnose
+from heli_identifier.tracing.diagnosis.result import Diagnosis
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.search.findings import FoundEffect
+from heli_identifier.workbench.report.rounding import is_known
 from heli_plant.effects import AXES
 
 BANDWIDTHS = (4.0, 2.0, 8.0)

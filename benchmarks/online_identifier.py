@@ -12,10 +12,10 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from heli_identifier.excitation import paper_excitation, voltages
 from heli_identifier.online import IdentifierSettings, prepare, start, step
 from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor
-from heli_identifier.replay import replay
+from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.workbench.identify.replay import replay
 from heli_plant.compiled import compiled
 
 WATCHED = (("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("dry_friction", "travel"))

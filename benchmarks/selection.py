@@ -25,8 +25,8 @@ from benchmarks.page import ROOT
 from benchmarks.selection_rigs import Entries, Matrix, chosen, matrices
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, ratio, seconds_of
-from heli_identifier.tracing.selection import select
-from heli_identifier.tracing.settings import SelectionSettings
+from heli_identifier.tracing.search.selection import select
+from heli_identifier.tracing.search.settings import SelectionSettings
 
 ROUNDS = 2
 ONCE = {"whole", "sysidentpy"}

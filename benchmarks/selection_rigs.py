@@ -6,17 +6,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.blind_rigs import sources
-from heli_identifier.diagnosis.settings import DiagnosisSettings
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import reduce_log
-from heli_identifier.prediction.start import first_estimate
 from heli_identifier.records import Log, demo_logs, read_logs
-from heli_identifier.tracing.model import Model
-from heli_identifier.tracing.scan import Scan, subset
-from heli_identifier.tracing.selection import looked_at
-from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.threshold import largest_scores, quantile
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.scan import Scan, subset
+from heli_identifier.tracing.search.selection import looked_at
+from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.threshold import largest_scores, quantile
 from heli_plant.parameters import PlantParameters
 
 Entries = frozenset[tuple[str, str]]

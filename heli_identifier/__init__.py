@@ -2,42 +2,13 @@
 
     import heli_identifier as hi
 
-    diagnosis = hi.diagnose(hi.read_logs(["run1.csv", "run2.csv"]), validate=hi.read_log("run3.csv"))
-    hi.write_results(diagnosis, "result")
+    diagnosis = hi.diagnose(hi.read_logs(["run1.csv", "run2.csv"]), held_out=hi.read_log("run3.csv"))
+    diagnosis.write("result")
 
-What `import heli_identifier` offers is loaded when it is first used: an FMU carries parts of this package into hosts
-that have the standard library alone.
+The stub beside this file lists what the package offers; each name is loaded when it is first used (SPEC 1 of
+Scientific Python), so that a command imports only what it needs.
 """
 
-from importlib import import_module
+import lazy_loader
 
-_HOMES = {
-    "Diagnosis": ".diagnosis.result",
-    "DiagnosisSettings": ".diagnosis.settings",
-    "Log": ".records",
-    "LogFormat": ".records",
-    "RigConfiguration": ".records",
-    "demo_logs": ".records",
-    "diagnose": ".interface",
-    "read_configuration": ".records",
-    "read_data_set": ".records",
-    "read_log": ".records",
-    "read_logs": ".records",
-    "write_results": ".interface",
-}
-"""Modules of the public names."""
-
-__all__ = list(_HOMES)
-
-
-def __getattr__(name: str) -> object:
-    """Load a public name from the module that defines it."""
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name], __name__), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOMES})
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

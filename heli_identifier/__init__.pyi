@@ -1,12 +1,18 @@
-from heli_identifier.diagnosis.result import Diagnosis as Diagnosis
-from heli_identifier.diagnosis.settings import DiagnosisSettings as DiagnosisSettings
-from heli_identifier.interface import diagnose as diagnose
-from heli_identifier.interface import write_results as write_results
-from heli_identifier.records import Log as Log
-from heli_identifier.records import LogFormat as LogFormat
-from heli_identifier.records import RigConfiguration as RigConfiguration
-from heli_identifier.records import demo_logs as demo_logs
-from heli_identifier.records import read_configuration as read_configuration
-from heli_identifier.records import read_data_set as read_data_set
-from heli_identifier.records import read_log as read_log
-from heli_identifier.records import read_logs as read_logs
+__all__ = [
+    "Diagnosis",
+    "DiagnosisSettings",
+    "Log",
+    "LogFormat",
+    "RigConfiguration",
+    "demo_logs",
+    "diagnose",
+    "read_configuration",
+    "read_data_set",
+    "read_log",
+    "read_logs",
+    "write_results",
+]
+
+from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
+from .tracing import Diagnosis, DiagnosisSettings
+from .workbench.interface import diagnose, write_results

@@ -4,6 +4,8 @@ Each message is one sentence for the person at the rig: which file or value, whe
 it breaks and what to do. The command line prints an `IdentifierError` as it stands and exits with 2.
 """
 
+from math import inf, isfinite
+
 
 class IdentifierError(Exception):
     """Root of every error that this package raises on purpose."""
@@ -15,3 +17,29 @@ class LogError(IdentifierError):
 
 class ConfigurationError(IdentifierError):
     """A rig's configuration says something that is unknown, of the wrong type or out of bounds."""
+
+
+def require_range(name: str, value: float, unit: str, lower: float = -inf, upper: float = inf) -> float:
+    """Return ``value`` if it is finite and lower <= value <= upper.
+
+    Raises
+    ------
+    ConfigurationError
+        Names the setting, its value, its bounds and unit.
+    """
+    if not isfinite(value) or not lower <= value <= upper:
+        raise ConfigurationError(f"{name} = {value!r} {unit} must lie in [{lower:g}, {upper:g}] {unit}")
+    return value
+
+
+def require_positive(name: str, value: float, unit: str) -> float:
+    """Return ``value`` if it is finite and positive.
+
+    Raises
+    ------
+    ConfigurationError
+        Names the setting, its value and unit.
+    """
+    if not isfinite(value) or value <= 0.0:
+        raise ConfigurationError(f"{name} = {value!r} {unit} must be positive and finite")
+    return value

@@ -73,11 +73,6 @@ def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
         return _entry(function, replaced)
 
 
-def is_kept(function: Callable, replaced: Replaced = ()) -> bool:
-    """Whether compiled code of ``function`` is on disk already; arguments are those of :func:`compiled`."""
-    return any(_cache_directory(function, replaced).rglob("*.nbc"))
-
-
 @cache
 def _entry(function, replaced):
     """Dispatcher of a function that Python calls, kept on disk."""

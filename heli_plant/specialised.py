@@ -6,7 +6,7 @@ The general model is a quarter of what there is to compile, and logs are identif
 from collections.abc import Callable
 from math import nan
 
-from .compiled import Replaced, compiled, is_kept
+from .compiled import Replaced, compiled
 from .general_model import general_accelerations
 from .parameters import PlantParameters
 
@@ -27,8 +27,3 @@ def _left_out(parameters: PlantParameters) -> Replaced:
 def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
     """Return ``function``, which steps a plant with ``parameters``, as :func:`heli_plant.compiled.compiled` does."""
     return compiled(function, _left_out(parameters))
-
-
-def is_kept_for(function: Callable, parameters: PlantParameters) -> bool:
-    """Whether what :func:`compiled_for` returns has compiled code on disk already."""
-    return is_kept(function, _left_out(parameters))

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from heli_identifier.diagnosis.result import DataEntry, Diagnosis, EffectCurve, HeldOutSeries
-from heli_identifier.estimate import Estimate
-from heli_identifier.evaluation.bootstrap import rms_figures
-from heli_identifier.evaluation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.evaluation.free_run import free_run, run_start, stable_axes
-from heli_identifier.excitation import paper_excitation, voltages
-from heli_identifier.prediction.fit import BASE
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import log_from_samples
-from heli_identifier.tracing.findings import CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, EffectCurve, HeldOutSeries
+from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.search.findings import CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.validation.bootstrap import rms_figures
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
+from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate

@@ -4,7 +4,7 @@ from math import cos
 
 import numpy as np
 
-from heli_identifier.excitation import Excitation, Multisine, voltages
+from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_plant.encoders import EncoderCounts, quantise
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate

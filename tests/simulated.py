@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-from heli_identifier.prediction.record import Record
+from heli_identifier.tracing.prediction.record import Record
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.delay import DelayLine
 from heli_plant.parameters import TABLE_2, PlantParameters

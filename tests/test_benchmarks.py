@@ -24,7 +24,7 @@ from benchmarks.simulation import bars as simulation_bars
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, in_turn, ratio
 from heli_identifier.online import IdentifierSettings
-from heli_identifier.replay import replay
+from heli_identifier.workbench.identify.replay import replay
 from heli_plant.effects import CATALOGUE
 
 FRICTION, DRAG, CABLE = ("dry_friction", "pitch"), ("quadratic_drag", "pitch"), ("cable_stiffness", "travel")

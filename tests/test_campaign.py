@@ -6,7 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heli_identifier.campaign import (
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import log_from_samples
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.workbench.campaign import (
     FolderRig,
     GeneratedRig,
     Rig,
@@ -16,7 +19,7 @@ from heli_identifier.campaign import (
     folder_rigs,
     generated_rigs,
 )
-from heli_identifier.campaign.against_truth import (
+from heli_identifier.workbench.campaign.against_truth import (
     all_named,
     coverage,
     false_entries,
@@ -24,13 +27,10 @@ from heli_identifier.campaign.against_truth import (
     right,
     unknown_recognised,
 )
-from heli_identifier.campaign.key import result_key, source_digest
-from heli_identifier.campaign.results import Results, complete, read_rows, table, write_table
-from heli_identifier.campaign.row import truth_columns
-from heli_identifier.campaign.summary import summarised
-from heli_identifier.diagnosis.settings import DiagnosisSettings
-from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import log_from_samples
+from heli_identifier.workbench.campaign.key import result_key, source_digest
+from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
+from heli_identifier.workbench.campaign.row import truth_columns
+from heli_identifier.workbench.campaign.summary import summarised
 
 SETTINGS = DiagnosisSettings()
 
@@ -107,7 +107,7 @@ def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuratio
 
 
 GENERATOR = """
-from heli_identifier.campaign import Rig
+from heli_identifier.workbench.campaign import Rig
 from heli_identifier.records import log_from_samples
 
 def make(seed):

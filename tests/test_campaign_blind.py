@@ -10,15 +10,15 @@ from benchmarks.blind_measures import measured
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
 from benchmarks.page import markers, write_section
-from heli_identifier.campaign import TrueEffect, TrueUnknown, Truth
-from heli_identifier.campaign.results import complete
-from heli_identifier.campaign.row import error_column, truth_columns
-from heli_identifier.diagnosis.settings import DiagnosisSettings
-from heli_identifier.evaluation.prediction import prediction_errors
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import reduce_log
-from heli_identifier.prediction.start import first_estimate
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.validation.prediction import prediction_errors
+from heli_identifier.workbench.campaign import TrueEffect, TrueUnknown, Truth
+from heli_identifier.workbench.campaign.results import complete
+from heli_identifier.workbench.campaign.row import error_column, truth_columns
 from heli_plant.effects import AXES, effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.kinds import STRENGTHS, draw_rig

@@ -13,15 +13,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heli_identifier.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
-from heli_identifier.campaign.results import CONSOLIDATED, read_rows
-from heli_identifier.campaign.run import run_campaign
-from heli_identifier.campaign.work import diagnosed
-from heli_identifier.diagnosis.settings import DiagnosisSettings
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.prediction import problem, workers
-from heli_identifier.prediction.record import reduce_log
 from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction import problem, workers
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
+from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
+from heli_identifier.workbench.campaign.run import run_campaign
+from heli_identifier.workbench.campaign.work import diagnosed
 from heli_plant.parameters import PlantParameters
 
 RIGS = 8
@@ -287,5 +287,5 @@ def test_command_that_makes_no_sense_gets_one_sentence_and_exit_2(tmp_path, word
 
 
 def heli(*words, folder=None):
-    command = [sys.executable, "-c", "from heli_identifier.cli import main; main()", *map(str, words)]
+    command = [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=folder, check=False)

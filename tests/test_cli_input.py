@@ -10,13 +10,13 @@ import pytest
 from typer.testing import CliRunner
 
 from fmu_src.wiring import SCENARIOS
-from heli_identifier.cli.app import app
-from heli_identifier.cli.parameters import in_scenario
-from heli_identifier.cli.unit_value import unit_value
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online.parameters import ModelParameters
 from heli_identifier.records import demo_logs
-from heli_identifier.report.parameter_set import SCHEMA, read_parameter_set
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.commands.parameters import in_scenario
+from heli_identifier.workbench.commands.unit_value import unit_value
+from heli_identifier.workbench.delivery.parameter_set import SCHEMA, read_parameter_set
 from heli_plant.parameters import BY_FIELD
 from tests.test_cli_app import _refused as refused
 
@@ -75,7 +75,7 @@ def test_a_check_that_could_not_be_made_is_no_news_about_the_rig(monkeypatch, ca
     def fails(*_):
         raise error
 
-    monkeypatch.setattr("heli_identifier.cli.parameter_file.parameter_set", fails)
+    monkeypatch.setattr("heli_identifier.workbench.commands.parameter_file.parameter_set", fails)
     result = run("check", "a.csv")
     assert result.exit_code == code
     assert said in result.stderr
@@ -275,7 +275,7 @@ def interruptible():
 @pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked):
     (log, *_), (held,) = demo_logs("rig-b")
-    code = "from heli_identifier.cli import main; main()"
+    code = "from heli_identifier.workbench.commands import main; main()"
     words = ["diagnose", str(log), "--validate", str(held), "--output", str(tmp_path / "out")]
     child = subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.DEVNULL)
     try:

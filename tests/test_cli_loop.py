@@ -11,15 +11,15 @@ import pytest
 from typer.testing import CliRunner
 
 from fmu_src.builder import build
-from heli_identifier.cli.app import app
-from heli_identifier.cli.logs import split_logs
-from heli_identifier.delivery import check_free_run, unit_run, write_results
 from heli_identifier.errors import IdentifierError, LogError
-from heli_identifier.identification import NAMES
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
-from heli_identifier.report.parameter_set import plant_values, read_parameter_set
-from heli_identifier.report.provenance import provenance
-from heli_identifier.report.sentences import MEANINGS
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.commands.logs import split_logs
+from heli_identifier.workbench.delivery.parameter_set import plant_values, read_parameter_set
+from heli_identifier.workbench.delivery.provenance import provenance
+from heli_identifier.workbench.delivery.result_folder import check_free_run, unit_run, write_results
+from heli_identifier.workbench.identify.identification import NAMES
+from heli_identifier.workbench.report.sentences import MEANINGS
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -38,7 +38,7 @@ def diagnosed(tmp_path_factory):
     training, held_out = demo_logs("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
     words = ["diagnose", *training, "--validate", *held_out, "--output", folder, "--json"]
-    code = "from heli_identifier.cli import main; main()"
+    code = "from heli_identifier.workbench.commands import main; main()"
     done = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
@@ -101,7 +101,8 @@ def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp
 @pytest.mark.parametrize("step", [0.004, 0.01, 0.03])
 def test_a_log_is_played_whole_in_steps_of_any_length_and_drawn_over_its_own_time(tmp_path, monkeypatch, step):
     drawn = []
-    monkeypatch.setattr("heli_identifier.report.figures.style.write_figure", lambda figure, path: drawn.append(figure))
+    writer = "heli_identifier.workbench.report.figures.style.write_figure"
+    monkeypatch.setattr(writer, lambda figure, path: drawn.append(figure))
     log = made_log(6.0)
     words = ("--log", write_log(log, tmp_path / "log.csv"), "--output", tmp_path / "run.csv", "--plot", "run.svg")
     assert run("simulate", "plant_beside_log", *words, "--step", step).exit_code == 0

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from heli_plant import compiled as module
-from heli_plant.compiled import PARAMETER_DTYPE, compiled, is_kept, parameter_record
+from heli_plant.compiled import PARAMETER_DTYPE, compiled, parameter_record
 from heli_plant.errors import PlantError
 from heli_plant.friction import friction
 from heli_plant.motor import advance
@@ -139,19 +139,11 @@ def test_function_that_is_never_called_is_compiled_as_its_substitute_and_kept_ap
     inner = outer.__globals__["inner"]
     for _ in range(2):  # neither takes the other's code, compiled or kept
         assert compiled(outer, ((inner, inner_instead),))(3.0) == 0.0
-        assert is_kept(outer, ((inner, inner_instead),))
         assert compiled(outer)(3.0) == 8.0
 
 
 def inner_instead(x):
     return 0.0 * x
-
-
-def test_code_is_kept_from_the_first_call_on(project):
-    outer = project()
-    assert not is_kept(outer)
-    compiled(outer)(3.0)
-    assert is_kept(outer)
 
 
 def test_folder_that_cannot_be_written_is_named_with_the_remedy(monkeypatch, tmp_path):

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
-from heli_identifier.design import separation
-from heli_identifier.design.excitations import Proposal, proposals
-from heli_identifier.design.naming import effects_named
-from heli_identifier.design.rehearsal import Room, rehearsed, rehearsed_voltages
-from heli_identifier.design.separation import Limits, Outlook, outlook
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.excitation.multisine import Multisine
-from heli_identifier.excitation.voltages import Excitation
+from heli_identifier.online.excitation.multisine import Multisine
+from heli_identifier.online.excitation.voltages import Excitation
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.design import separation
+from heli_identifier.workbench.design.excitations import Proposal, proposals
+from heli_identifier.workbench.design.naming import effects_named
+from heli_identifier.workbench.design.rehearsal import Room, rehearsed, rehearsed_voltages
+from heli_identifier.workbench.design.separation import Limits, Outlook, outlook
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
 

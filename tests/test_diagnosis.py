@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from heli_identifier.diagnosis.curves import accelerations_along
-from heli_identifier.diagnosis.diagnose import diagnose
-from heli_identifier.diagnosis.result import EFFECTS_SHOWN, MODEL_ADEQUATE
-from heli_identifier.evaluation.smoothed_state import smoothed_motion
-from heli_identifier.prediction.fit import BASE
-from heli_identifier.prediction.record import Record
 from heli_identifier.records import demo_logs
 from heli_identifier.records.data_set import read_logs
 from heli_identifier.records.log import log_from_samples
-from heli_identifier.tracing.findings import NOT_SHOWN, SHOWN
+from heli_identifier.tracing.diagnosis.curves import accelerations_along
+from heli_identifier.tracing.diagnosis.diagnose import diagnose
+from heli_identifier.tracing.diagnosis.result import EFFECTS_SHOWN, MODEL_ADEQUATE
+from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.search.findings import NOT_SHOWN, SHOWN
+from heli_identifier.tracing.validation.smoothed_state import smoothed_motion
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
 from heli_plant.simplified_model import simplified_accelerations

@@ -1,6 +1,6 @@
 """What a found effect is drawn against."""
 
-from heli_identifier.diagnosis.curves import VARIABLE
+from heli_identifier.tracing.diagnosis.curves import VARIABLE
 from heli_plant.effects import CATALOGUE
 
 NOT_DRAWN = {"arm_bending"}

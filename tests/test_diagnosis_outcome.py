@@ -2,8 +2,8 @@
 
 from dataclasses import replace
 
-from heli_identifier.diagnosis.outcome import outcome_notes
-from heli_identifier.evaluation.figures import ErrorFigure
+from heli_identifier.tracing.diagnosis.outcome import outcome_notes
+from heli_identifier.tracing.validation.figures import ErrorFigure
 from tests.diagnosis_example import axis_reports, made_log, series_of
 
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
-from heli_identifier.cli.summary import print_diagnosis
-from heli_identifier.diagnosis.findings import parameter_estimates
-from heli_identifier.diagnosis.signs import sign_notes
-from heli_identifier.estimate import Estimate
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import reduce_log
-from heli_identifier.prediction.start import first_estimate
+from heli_identifier.online.estimate import Estimate
 from heli_identifier.records import demo_logs, read_log
+from heli_identifier.tracing.diagnosis.findings import parameter_estimates
+from heli_identifier.tracing.diagnosis.signs import sign_notes
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.commands.summary import print_diagnosis
 from heli_plant.parameters import PlantParameters
 from tests.diagnosis_example import example
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from heli_identifier.evaluation.free_run import free_run, run_start, stable_axes
-from heli_identifier.evaluation.judgement import figures, judged, noise_floor
-from heli_identifier.evaluation.noise_floor import PIECE, synthetic_pieces, synthetic_record
-from heli_identifier.prediction.fit import BASE, fit
-from heli_identifier.prediction.observer import observe, observer_start
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.prediction.whitening import fit_axis
 from heli_identifier.records.log import log_from_samples
+from heli_identifier.tracing.prediction.fit import BASE, fit
+from heli_identifier.tracing.prediction.observer import observe, observer_start
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.prediction.whitening import fit_axis
+from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
+from heli_identifier.tracing.validation.judgement import figures, judged, noise_floor
+from heli_identifier.tracing.validation.noise_floor import PIECE, synthetic_pieces, synthetic_record
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.online_record import H

@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom, norm
 
-from heli_identifier.evaluation.bootstrap import SEGMENT, rms_figures
-from heli_identifier.evaluation.whiteness import LAGS, input_correlation, ljung_box_p
+from heli_identifier.tracing.validation.bootstrap import SEGMENT, rms_figures
+from heli_identifier.tracing.validation.whiteness import LAGS, input_correlation, ljung_box_p
 
 SPACING = 0.25
 

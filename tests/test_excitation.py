@@ -9,7 +9,7 @@ import pytest
 import scipy.signal
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.excitation import (
+from heli_identifier.online.excitation import (
     Excitation,
     Multisine,
     SquareChirp,
@@ -145,7 +145,7 @@ def test_impossible_settings_are_refused_with_name_value_and_bound(make, message
 
 def test_importing_the_excitation_needs_the_standard_library_only():
     code = (
-        "import sys, heli_identifier.excitation\n"
+        "import sys, heli_identifier.online.excitation\n"
         "print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'numba', 'pandas'}))"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)

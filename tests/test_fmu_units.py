@@ -7,8 +7,8 @@ from fmu_src.units.adaptive_identifier import AdaptiveIdentifier
 from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
 from fmu_src.units.pid_controller import PidController
-from heli_identifier.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
+from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 
 
 def started(kind, **parameters):

@@ -6,6 +6,7 @@ Imports are read from the source, also those inside functions, so that a late im
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,8 +38,20 @@ MATHEMATICS = tuple(
     f"math.{name}" for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt", "atan2", "log", "hypot")
 )  # fmt: skip
 
+H = "heli_identifier"
+ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "workbench"))
+"""From the ground floor up: a room imports those below it only."""
+
+INNER_ROOMS = tuple(f"{H}.tracing.{room}" for room in ("prediction", "search", "validation", "diagnosis"))
+"""The same inside of ``tracing``."""
+
+DOORS = (*ROOMS[:3], f"{H}.online.excitation")
+"""Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
+
+MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "paper"))
+
 RULES = (
-    Rule("physics knows no identification", "heli_plant", ("heli_identifier",)),
+    Rule("physics knows no identification", "heli_plant", (H,)),
     Rule("physics knows no FMI", "heli_plant", FMI),
     Rule("physics knows no files, but for the cache of compiled code", "heli_plant", FILES, ("heli_plant.compiled",)),
     Rule(
@@ -47,28 +60,22 @@ RULES = (
     ),
     Rule(
         "identification takes the form of the physics, never true values",
-        "heli_identifier", ("heli_plant.parameters.TABLE_2",), ("heli_identifier.paper",),
+        H, ("heli_plant.parameters.TABLE_2",), (f"{H}.workbench.paper",),
+    ),
+    Rule("identification knows no units, but for what builds and runs them", H, ("fmu_src",), MAY_USE_UNITS),
+    *(
+        Rule(f"{lower} does not use what is built on it", lower, floors[i + 1 :])
+        for floors in (ROOMS, INNER_ROOMS)
+        for i, lower in enumerate(floors[:-1])
     ),
     Rule(
-        "identification knows no units, but for what builds and runs them",
-        "heli_identifier", ("fmu_src",),
-        ("heli_identifier.cli", "heli_identifier.delivery", "heli_identifier.paper"),
+        "commands call, nothing calls them",
+        H, (f"{H}.workbench.commands",), (f"{H}.workbench.commands",),
     ),
-    Rule(
-        "what a diagnosis is made of knows no diagnosis",
-        "heli_identifier",
-        ("heli_identifier.diagnosis",),
-        tuple(
-            f"heli_identifier.{room}"
-            for room in ("diagnosis", "campaign", "report", "delivery", "interface", "second_process", "cli")
-        ),
-    ),
-    Rule("commands call, nothing calls them", "heli_identifier", ("heli_identifier.cli",), ("heli_identifier.cli",)),
-    Rule("estimation on line is plain floats", "heli_identifier.online", ARRAYS),
-    Rule("excitation is plain floats", "heli_identifier.excitation", ARRAYS),
+    Rule("estimation on line is plain floats", f"{H}.online", ARRAYS),
     Rule("slaves hold no physics", "fmu_src.units", (*MATHEMATICS, "cmath", *ARRAYS)),
     Rule("slaves step the plant, they do not take it apart", "fmu_src.units", PARTS_OF_THE_PLANT),
-    Rule("slaves know no commands and no reports", "fmu_src.units", ("heli_identifier.cli", "heli_identifier.report")),
+    Rule("units know the identifier only", "fmu_src", ROOMS[1:]),
 )  # fmt: skip
 
 
@@ -123,6 +130,24 @@ def test_imports_keep_their_direction(rule):
     assert breaches(rule, PROJECT) == []
 
 
+def room_of(module):
+    """The room that a module lies in: the excitation has a door of its own inside of ``online``."""
+    return max((door for door in (*DOORS, ROOMS[-1]) if below(module, [door])), key=len, default="")
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_a_room_is_entered_by_its_door(door):
+    """From outside ``from room import name`` with a name that the door lists, and no module behind it."""
+    offered = {f"{door}.{name}" for name in import_module(door).__all__}
+    strangers = {
+        f"{module} imports {name}"
+        for module, names in PROJECT.items()
+        for name in names
+        if room_of(name) == door and room_of(module) != door and name not in offered
+    }
+    assert strangers == set()
+
+
 def run_by_units(modules):
     """Modules of the project that the units import, and what those import, and so on."""
     reached, waiting = set(), [module for module in modules if below(module, ["fmu_src.units"])]
@@ -131,9 +156,8 @@ def run_by_units(modules):
         if module in reached:
             continue
         reached.add(module)
-        package = module.rpartition(".")[0]
-        # importing a module runs its package first; an imported name may be a module or something in one
-        for name in [package, *modules[module]]:
+        # an imported name may be a module or something in one; packages passed through travel empty
+        for name in modules[module]:
             waiting += [known for known in (name, name.rpartition(".")[0]) if known in modules]
     return reached
 
@@ -160,7 +184,7 @@ def top_level(node):
     return (node.names[0].name if isinstance(node, ast.Import) else node.module).partition(".")[0]
 
 
-LATE = ("heli_identifier.cli", "heli_identifier.delivery")
+LATE = MAY_USE_UNITS[:2]
 
 
 @pytest.mark.parametrize("module", [module for module in PROJECT if below(module, LATE)])
@@ -174,10 +198,10 @@ def test_commands_import_the_units_late(module):
 @pytest.mark.parametrize(
     "module, without",
     [
-        ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "rich.table")),
-        ("heli_identifier.cli.summary", ("numba", "scipy", "pandas", "matplotlib")),
+        ("heli_identifier.workbench.commands.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "rich.table")),
+        ("heli_identifier.workbench.commands.summary", ("numba", "scipy", "pandas", "matplotlib")),
         # the process that draws a report starts while the command imports what the search needs
-        ("heli_identifier.report.page", ("numba", "scipy.signal", "scipy.stats", "pandas", "statsmodels")),
+        ("heli_identifier.workbench.report.page", ("numba", "scipy.signal", "scipy.stats", "pandas", "statsmodels")),
     ],
 )
 def test_what_takes_long_to_import_is_imported_by_those_who_need_it(module, without):

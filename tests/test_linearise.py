@@ -9,18 +9,18 @@ import pytest
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
-from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.estimate import Estimate
-from heli_identifier.linearise import drawn_plants, linear_model, margins, operating_point, retuned
-from heli_identifier.linearise.closed_loop import closed_loop
-from heli_identifier.linearise.controller import controller
-from heli_identifier.linearise.design import design
-from heli_identifier.linearise.loop import frequencies, margins_over, plant_response
-from heli_identifier.linearise.retuning import PEAK, weighted_error
-from heli_identifier.linearise.step_response import step_response
-from heli_identifier.report.diagnosis_document import document_text
-from heli_identifier.report.parameter_set import ParameterSet, plant_values, read_parameter_set
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.delivery.diagnosis_document import document_text
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values, read_parameter_set
+from heli_identifier.workbench.linearise import drawn_plants, linear_model, margins, operating_point, retuned
+from heli_identifier.workbench.linearise.closed_loop import closed_loop
+from heli_identifier.workbench.linearise.controller import controller
+from heli_identifier.workbench.linearise.design import design
+from heli_identifier.workbench.linearise.loop import frequencies, margins_over, plant_response
+from heli_identifier.workbench.linearise.retuning import PEAK, weighted_error
+from heli_identifier.workbench.linearise.step_response import step_response
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -162,7 +162,8 @@ def test_margins_of_many_plants_at_once_are_those_of_each_alone():
 
 
 def test_a_point_that_no_allowed_plant_can_hold_is_refused(monkeypatch):
-    monkeypatch.setattr("heli_identifier.linearise.design.drawn_plants", lambda *_: [AFTER._replace(v_max=1e-3)])
+    weak = AFTER._replace(v_max=1e-3)
+    monkeypatch.setattr("heli_identifier.workbench.linearise.design.drawn_plants", lambda *_: [weak])
     with pytest.raises(ConfigurationError, match="none of 60 plants that the data allow has an equilibrium at pitch 0"):
         design(parameter_set())
 

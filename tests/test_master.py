@@ -9,8 +9,8 @@ from fmu_src.errors import BuildError, MasterError, WiringError
 from fmu_src.master import Result, run_apart
 from fmu_src.master.instance import Instance
 from fmu_src.units.held_voltages import mean_between, remember
-from heli_identifier.excitation import paper_excitation, voltages
-from heli_identifier.online import IdentifierSettings, estimate_of, prepare, start, step
+from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
+from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.encoders import quantise
 from heli_plant.parameters import TABLE_2, from_names
@@ -70,7 +70,7 @@ def test_the_identifier_shows_at_each_point_what_the_library_knows_from_the_samp
     plan = prepare(IdentifierSettings(hold_time=2.0))
     samples = open_loop.columns("exciter.v_front", "exciter.v_rear", *ANGLES)
     state = start(plan, *samples[0])
-    expected = [estimate_of(state, plan).parameters]
+    expected = [output_of(state, plan).parameters]
     for sample in samples[1:-1]:
         state, estimate = step(state, *sample, plan)
         expected.append(estimate.parameters)

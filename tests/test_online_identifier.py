@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.excitation import paper_excitation
 from heli_identifier.online import (
     IdentifierSettings,
     ModelParameters,
-    estimate_of,
+    output_of,
     prepare,
     restored,
     start,
     step,
 )
-from heli_identifier.replay import replay
+from heli_identifier.online.excitation import paper_excitation
+from heli_identifier.workbench.identify.replay import replay
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
@@ -35,7 +35,7 @@ def run(held, angles, settings, first=1, state=None):
     rows = np.hstack([held, angles]).tolist()
     if state is None:
         state = start(plan, *rows[0])
-    estimate = estimate_of(state, plan)
+    estimate = output_of(state, plan)
     for row in rows[first:]:
         state, estimate = step(state, *row, plan)
     return state, estimate

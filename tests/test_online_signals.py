@@ -5,8 +5,8 @@ from math import radians
 import numpy as np
 import pytest
 
-from heli_identifier.excitation import paper_excitation
 from heli_identifier.online import IdentifierSettings, prepare
+from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.signals import (
     advance_signals,
     elevation_regression,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from heli_identifier.paper.pitch_experiment import PitchEstimate
-from heli_identifier.paper.published import PITCH, TABLE_1
-from heli_identifier.paper.search import search
-from heli_identifier.paper.spread import (
+from heli_identifier.workbench.paper.pitch_experiment import PitchEstimate
+from heli_identifier.workbench.paper.published import PITCH, TABLE_1
+from heli_identifier.workbench.paper.search import search
+from heli_identifier.workbench.paper.spread import (
     HALF_WIDTHS,
     MIDDLES,
     candidates,
@@ -14,7 +14,7 @@ from heli_identifier.paper.spread import (
     explain_without,
     residuals,
 )
-from heli_identifier.paper.spread_tables import write_spread
+from heli_identifier.workbench.paper.spread_tables import write_spread
 from heli_plant.effects import effect
 
 CAUSE = effect("constant_torque", "pitch")

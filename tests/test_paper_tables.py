@@ -5,14 +5,14 @@ import csv
 import numpy as np
 import pytest
 
-from heli_identifier.paper.histories import ELEVATION_AND_TRAVEL, histories
-from heli_identifier.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH, UNITS
-from heli_identifier.paper.runs import JOINT_RUN, KNOWN, PITCH_RUN, Run, order_of
-from heli_identifier.paper.starts import INITIAL_ESTIMATES, INITIAL_GAINS, twelve_starts
-from heli_identifier.paper.table1 import deviation, found_range, write_table_1
-from heli_identifier.paper.table2 import CERTAIN_GAIN, table_2, write_table_2
-from heli_identifier.paper.table_text import write_table
-from heli_identifier.report.figures.style import figure_text
+from heli_identifier.workbench.paper.histories import ELEVATION_AND_TRAVEL, histories
+from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH, UNITS
+from heli_identifier.workbench.paper.runs import JOINT_RUN, KNOWN, PITCH_RUN, Run, order_of
+from heli_identifier.workbench.paper.starts import INITIAL_ESTIMATES, INITIAL_GAINS, twelve_starts
+from heli_identifier.workbench.paper.table1 import deviation, found_range, write_table_1
+from heli_identifier.workbench.paper.table2 import CERTAIN_GAIN, table_2, write_table_2
+from heli_identifier.workbench.paper.table_text import write_table
+from heli_identifier.workbench.report.figures.style import figure_text
 
 
 def run_that_is_off_by(share, kind, experiment, start):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from heli_identifier.evaluation.noise_floor import synthetic_record
-from heli_identifier.prediction.covariance import block_labels
-from heli_identifier.prediction.fit import BASE, clipped, fit, sensitivities
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.prediction.torque import torque_responses
+from heli_identifier.tracing.prediction.covariance import block_labels
+from heli_identifier.tracing.prediction.fit import BASE, clipped, fit, sensitivities
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.prediction.torque import torque_responses
+from heli_identifier.tracing.validation.noise_floor import synthetic_record
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
 from tests.simulated import ROOM, UNSTABLE, closed_loop, drive, noisy

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from heli_identifier.prediction.observer import DAMPING, observe, observer_start
-from heli_identifier.prediction.record import Record
+from heli_identifier.tracing.prediction.observer import DAMPING, observe, observer_start
+from heli_identifier.tracing.prediction.record import Record
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.observer import observe
-from heli_identifier.prediction.problem import REDUCED_RATE, SETTLING, Problem
-from heli_identifier.prediction.record import Record, reduce_log
 from heli_identifier.records.log import log_from_samples
+from heli_identifier.tracing.prediction.observer import observe
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING, Problem
+from heli_identifier.tracing.prediction.record import Record, reduce_log
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 

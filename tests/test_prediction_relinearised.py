@@ -7,13 +7,13 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom, chi2
 
-from heli_identifier.prediction.fit import BASE, fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.relinearised import linear_gain
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.prediction.whitening import fit_whitener
-from heli_identifier.tracing.candidates import Candidate
-from heli_identifier.tracing.scan import raw_columns
+from heli_identifier.tracing.prediction.fit import BASE, fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.relinearised import linear_gain
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.prediction.whitening import fit_whitener
+from heli_identifier.tracing.search.candidates import Candidate
+from heli_identifier.tracing.search.scan import raw_columns
 from heli_plant.effects import AXES, effect
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.start import first_estimate, lagged_voltages
+from heli_identifier.tracing.prediction.start import first_estimate, lagged_voltages
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.simulated import UNSTABLE, closed_loop, drive, exact, rest

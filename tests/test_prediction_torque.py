@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import Record
-from heli_identifier.prediction.torque import torque_responses
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.prediction.torque import torque_responses
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
 from tests.simulated import UNSTABLE, drive, pushed, square_drive

@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from statsmodels.stats.diagnostic import acorr_ljungbox
 
-from heli_identifier.prediction.whitening import ORDER, Whitener, fit_axis, fit_whitener
+from heli_identifier.tracing.prediction.whitening import ORDER, Whitener, fit_axis, fit_whitener
 
 AR2 = np.array([1.0, -1.5, 0.8])
 """1 - 1.5 z^-1 + .8 z^-2: poles of radius .89, a resonance at an eleventh of the rate."""

@@ -5,11 +5,11 @@ import sys
 
 import pytest
 
-from heli_identifier.prediction.workers import beside, parallel, use_threads
+from heli_identifier.tracing.prediction.workers import beside, parallel, use_threads
 
 FORKED = """
 import os, sys
-from heli_identifier.prediction.workers import beside, parallel
+from heli_identifier.tracing.prediction.workers import beside, parallel
 square = lambda x: x * x
 before = parallel(square, range(5)), beside(square, 3).result()
 child = os.fork()
@@ -21,7 +21,7 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
 
 @pytest.fixture(params=[1, 3])
 def threads(request):
-    from heli_identifier.prediction import workers
+    from heli_identifier.tracing.prediction import workers
 
     before = workers._state["count"]
     use_threads(request.param)

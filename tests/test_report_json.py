@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.estimate import Estimate
-from heli_identifier.report.diagnosis_document import diagnosis_document, document_text, plain
-from heli_identifier.report.parameter_set import corrected_parameters, read_parameter_set
-from heli_identifier.report.provenance import provenance
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text, plain
+from heli_identifier.workbench.delivery.parameter_set import corrected_parameters, read_parameter_set
+from heli_identifier.workbench.delivery.provenance import provenance
 from heli_plant.parameters import BY_NAME
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from heli_identifier.estimate import Estimate
-from heli_identifier.evaluation.figures import AxisError, ErrorFigure
-from heli_identifier.report.diagnosis_document import diagnosis_document
-from heli_identifier.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
-from heli_identifier.report.figures.intervals import parameter_figure
-from heli_identifier.report.figures.style import COLOURS, thinned
-from heli_identifier.report.page import report_page
-from heli_identifier.report.provenance import provenance
-from heli_identifier.report.residuals import residual_text
-from heli_identifier.report.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.report.sentences import law_text, verdict_sentence
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing.validation.figures import AxisError, ErrorFigure
+from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
+from heli_identifier.workbench.delivery.provenance import provenance
+from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
+from heli_identifier.workbench.report.figures.intervals import parameter_figure
+from heli_identifier.workbench.report.figures.style import COLOURS, thinned
+from heli_identifier.workbench.report.page import report_page
+from heli_identifier.workbench.report.residuals import residual_text
+from heli_identifier.workbench.report.rounding import power_text, significant, unit_text, with_interval
+from heli_identifier.workbench.report.sentences import law_text, verdict_sentence
 from tests.diagnosis_example import adequate, example, made_log
 
 ORIGIN = provenance(["heli", "diagnose", "run.csv"])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.record import Record
-from heli_identifier.tracing.candidates import candidates, moving_mass_at, shape_fields
+from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.search.candidates import candidates, moving_mass_at, shape_fields
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2, checked
 from tests.simulated import drive, exact

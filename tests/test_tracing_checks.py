@@ -6,20 +6,20 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.tracing.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
-from heli_identifier.tracing.ambiguity import alternatives
-from heli_identifier.tracing.candidates import Candidate
-from heli_identifier.tracing.held_out import HeldOut, held_out_log_likelihood
-from heli_identifier.tracing.model import Model, effect_score, eliminated, free_fields, with_unknown, without
-from heli_identifier.tracing.scan import scan
-from heli_identifier.tracing.selection import looked_at
-from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.trials import refitted, trial
-from heli_identifier.tracing.unknown import search
-from heli_identifier.tracing.withdrawal import TOLERATED, borne_out, mending
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.search.agreement import LEAST_SCORE, agreement, likeness, seen_at, unknown_score
+from heli_identifier.tracing.search.ambiguity import alternatives
+from heli_identifier.tracing.search.candidates import Candidate
+from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields, with_unknown, without
+from heli_identifier.tracing.search.scan import scan
+from heli_identifier.tracing.search.selection import looked_at
+from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.trials import refitted, trial
+from heli_identifier.tracing.search.unknown import search
+from heli_identifier.tracing.validation.held_out import HeldOut, held_out_log_likelihood
+from heli_identifier.tracing.validation.withdrawal import TOLERATED, borne_out, mending
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H

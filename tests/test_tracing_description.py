@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.relinearised import Gain
-from heli_identifier.tracing.description import POINTS, described
-from heli_identifier.tracing.model import Model
-from heli_identifier.tracing.splines import UNITS, projection_of, trend, variable
-from heli_identifier.tracing.unknown import Unknown
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.relinearised import Gain
+from heli_identifier.tracing.search.description import POINTS, described
+from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.splines import UNITS, projection_of, trend, variable
+from heli_identifier.tracing.search.unknown import Unknown
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.tracing.candidates import STEP_SPACING, candidates, moving_mass_at
-from heli_identifier.tracing.noise import CONTRACTION, noise_whitener
-from heli_identifier.tracing.scan import scan, scored
-from heli_identifier.tracing.steps import step_times
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.search.candidates import STEP_SPACING, candidates, moving_mass_at
+from heli_identifier.tracing.search.noise import CONTRACTION, noise_whitener
+from heli_identifier.tracing.search.scan import scan, scored
+from heli_identifier.tracing.search.steps import step_times
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 

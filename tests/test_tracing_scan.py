@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.prediction.whitening import fit_whitener
-from heli_identifier.tracing.candidates import Candidate, candidates, moving_mass_at
-from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE
-from heli_identifier.tracing.scan import admissible, basis_of, extended, raw_columns, scan, scored, subset
-from heli_identifier.tracing.verdicts import LEAST_VISIBILITY, open_verdicts
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.prediction.whitening import fit_whitener
+from heli_identifier.tracing.search.candidates import Candidate, candidates, moving_mass_at
+from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE
+from heli_identifier.tracing.search.scan import admissible, basis_of, extended, raw_columns, scan, scored, subset
+from heli_identifier.tracing.search.verdicts import LEAST_VISIBILITY, open_verdicts
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy, square_drive

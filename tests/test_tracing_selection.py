@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from heli_identifier.diagnosis.settings import DiagnosisSettings
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.record import reduce_log
-from heli_identifier.prediction.start import first_estimate
 from heli_identifier.records.log import log_from_samples
-from heli_identifier.tracing.candidates import companions
-from heli_identifier.tracing.model import Model, effect_score, free_fields
-from heli_identifier.tracing.scan import admissible
-from heli_identifier.tracing.selection import gained, is_material, joined, looked_at, select, unknown_level
-from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.trials import Trial, smallest, started
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.search.candidates import companions
+from heli_identifier.tracing.search.model import Model, effect_score, free_fields
+from heli_identifier.tracing.search.scan import admissible
+from heli_identifier.tracing.search.selection import gained, is_material, joined, looked_at, select, unknown_level
+from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.trials import Trial, smallest, started
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2
 from tests.blind.generator import NAMES, make_rig

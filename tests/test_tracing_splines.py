@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.tracing.splines import (
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.search.splines import (
     DEGREE,
     INTERVALS,
     LINEAR_IN_MODEL,

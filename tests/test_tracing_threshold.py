@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from heli_identifier.prediction.covariance import block_labels
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.tracing.candidates import Candidate
-from heli_identifier.tracing.scan import Scan
-from heli_identifier.tracing.threshold import DRAWS, largest_scores, quantile
+from heli_identifier.tracing.prediction.covariance import block_labels
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.search.candidates import Candidate
+from heli_identifier.tracing.search.scan import Scan
+from heli_identifier.tracing.search.threshold import DRAWS, largest_scores, quantile
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from heli_identifier.prediction.fit import fit
-from heli_identifier.prediction.problem import Problem
-from heli_identifier.prediction.start import first_estimate
-from heli_identifier.tracing.candidates import candidates
-from heli_identifier.tracing.description import described
-from heli_identifier.tracing.lines import strongest_lines
-from heli_identifier.tracing.model import Model, with_unknown
-from heli_identifier.tracing.noise import noise_whitener
-from heli_identifier.tracing.scan import scan
-from heli_identifier.tracing.selection import unknown_level
-from heli_identifier.tracing.settings import SelectionSettings
-from heli_identifier.tracing.unknown import one_degree_equivalent, refined_line, search
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.search.candidates import candidates
+from heli_identifier.tracing.search.description import described
+from heli_identifier.tracing.search.lines import strongest_lines
+from heli_identifier.tracing.search.model import Model, with_unknown
+from heli_identifier.tracing.search.noise import noise_whitener
+from heli_identifier.tracing.search.scan import scan
+from heli_identifier.tracing.search.selection import unknown_level
+from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.unknown import one_degree_equivalent, refined_line, search
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
 from tests.simulated import drive, noisy

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from heli_identifier.estimate import Estimate
-from heli_identifier.tracing.candidates import Candidate
-from heli_identifier.tracing.experiments import EXPERIMENTS, experiment_for, separating
-from heli_identifier.tracing.findings import NOT_SHOWN, NOT_TESTABLE
-from heli_identifier.tracing.verdicts import open_verdicts, upper_bound
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing.search.candidates import Candidate
+from heli_identifier.tracing.search.experiments import EXPERIMENTS, experiment_for, separating
+from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE
+from heli_identifier.tracing.search.verdicts import open_verdicts, upper_bound
 from heli_plant.effects import CATALOGUE, effect
 
 FRICTION, MISMATCH = effect("dry_friction", "pitch"), effect("rotor_mismatch", "pitch")

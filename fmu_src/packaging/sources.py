@@ -55,11 +55,6 @@ def _module_file(module: str) -> Path | None:
     return None
 
 
-def _source(module: str, file: Path) -> str:
-    """Text of a module; pythonfmu's own ``__init__`` would pull in its builder and is left empty."""
-    return "" if module == "pythonfmu" else file.read_text(encoding="utf-8")
-
-
 def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
     """Every absolute module name that ``module`` may import, also inside functions."""
     parts = module.split(".") if is_package else module.split(".")[:-1]
@@ -75,6 +70,9 @@ def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
 
 def needed_sources(module: str) -> dict[str, str]:
     """Return every source that ``module`` needs, by path inside the vendored folder (``heli_plant/plant.py``).
+
+    A package that is only passed through on the way to a module travels with an empty ``__init__``: what it offers its
+    users (files, arrays, the tools that build units) is more than a unit needs.
 
     Raises
     ------
@@ -92,20 +90,22 @@ def needed_sources(module: str) -> dict[str, str]:
             continue
         seen.add(name)
         is_package = file.name == "__init__.py"
-        text = _source(name, file)
+        text = file.read_text(encoding="utf-8")
         found["/".join([*name.split("."), "__init__.py"]) if is_package else "/".join(name.split(".")) + ".py"] = text
         try:
             tree = ast.parse(text, feature_version=OLDEST_PYTHON)
         except SyntaxError as problem:
             raise BuildError(f"{name} does not read as Python {OLDEST_PYTHON}: {problem}") from problem
-        if "." in name:
-            waiting.append(name.rpartition(".")[0])
         for wanted in _imports(name, tree, is_package):
             root = wanted.split(".")[0]
             if root in VENDORED:
                 waiting.append(wanted)
             elif root not in sys.stdlib_module_names:
                 raise BuildError(f"{name} imports {root}, which is not in the standard library: an FMU must do without")
+    for path in tuple(found):
+        *folders, _ = path.split("/")
+        for depth in range(1, len(folders) + 1):
+            found.setdefault("/".join([*folders[:depth], "__init__.py"]), "")
     return dict(sorted(found.items()))
 
 

@@ -6,9 +6,16 @@ from math import isfinite
 from typing import Any, ClassVar
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.identifier import Estimate, IdentifierState, prepare, restored, start, step
-from heli_identifier.online.parameters import ModelParameters
-from heli_identifier.online.settings import IdentifierSettings
+from heli_identifier.online import (
+    IdentifierOutput,
+    IdentifierSettings,
+    IdentifierState,
+    ModelParameters,
+    prepare,
+    restored,
+    start,
+    step,
+)
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -135,7 +142,7 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
         self.previous: list[float] = []
         gain = self.plan.settings.initial_gain
         errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
-        self._show(Estimate(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
+        self._show(IdentifierOutput(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
@@ -173,7 +180,7 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
         angles = [a + share * (b - a) for a, b in zip(self.previous[2:], now[2:], strict=True)]
         return [*self.previous[:2], *angles]
 
-    def _show(self, estimate: Estimate) -> None:
+    def _show(self, estimate: IdentifierOutput) -> None:
         shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
         self.values[_INPUTS : _INPUTS + len(shown)] = shown
         if estimate.scores:

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.excitation.multisine import Multisine
-from heli_identifier.excitation.paper import Channel, paper_excitation
-from heli_identifier.excitation.voltages import Excitation, voltages
+from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_excitation, voltages
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase

@@ -12,7 +12,7 @@ about the motion before sample 0 has faded (exp(-7)).
 from math import cos, hypot, sin
 
 from .axis import AxisState, adapt_axis, initial_axis, judge_axis, observe_axis
-from .estimate import Estimate, estimate_of
+from .output import IdentifierOutput, output_of
 from .plan import Plan, prepare
 from .signals import (
     advance_signals,
@@ -25,7 +25,7 @@ from .signals import (
 from .state import IdentifierState, restored
 from .watch import advance_watch, settled_watch
 
-__all__ = ["Estimate", "IdentifierState", "Plan", "estimate_of", "prepare", "restored", "start", "step"]
+__all__ = ["IdentifierOutput", "IdentifierState", "Plan", "output_of", "prepare", "restored", "start", "step"]
 
 
 def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float) -> IdentifierState:
@@ -55,13 +55,13 @@ def step(
     elevation: float,
     travel: float,
     plan: Plan,
-) -> tuple[IdentifierState, Estimate]:
+) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample; voltages [V], angles [rad].
 
     Returns
     -------
     state : IdentifierState
-    estimate : Estimate
+    estimate : IdentifierOutput
     """
     signals = advance_signals(state.signals, v_front, v_rear, pitch, elevation, travel, plan.signals)
     f = plan.signals.filter
@@ -100,7 +100,7 @@ def step(
         elif turn == 2:
             axis_3 = judge_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval)
     state = IdentifierState(samples, signals, watch, axis_1, axis_2, axis_3)
-    return state, estimate_of(state, plan)
+    return state, output_of(state, plan)
 
 
 def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from math import inf, pi
 
-from ..bounds import require_positive, require_range
+from ..errors import require_positive, require_range
 from .candidates import candidate
 from .parameters import ModelParameters
 

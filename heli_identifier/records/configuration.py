@@ -12,8 +12,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from heli_identifier.bounds import require_range
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.units import ANGLES, SIGNALS
 

@@ -1,0 +1,37 @@
+from .configuration import CONFIGURATION_NAME, RigConfiguration, read_configuration
+from .data_set import (
+    check_apart,
+    check_excitation,
+    check_moving,
+    named_apart,
+    read_data_set,
+    read_logs,
+)
+from .demo import DEMO_RIGS, demo_logs
+from .format import CONTRACT, LogFormat
+from .log import Log, log_from_samples
+from .reading import read_log
+from .template import write_template
+from .writing import write_log, write_whole
+
+__all__ = [
+    "CONFIGURATION_NAME",
+    "CONTRACT",
+    "DEMO_RIGS",
+    "Log",
+    "LogFormat",
+    "RigConfiguration",
+    "check_apart",
+    "check_excitation",
+    "check_moving",
+    "demo_logs",
+    "log_from_samples",
+    "named_apart",
+    "read_configuration",
+    "read_data_set",
+    "read_log",
+    "read_logs",
+    "write_log",
+    "write_template",
+    "write_whole",
+]

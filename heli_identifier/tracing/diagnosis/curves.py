@@ -1,0 +1,106 @@
+"""A found effect drawn: the partial residual against the effect's variable, and the fitted law with its band.
+
+The partial residual is the smoothed acceleration less what the model gives without the effect, averaged over bins of
+the variable; the law's curve is the model with the effect less the model without, smoothed and averaged the same way.
+No law is written again here: both come from the plant.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.tracing.diagnosis.result import EffectCurve
+from heli_identifier.tracing.prediction.along import accelerations_at
+from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.validation.smoothed_state import as_smoothed, smoothed_motion
+from heli_plant.effects import AXES, Effect
+from heli_plant.parameters import PlantParameters
+
+BINS = 32
+"""Bins of the variable, of equal population."""
+
+SHOWN_ON = {"rotors": "elevation"}
+"""Axis on which an effect of the rotors is drawn."""
+
+VARIABLE = {
+    "dry_friction": "rate", "breakaway_friction": "rate", "quadratic_drag": "rate", "airspeed_thrust_loss": "rate",
+    "cable_stiffness": "travel", "large_angle_gravity": "elevation", "pitch_gravity_coupling": "elevation",
+    "ground_effect": "elevation", "quadratic_thrust": "mu_sum", "reverse_thrust_loss": "mu_sum", "dead_zone": "mu_sum",
+    "rotor_mismatch": "mu_sum", "rotor_drag_torque": "mu_sum", "thrust_fade": "time", "moving_mass": "time",
+    "gyroscopic_coupling": "other_rate", "inertial_coupling": "other_rate", "motor_lag": "mu_rate",
+    "input_delay": "mu_rate", "constant_torque": "time",
+}  # fmt: skip
+"""What each effect is drawn against; the bending mode, which acts through no torque, is not drawn."""
+
+
+def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
+    return accelerations_at(record, np.column_stack((smoothed_motion(record), smoothed_motion(record, 1))), parameters)
+
+
+def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> EffectCurve | None:
+    """Draw one named effect of a model; None for the bending mode."""
+    if effect.name not in VARIABLE:
+        return None
+    shown = SHOWN_ON.get(effect.axis, effect.axis)
+    axis = AXES.index(shown)
+    parameters = model.fit.parameters
+    bare = parameters._replace(**{effect.field: 0.0})
+    xs, points, laws = [], [], []
+    for record in records:
+        without, mu = accelerations_along(record, bare)
+        with_effect, _ = accelerations_along(record, parameters)
+        without, with_effect = as_smoothed(without, record), as_smoothed(with_effect, record)
+        cut = slice(int(1.0 / record.step), -int(1.0 / record.step))
+        xs.append(_variable(record, VARIABLE[effect.name], axis, mu)[cut])
+        points.append((smoothed_motion(record, 2)[:, axis] - without[:, axis])[cut])
+        laws.append((with_effect[:, axis] - without[:, axis])[cut])
+    x, point, law = (np.concatenate(parts) for parts in (xs, points, laws))
+    order = np.argsort(x)
+    bins = np.array_split(order, BINS)
+    value, error = getattr(parameters, effect.field), model.fit.standard_error(effect.field)
+    spread = 1.96 * abs(error / value)
+    centres = np.array([x[b].mean() for b in bins])
+    drawn = np.array([law[b].mean() for b in bins])
+    name, unit = _label(VARIABLE[effect.name], axis)
+    return EffectCurve(
+        effect.name,
+        shown,
+        name,
+        unit,
+        np.column_stack((centres, [point[b].mean() for b in bins])),
+        np.column_stack((centres, drawn, drawn - spread * np.abs(drawn), drawn + spread * np.abs(drawn))),
+    )
+
+
+def _variable(record: Record, kind: str, axis: int, mu: NDArray[np.float64]) -> NDArray[np.float64]:
+    angles, rates = smoothed_motion(record), smoothed_motion(record, 1)
+    if kind == "rate":
+        return rates[:, axis]
+    if kind == "other_rate":
+        return rates[:, _other(axis)]
+    if kind == "mu_sum":
+        return mu[:, 1]
+    if kind == "mu_rate":
+        return np.gradient(mu[:, 1], record.step)
+    if kind == "time":
+        return np.arange(record.samples, dtype=np.float64) * record.step
+    return angles[:, AXES.index(kind)]
+
+
+def _other(axis: int) -> int:
+    """Give the axis whose rate a coupling torque follows: elevation's for pitch and travel, pitch's for elevation."""
+    return (1, 0, 1)[axis]
+
+
+def _label(kind: str, axis: int) -> tuple[str, str]:
+    """Name and unit of a variable."""
+    return {
+        "rate": (f"{AXES[axis]} rate", "rad/s"),
+        "other_rate": (f"{AXES[_other(axis)]} rate", "rad/s"),
+        "mu_sum": ("mu_s", "V"),
+        "mu_rate": ("d mu_s / dt", "V/s"),
+        "time": ("time", "s"),
+    }.get(kind, (kind, "rad"))

@@ -1,0 +1,109 @@
+"""A model and its scans in the words of a diagnosis: effects, catalogue, parameters."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing.prediction.fit import BASE, Fit
+from heli_identifier.tracing.search.candidates import shape_fields
+from heli_identifier.tracing.search.description import described
+from heli_identifier.tracing.search.experiments import separating
+from heli_identifier.tracing.search.findings import AMBIGUOUS, SHOWN, UNKNOWN, CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.search.model import Model, effect_score
+from heli_identifier.tracing.search.selection import Selection
+from heli_identifier.tracing.search.verdicts import open_verdicts, upper_bound
+from heli_plant.effects import Effect
+
+
+def found_effects(
+    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]]
+) -> tuple[FoundEffect, ...]:
+    """Named and unknown effects, strongest evidence first."""
+    found = []
+    for effect in model.effects:
+        others = rivals[effect.field]
+        found.append(
+            FoundEffect(
+                effect.name,
+                effect.axis,
+                model.fit.estimate(effect.field),
+                AMBIGUOUS if others else SHOWN,
+                tuple((other.name, other.axis) for other in others),
+                _shape(model.fit, effect),
+                effect_score(model.fit, effect),
+                agreed[effect.field],
+                separating(effect.name, others[0].name) if others else "",
+            )
+        )
+    for index, unknown in enumerate(model.unknowns):
+        shape = described(model, index)
+        found.append(FoundEffect("unknown", unknown.axis, None, UNKNOWN, (), shape, float(np.sqrt(unknown.surplus))))
+    return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]:
+    """Shape parameters of an effect; those that were not estimated have no standard error."""
+    estimated = shape_fields(effect)
+    return {
+        shape.name: {
+            "value": getattr(fit.parameters, shape.field),
+            "standard_error": fit.standard_error(shape.field) if shape.field in estimated else None,
+            "unit": shape.unit,
+        }
+        for shape in effect.shapes
+    }
+
+
+def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Give the simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
+    return {
+        **{field: fit.estimate(field) for field in BASE},
+        "T_m": Estimate(fit.parameters.T_m, None, "s"),
+    }
+
+
+def effect_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Give the coefficients and shapes that a fit estimates, by the plant's fields."""
+    return {field: fit.estimate(field) for field in fit.free if field not in BASE}
+
+
+def catalogue_verdicts(
+    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
+) -> tuple[CatalogueVerdict, ...]:
+    """One verdict per entry: those in the model first, then what the last scan says of the others."""
+    in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
+    verdicts = []
+    for effect in model.effects:
+        found = in_model[(effect.name, effect.axis)]
+        estimate = found.coefficient
+        assert estimate is not None
+        why = f"score {found.score:+.1f}, {selection.threshold:.1f} needed"
+        verdicts.append(
+            CatalogueVerdict(
+                effect.name, effect.axis, found.verdict, estimate, found.score, _visibility(selection, effect),
+                upper_bound(effect, estimate), why, found.experiment,
+            )
+        )  # fmt: skip
+    reasons = {(name, axis): why for name, axis, why in withdrawn}
+    for verdict in open_verdicts(selection.last.scanned, selection.threshold, selection.hint):
+        verdicts.append(verdict)
+    listed = {(v.name, v.axis) for v in verdicts}
+    for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
+        key = (verdict.name, verdict.axis)
+        if key not in listed:
+            why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
+            verdicts.append(
+                CatalogueVerdict(
+                    verdict.name, verdict.axis, "not shown", verdict.estimate, verdict.score, verdict.visibility,
+                    verdict.upper_bound, why, verdict.experiment,
+                )
+            )  # fmt: skip
+    return tuple(verdicts)
+
+
+def _visibility(selection: Selection, effect: Effect) -> float:
+    """Visibility of an effect at the bare model."""
+    scanned = selection.bare.scanned
+    own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
+    return float(max(own, default=0.0))

@@ -1,0 +1,136 @@
+"""What a diagnosis says, as frozen values: the verdict on a rig, and the series behind the figures."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing.search.findings import CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.validation.figures import AxisReport
+from heli_plant.parameters import PlantParameters
+
+EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT = "effects shown", "model adequate", "unknown effect"
+"""Verdicts on a rig."""
+
+
+@dataclass(frozen=True)
+class DataEntry:
+    """One log of the data set and what it was used for ("training" or "held out")."""
+
+    file: str
+    sha256: str
+    samples: int
+    rate_hz: float
+    used_for: str
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutSeries:
+    """One held-out log on the observer's grid, for figures and for the master.
+
+    Attributes
+    ----------
+    name : str
+    step : float
+        [s].
+    voltages : NDArray, shape (N, 2)
+    measured : NDArray, shape (N, 3)
+        Angles [rad].
+    free_run_before, free_run_after : NDArray, shape (N, 3)
+        Simulated from ``start`` under the voltages [rad].
+    start : mapping
+        Start state by the fields of :class:`heli_plant.state.PlantState`, so that the FMU repeats the run.
+    residual_before, residual_after : NDArray, shape (n, 3)
+        Reduced innovations [rad/s^2] every ``residual_step`` [s].
+    white_before, white_after : NDArray, shape (m, 3)
+        The same behind the whitening that the training logs taught, of unit variance if the model is right.
+    residual_step : float
+    """
+
+    name: str
+    step: float
+    voltages: NDArray[np.float64]
+    measured: NDArray[np.float64]
+    free_run_before: NDArray[np.float64]
+    free_run_after: NDArray[np.float64]
+    start: Mapping[str, float]
+    residual_before: NDArray[np.float64]
+    residual_after: NDArray[np.float64]
+    white_before: NDArray[np.float64]
+    white_after: NDArray[np.float64]
+    residual_step: float
+
+
+@dataclass(frozen=True, eq=False)
+class EffectCurve:
+    """Partial residual torque of one found effect against its variable, with the fitted law and its band.
+
+    ``points`` (n, 2) and ``curve`` (m, 4): x, y, low, high; x in ``unit``, y in rad/s^2.
+    """
+
+    name: str
+    axis: str
+    variable: str
+    unit: str
+    points: NDArray[np.float64]
+    curve: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything that one diagnosis found.
+
+    Attributes
+    ----------
+    verdict : str
+    effects : tuple of FoundEffect
+        Strongest evidence first.
+    withdrawn : tuple of (name, axis, why)
+        Effects that the training logs showed and the held-out logs did not bear out.
+    catalogue : tuple of CatalogueVerdict
+    parameters_before, parameters_after : mapping of str to Estimate
+        By the paper's symbols.
+    effects_after : mapping of str to Estimate
+        Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
+        ``effects`` where parameters are handed back that imitate an unknown torque.
+    plant_before, plant_after : PlantParameters
+        The complete parameter sets.
+    axes : mapping of str to AxisReport
+    correlation_names : tuple of str
+        Labels "name axis" of the rows of ``correlation``.
+    correlation : NDArray, shape (K, K)
+        Correlations between the catalogue's projected signatures.
+    """
+
+    verdict: str
+    effects: tuple[FoundEffect, ...]
+    withdrawn: tuple[tuple[str, str, str], ...]
+    catalogue: tuple[CatalogueVerdict, ...]
+    parameters_before: Mapping[str, Estimate]
+    parameters_after: Mapping[str, Estimate]
+    effects_after: Mapping[str, Estimate]
+    plant_before: PlantParameters
+    plant_after: PlantParameters
+    axes: Mapping[str, AxisReport]
+    series: tuple[HeldOutSeries, ...]
+    curves: tuple[EffectCurve, ...]
+    correlation_names: tuple[str, ...]
+    correlation: NDArray[np.float64]
+    data: tuple[DataEntry, ...]
+    settings: Mapping[str, Any]
+    notes: tuple[str, ...]
+    seconds: float
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
+        return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
+
+    def _repr_html_(self) -> str:
+        """Show the diagnosis in a notebook."""
+        from heli_identifier.workbench.report.notebook import notebook_view
+
+        return notebook_view(self)

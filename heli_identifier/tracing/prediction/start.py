@@ -1,0 +1,81 @@
+"""First estimates for the fit: least squares on smoothed derivatives, axis by axis, linear in the parameters.
+
+The equations (2), (10), (12) with sin(theta - theta0) split into sin(theta) and cos(theta). Derivatives come from a
+zero-phase local polynomial (Savitzky and Golay 1964). Biased by disturbances; only the fit's start depends on it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter, savgol_filter
+
+from heli_identifier.tracing.prediction.record import Record
+from heli_plant.parameters import PlantParameters
+
+SMOOTHING_WINDOW = 0.6
+"""Length [s] of the local polynomial of degree 3: keeps .94 of an acceleration at .5 Hz and .76 at 1 Hz."""
+
+
+def smoothed(values: NDArray[np.float64], step: float, order: int = 0) -> NDArray[np.float64]:
+    """Zero-phase derivative of ``order`` of ``values`` (N, ...) sampled every ``step`` [s]."""
+    length = int(SMOOTHING_WINDOW / step) | 1
+    return savgol_filter(values, length, 3, deriv=order, delta=step, axis=0)
+
+
+def lagged_voltages(record: Record, time_constant: float) -> NDArray[np.float64]:
+    """Voltages (N, 2) [V] behind the lag of eq. (9), settled at the first sample."""
+    kept = float(np.exp(-record.step / time_constant)) if time_constant > 0.0 else 0.0
+    first = record.voltages[0]
+    return lfilter([0.0, 1.0 - kept], [1.0, -kept], record.voltages - first, axis=0) + first
+
+
+def _regression(record: Record, time_constant: float) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Regressors and accelerations of the three axes of one record, ends cut off."""
+    h = record.step
+    angle, rate, acceleration = (smoothed(record.angles, h, order) for order in (0, 1, 2))
+    nu = smoothed(lagged_voltages(record, time_constant), h)
+    mu_diff, mu_sum = nu[:, 0] - nu[:, 1], nu[:, 0] + nu[:, 1]
+    sine, cosine = np.sin(angle[:, 0]), np.cos(angle[:, 0])
+    cut = int(SMOOTHING_WINDOW / h)
+    inner = slice(cut, -cut)
+    regressors = (
+        np.column_stack((-rate[:, 0], -sine, cosine, mu_diff)),
+        np.column_stack((-rate[:, 1], -angle[:, 1], -np.ones_like(sine), -rate[:, 0] * rate[:, 2], mu_sum * cosine)),
+        np.column_stack((-rate[:, 2], mu_sum * sine)),
+    )
+    return [(x[inner], acceleration[inner, axis]) for axis, x in enumerate(regressors)]
+
+
+def first_estimate(records: Sequence[Record], base: PlantParameters) -> PlantParameters:
+    """Return ``base`` with the eleven parameters of the simplified model estimated from ``records``.
+
+    ``base`` gives what is not estimated: the motor's time constant [s] and the voltage limit [V].
+    """
+    rows = [_regression(record, base.T_m) for record in records]
+    pitch, elevation, travel = (
+        np.linalg.lstsq(
+            np.concatenate([row[axis][0] for row in rows]), np.concatenate([row[axis][1] for row in rows]), rcond=None
+        )[0]
+        for axis in range(3)
+    )
+    a_th, theta0 = _stiffness_and_rest(float(pitch[1]), float(pitch[2]))
+    return base._replace(
+        a_wx=float(pitch[0]),
+        a_th=a_th,
+        theta0=theta0,
+        k_x=float(pitch[3]),
+        a_wz=float(elevation[0]),
+        a_e=float(elevation[1]),
+        a_1=float(elevation[2]),
+        a_lt=float(elevation[3]),
+        k_z=float(elevation[4]),
+        a_wy=float(travel[0]),
+        k_y=float(travel[1]),
+    )
+
+
+def _stiffness_and_rest(of_sine: float, of_cosine: float) -> tuple[float, float]:
+    """(a_th, theta0) from a_th cos(theta0) and a_th sin(theta0); a statically unstable pitch has a_th < 0."""
+    sign = 1.0 if of_sine >= 0.0 else -1.0
+    return sign * float(np.hypot(of_sine, of_cosine)), float(np.arctan2(sign * of_cosine, sign * of_sine))

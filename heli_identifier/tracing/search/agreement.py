@@ -1,0 +1,101 @@
+"""Agreement over filter frequencies: an effect is a property of the rig, not of the filter it was seen through."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.workers import parallel
+from heli_identifier.tracing.search.model import (
+    Model,
+    Withdrawal,
+    effect_score,
+    unknown_columns,
+    without,
+    without_unknown,
+)
+from heli_identifier.tracing.search.scan import basis_of
+from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent, responses_in
+from heli_plant.effects import Effect
+
+LEAST_SCORE = 2.0
+"""Score that an effect must keep at every filter frequency, with its sign; of an unknown torque the surplus's root."""
+
+LEAST_LIKENESS = 0.5
+"""Cosine between an unknown torque as two filters see it; of unrelated curves of fifteen splines it is below .5."""
+
+
+def agreement(
+    model: Model, bandwidths: Sequence[float]
+) -> tuple[Model, dict[str, dict[float, Estimate]], list[Withdrawal]]:
+    """Refit the model at other filter frequencies; withdraw, weakest first, what does not hold there.
+
+    Returns
+    -------
+    Model
+        What holds.
+    dict
+        Per coefficient field and filter frequency [rad/s] the estimate.
+    list of Withdrawal
+    """
+    withdrawn: list[Withdrawal] = []
+    while True:
+        refits = dict(zip(bandwidths, parallel(partial(seen_at, model), bandwidths), strict=True))
+        failures = [failure for bandwidth, other in refits.items() for failure in _failures(model, other, bandwidth)]
+        if not failures:
+            break
+        _, weakest, why = min(failures, key=lambda failure: failure[0])
+        withdrawn.append(Withdrawal(weakest.name, weakest.axis, why))
+        model = without(model, weakest) if isinstance(weakest, Effect) else without_unknown(model, weakest)
+    found = {
+        effect.field: {b: other.fit.estimate(effect.field) for b, other in refits.items()} for effect in model.effects
+    }
+    return model, found, withdrawn
+
+
+def seen_at(model: Model, bandwidth: float) -> Model:
+    """Refit a model under the observer of another filter frequency [rad/s]."""
+    problem, parameters = Problem(model.fit.problem.records, bandwidth), model.fit.parameters
+    unknowns = tuple(replace(u, columns=responses_in(u, problem, parameters)) for u in model.unknowns)
+    columns = unknown_columns(problem, unknowns)
+    fitted = fit(problem, parameters, model.fields, columns, model.fit.linear, tolerance=0.1, iterations=4)
+    return Model(fitted, model.effects, unknowns)
+
+
+def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[float, Effect | Unknown, str]]:
+    """Score, effect and reason of all that is not found again at another filter frequency."""
+    where = f"at the filter frequency {bandwidth:g} rad/s"
+    for effect in model.effects:
+        estimate, score = other.fit.estimate(effect.field), abs(effect_score(other.fit, effect))
+        if score < LEAST_SCORE or estimate.value * getattr(model.fit.parameters, effect.field) <= 0.0:
+            yield score, effect, f"{where} it is {estimate.value:.3g} {effect.unit}, score {score:.1f}"
+    for index, unknown in enumerate(model.unknowns):
+        score, like = unknown_score(other, index), likeness(model, other, index)
+        if score < LEAST_SCORE:
+            yield score, unknown, f"{where} its score is {score:.1f}"
+        elif like < LEAST_LIKENESS:
+            yield score, unknown, f"{where} its curve is another, the cosine between them {like:.2f}"
+
+
+def unknown_score(model: Model, index: int) -> float:
+    """Root of the surplus of an unknown torque in a model: of what it explains that nothing else there could.
+
+    A Wald test of its many coefficients would rest on a covariance that a few seconds of a local torque make singular.
+    """
+    own, first = model.span(index), len(model.fit.free)
+    columns = slice(first + own.start, first + own.stop)
+    others = basis_of(np.delete(model.fit.jacobian, columns, axis=1))
+    response = model.fit.jacobian[:, columns] @ model.weights(index)
+    left = response - others @ (others.T @ response)
+    return float(np.sqrt(one_degree_equivalent(float(left @ left), model.unknowns[index].degrees)))
+
+
+def likeness(model: Model, other: Model, index: int) -> float:
+    """Cosine between an unknown torque's responses as two models' coefficients give it."""
+    columns = np.concatenate([c[:, 0] for c in model.unknowns[index].columns])
+    one, two = columns @ model.weights(index), columns @ other.weights(index)
+    return float(one @ two / max(float(np.linalg.norm(one) * np.linalg.norm(two)), 1e-300))

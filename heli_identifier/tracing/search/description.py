@@ -1,0 +1,111 @@
+"""An unknown torque in numbers and words: its curve with a band, or its line, and what shape that is."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.splines import DEGREE, UNITS
+from heli_identifier.tracing.search.unknown import Unknown
+
+POINTS = 121
+"""Points of a drawn curve."""
+
+
+def described(model: Model, index: int) -> dict[str, Any]:
+    """Shape of the unknown torque number ``index`` of a model, as the report and diagnosis.json state it.
+
+    Returns
+    -------
+    dict
+        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], both where a
+        record has been, or "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
+    """
+    unknown = model.unknowns[index]
+    weights, covariance = model.weights(index), model.weights_covariance(index)
+    if unknown.frequency is not None:
+        return _line(unknown, weights, covariance)
+    x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
+    basis = unknown.curve(x)
+    y = basis @ weights
+    silent = np.isinf(np.diag(covariance))  # splines of places that no record visits
+    known = np.where(silent[:, None] | silent, 0.0, covariance)
+    half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
+    half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
+    visited = np.isfinite(half)
+    return {
+        "variable": unknown.variable,
+        "unit": UNITS[unknown.variable],
+        "description": _words(unknown, x[visited], y[visited], half[visited]),
+        "curve": np.column_stack((x, y))[visited].tolist(),
+        "band": np.column_stack((x, y - half, y + half))[visited].tolist(),
+    }
+
+
+def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> dict[str, Any]:
+    """State a line's frequency and its mean amplitude over the records."""
+    amplitudes = np.hypot(weights[0::2], weights[1::2])
+    error = float(np.sqrt(np.trace(covariance) / 2.0) / len(amplitudes))
+    amplitude = float(amplitudes.mean())
+    return {
+        "variable": "time",
+        "unit": "s",
+        "description": f"periodic in time at {unknown.frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2",
+        "frequency_hz": float(unknown.frequency or 0.0),
+        "amplitude": amplitude,
+        "amplitude_standard_error": error,
+    }
+
+
+def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell where a curve's band, half as wide as ``half``, is narrow beside the swing of what is determined of it.
+
+    Without this the ends of a range, where a spline hangs on a few samples, would give a curve its size. All of it
+    counts where hardly any is narrow.
+    """
+    known = np.ones(len(y), dtype=bool)
+    while True:
+        narrower = known & (half < 0.25 * np.ptp(y[known]))
+        if narrower.sum() < 0.1 * len(y) or (narrower == known).all():
+            return known
+        known = narrower
+
+
+def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
+    """Say what kind of curve it is where records have been; its size is that of the part that they determine."""
+    known = _determined(y, half)
+    words = [f"a torque of {unknown.variable}, {np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"]
+    if len(y) < POINTS:
+        return words[0]  # a curve with holes has a size, but no shape that can be told
+    if unknown.variable == "travel":
+        spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
+        waves = int(np.argmax(spectrum[1:9])) + 1
+        if spectrum[waves] ** 2 > 0.5 * float((spectrum[1:] ** 2).sum()):
+            return f"{words[0]}, periodic with {waves} wave{'s' if waves > 1 else ''} per turn"
+        return words[0]
+    if known.sum() > 10:
+        level = float(np.median(y[known]))
+        peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
+        wide = np.abs(y - level) > 0.5 * abs(y[peak] - level)
+        # what reaches the end of the range may go on there: a parabola is not local
+        inside = not (wide[known][0] or wide[known][-1])
+        if inside and wide[known].mean() < 0.25:
+            width = float(x[1] - x[0]) * int((wide & known).sum())
+            unit = UNITS[unknown.variable]
+            words.append(f"localised near {x[peak]:.3g} {unit}, about {width:.2g} {unit} wide")
+            return ", ".join(words)
+    inner = (x >= max(x[0], -x[-1])) & (x <= min(x[-1], -x[0]))
+    if inner.sum() > 20:
+        centred = y[inner] - y[inner].mean()
+        odd = 0.5 * (centred - centred[::-1])
+        share = float((odd**2).sum() / max((centred**2).sum(), 1e-30))
+        if share > 0.8:
+            words.append("odd")
+        elif share < 0.2:
+            words.append("even")
+    slope = np.abs(np.gradient(y, x))
+    ends = np.concatenate((slope[:12], slope[-12:])).mean()
+    if ends < 0.3 * slope[len(slope) // 3 : -len(slope) // 3].mean():
+        words.append("saturating")
+    return ", ".join(words)

@@ -1,0 +1,124 @@
+"""A fitted model with the effects found so far, and the moves that change it: add, leave out, add an unknown torque."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
+from heli_identifier.tracing.prediction.problem import Problem, Residuals
+from heli_identifier.tracing.search.candidates import shape_fields
+from heli_identifier.tracing.search.unknown import Unknown, refined_line
+from heli_plant.effects import AXES, Effect
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A fitted model with the effects found so far."""
+
+    fit: Fit
+    effects: tuple[Effect, ...] = ()
+    unknowns: tuple[Unknown, ...] = ()
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Fields that its fit estimates."""
+        return free_fields(self.effects)
+
+    @property
+    def extra(self) -> Residuals | None:
+        """Columns of the unknown torques on all axes, (n_i, 3, k) per record."""
+        return unknown_columns(self.fit.problem, self.unknowns)
+
+    def span(self, index: int) -> slice:
+        """Place of the coefficients of unknown torque number ``index`` among those of all."""
+        first = sum(unknown.degrees for unknown in self.unknowns[:index])
+        return slice(first, first + self.unknowns[index].degrees)
+
+    def weights(self, index: int) -> NDArray[np.float64]:
+        """Coefficients of unknown torque number ``index``, shape (degrees,)."""
+        return self.fit.linear[self.span(index)]
+
+    def weights_covariance(self, index: int) -> NDArray[np.float64]:
+        """Their covariance, shape (degrees, degrees); infinite for splines of places that no record visits."""
+        own, first = self.span(index), len(self.fit.free)
+        rows = slice(first + own.start, first + own.stop)
+        return self.fit.covariance[rows, rows]
+
+
+class Withdrawal(NamedTuple):
+    """What was found and taken back: the effect's name ("unknown" of an unknown torque), its axis, the reason."""
+
+    name: str
+    axis: str
+    why: str
+
+
+def free_fields(effects: Sequence[Effect]) -> tuple[str, ...]:
+    """Fields of the base model, of ``effects`` and of their shapes."""
+    fields = list(BASE)
+    for effect in effects:
+        fields.append(effect.field)
+        fields.extend(name for name in shape_fields(effect) if name not in fields)
+    return tuple(fields)
+
+
+def unknown_columns(problem: Problem, unknowns: Sequence[Unknown]) -> Residuals | None:
+    """Join the columns of unknown torques, zero on the axes that they do not act on."""
+    if not unknowns:
+        return None
+    joined = []
+    for index, length in enumerate(problem.lengths):
+        parts = []
+        for unknown in unknowns:
+            part = np.zeros((length, 3, unknown.degrees))
+            part[:, AXES.index(unknown.axis)] = unknown.columns[index][:, 0]
+            parts.append(part)
+        joined.append(np.concatenate(parts, axis=2))
+    return joined
+
+
+def effect_score(fit_: Fit, effect: Effect) -> float:
+    """Coefficient over its standard error."""
+    return getattr(fit_.parameters, effect.field) / fit_.standard_error(effect.field)
+
+
+def with_unknown(model: Model, unknown: Unknown) -> Model:
+    """Refit ``model`` with an unknown torque beside it."""
+    if unknown.frequency is not None:
+        unknown = refined_line(model.fit, AXES.index(unknown.axis), unknown.frequency)
+    unknowns = (*model.unknowns, unknown)
+    columns = unknown_columns(model.fit.problem, unknowns)
+    weights = np.concatenate((model.fit.linear, unknown.gain.coefficients))
+    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights, model.fit)
+    return Model(fitted, model.effects, unknowns)
+
+
+def without(model: Model, effect: Effect) -> Model:
+    """Refit ``model`` with one of its effects switched off."""
+    rest = tuple(e for e in model.effects if e is not effect)
+    start = model.fit.parameters._replace(**{effect.field: 0.0})
+    fitted = fit(model.fit.problem, start, free_fields(rest), model.extra, model.fit.linear, model.fit)
+    return Model(fitted, rest, model.unknowns)
+
+
+def without_unknown(model: Model, unknown: Unknown) -> Model:
+    """Refit ``model`` without one of its unknown torques."""
+    kept = [index for index, other in enumerate(model.unknowns) if other is not unknown]
+    rest = tuple(model.unknowns[index] for index in kept)
+    weights = np.concatenate([np.empty(0), *(model.weights(index) for index in kept)])
+    columns = unknown_columns(model.fit.problem, rest)
+    fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights, model.fit)
+    return Model(fitted, model.effects, rest)
+
+
+def eliminated(model: Model, threshold: float) -> Model:
+    """Drop, weakest first, every effect whose score has fallen below ``threshold``."""
+    while model.effects:
+        weakest = min(model.effects, key=lambda e: abs(effect_score(model.fit, e)))
+        if abs(effect_score(model.fit, weakest)) >= threshold:
+            break
+        model = without(model, weakest)
+    return model

@@ -1,0 +1,190 @@
+"""Effects that no catalogue names: a torque as a smooth function of one variable, or a line in time.
+
+The response of the innovations to the torque is that of the linearised observer. Whether a variable explains the
+residual is judged by its gain in likelihood against chi-squared with as many degrees of freedom as it has columns.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.special import gammaln
+from scipy.stats import chi2
+
+from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.relinearised import Gain, linear_gain
+from heli_identifier.tracing.prediction.torque import torque_responses
+from heli_identifier.tracing.prediction.whitening import Whitener
+from heli_identifier.tracing.prediction.workers import parallel
+from heli_identifier.tracing.search.lines import line_columns, strongest_lines
+from heli_identifier.tracing.search.scan import basis_of
+from heli_identifier.tracing.search.splines import (
+    Variable,
+    projection_of,
+    spline_basis,
+    variable_values,
+    variables,
+    without_trend,
+)
+from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
+
+LARGEST_SHARE = 5.0
+"""A curve that explains this many times the residual's standard deviation is a difference of huge columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """A torque of unknown origin on one axis.
+
+    Attributes
+    ----------
+    axis : str
+    variable : str
+    frequency : float or None
+        Of a line in time [Hz]; None for a curve.
+    gain : Gain
+    degrees : int
+        Columns of its model.
+    columns : list of NDArray, shape (n_i, 1, degrees)
+        Their responses in the innovations of the axis.
+    knots, projection : NDArray
+        Of a curve's splines, empty for a line.
+    """
+
+    axis: str
+    variable: str
+    frequency: float | None
+    gain: Gain
+    degrees: int
+    columns: list[NDArray[np.float64]]
+    knots: NDArray[np.float64]
+    projection: NDArray[np.float64]
+
+    def curve(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Basis (len(x), degrees) of the torque at values ``x`` of its variable."""
+        splines = spline_basis(x, self.knots, self.variable == "travel")
+        return without_trend(splines, x, self.axis, self.variable, self.projection)
+
+    @property
+    def name(self) -> str:
+        """What stands in the place of a catalogue entry's name."""
+        return "unknown"
+
+    @property
+    def surplus(self) -> float:
+        """Gain in log-likelihood beyond what as many columns of noise give, on chi-squared's one-degree scale."""
+        return one_degree_equivalent(self.gain.value, self.degrees)
+
+
+def one_degree_equivalent(gain: float, degrees: int) -> float:
+    """Chi-squared of one degree of freedom that is as rare as ``gain`` is under ``degrees`` degrees of freedom."""
+    if gain <= degrees:
+        return 0.0
+    tail = float(chi2.logsf(gain, degrees))
+    if tail > -300.0:
+        return float(chi2.isf(np.exp(tail), 1))
+    # both tails by their leading terms: x/2 - (k/2 - 1) log(x/2) + log Gamma(k/2) is the same for either
+    depth = gain / 2.0 - (degrees / 2.0 - 1.0) * np.log(gain / 2.0) + gammaln(degrees / 2.0)
+    x = 2.0 * depth
+    for _ in range(5):
+        x = 2.0 * (depth - 0.5 * np.log(x / 2.0) - gammaln(0.5))
+    return float(x)
+
+
+def curve_columns(fit: Fit, axis: int, variable: Variable) -> list[NDArray[np.float64]]:
+    """Responses (n_i, 1, k) of the innovations of ``axis`` to the splines of ``variable``."""
+    projection = projection_of(variable, AXES[axis])
+    bases = [
+        without_trend(splines, x, AXES[axis], variable.name, projection)
+        for splines, x in zip(variable.splines, variable.values, strict=True)
+    ]
+    return [-r[:, None, :] for r in torque_responses(fit.problem, axis, fit.parameters, bases)]
+
+
+def curve_of(fit: Fit, axis: int, variable: Variable, columns: list[NDArray[np.float64]]) -> Unknown:
+    """Fit an unknown torque of ``variable`` on ``axis``, from its :func:`curve_columns`."""
+    gain = linear_gain(fit, columns, (axis,))
+    projection = projection_of(variable, AXES[axis])
+    return Unknown(AXES[axis], variable.name, None, gain, columns[0].shape[2], columns, variable.knots, projection)
+
+
+def responses_in(unknown: Unknown, problem: Problem, parameters: PlantParameters) -> list[NDArray[np.float64]]:
+    """Responses (n_i, 1, degrees) of another problem's innovations to the torque's columns.
+
+    A line has its own phase in every record, and so as many columns as that problem has records.
+    """
+    axis = AXES.index(unknown.axis)
+    if unknown.frequency is not None:
+        return line_columns(problem, parameters, axis, unknown.frequency)
+    bases = [unknown.curve(x) for x in variable_values(problem, parameters)[unknown.variable]]
+    return [-r[:, None, :] for r in torque_responses(problem, axis, parameters, bases)]
+
+
+def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
+    """Fit a line of ``frequency`` [Hz] on ``axis``."""
+    columns = line_columns(fit.problem, fit.parameters, axis, frequency)
+    gain = linear_gain(fit, columns, (axis,))
+    return Unknown(AXES[axis], "time", frequency, gain, columns[0].shape[2], columns, np.empty(0), np.empty((0, 0)))
+
+
+def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
+    """Find the line of largest gain within one bin of ``frequency`` [Hz].
+
+    A line much stronger than the noise stands out over a fraction of a bin only: a grid finds its foot.
+    """
+    bin_width = 1.0 / max(record.duration for record in fit.problem.records)
+    grid = frequency + bin_width * np.arange(-8, 9) / 8.0
+    grid = grid[grid >= 0.5 * bin_width]
+    gains = parallel(lambda f: line_of(fit, axis, float(f)).gain.value, grid)
+    best = float(grid[int(np.argmax(gains))])
+    found = minimize_scalar(
+        lambda f: -line_of(fit, axis, float(f)).gain.value,
+        bounds=(best - bin_width / 8.0, best + bin_width / 8.0),
+        method="bounded",
+        options={"xatol": 0.01 * bin_width, "maxiter": 10},
+    )
+    return line_of(fit, axis, float(found.x))
+
+
+def screened(
+    fit: Fit, whitener: Whitener, known: dict[str, Variable], axis: int
+) -> list[tuple[float, str, list[NDArray[np.float64]]]]:
+    """Curves of one axis as (gain under ``whitener``, variable, columns), largest gain first."""
+    base = whitener.apply_axis(axis, [j[:, axis] for j in fit.raw_jacobian])
+    basis = basis_of(base[:, np.linalg.norm(base, axis=0) > 0.0])
+    white = whitener.apply_axis(axis, [r[:, axis] for r in fit.residuals])
+    white = white - basis @ (basis.T @ white)
+    found = []
+    for name, variable in known.items():
+        columns = curve_columns(fit, axis, variable)
+        whitened = whitener.apply_axis(axis, [c[:, 0, :] for c in columns])
+        directions = basis_of(whitened - basis @ (basis.T @ whitened))
+        found.append((float(((directions.T @ white) ** 2).sum()), name, columns))
+    return sorted(found, key=lambda row: -row[0])
+
+
+def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
+    """Unknown torques by falling surplus: per axis the best few curves and lines, found under ``whitener``."""
+    known = variables(fit)
+
+    def curves(axis: int) -> list[Unknown]:
+        best = screened(fit, whitener, known, axis)[:shortlist]
+        return [curve_of(fit, axis, known[name], columns) for _, name, columns in best]
+
+    def lines(axis: int) -> list[Unknown]:
+        return [line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis)]
+
+    jobs = [(of_axis, axis) for of_axis in (curves, lines) for axis in range(3)]
+    found = [unknown for some in parallel(lambda job: job[0](job[1]), jobs) for unknown in some]
+    return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.surplus)
+
+
+def is_sane(fit: Fit, unknown: Unknown) -> bool:
+    """Whether a curve is of the size of what it explains, and not a difference of huge columns."""
+    axis = AXES.index(unknown.axis)
+    explained = np.concatenate([c[:, 0] @ unknown.gain.coefficients for c in unknown.columns])
+    residual = np.concatenate([r[:, axis] for r in fit.residuals])
+    return float(explained.std()) <= LARGEST_SHARE * float(residual.std())

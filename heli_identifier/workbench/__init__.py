@@ -1,0 +1,1 @@
+"""What people use: commands, report, delivery, campaign, linearisation, design of experiments, the paper's tables."""

@@ -1,0 +1,139 @@
+"""The folder of a campaign's results: ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all.
+
+A file appears whole or not at all, and under one name however often a rig is diagnosed: neither a killed worker nor a
+killed campaign leaves half a row or two.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.tracing import BASE
+from heli_identifier.workbench.campaign.row import STAGES, Row, error_column
+from heli_plant.effects import AXES
+
+if TYPE_CHECKING:
+    import pyarrow
+
+CONSOLIDATED = "campaign.parquet"
+
+
+@dataclass(frozen=True)
+class Results:
+    """Results of one campaign in ``folder``, which is made if it is missing."""
+
+    folder: Path
+
+    def __post_init__(self) -> None:
+        try:
+            self.rows.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigurationError(
+                f"{self.folder} cannot hold results: {error.strerror}; name another output folder."
+            ) from error
+
+    @property
+    def rows(self) -> Path:
+        """Folder of the single rows."""
+        return self.folder / "rows"
+
+    def write(self, row: Row) -> Path:
+        """Write one row, in the place of an older one of the same key."""
+        return write_table(table([row]), self.rows / f"{row['key']}.parquet")
+
+    def read(self, key: str) -> Row | None:
+        """Give the row of a key, None if there is none."""
+        path = self.rows / f"{key}.parquet"
+        return read_rows(path)[0] if path.exists() else None
+
+    def consolidate(self, rows: Sequence[Row]) -> Path:
+        """Write all rows of a campaign into one file."""
+        return write_table(table(rows), self.folder / CONSOLIDATED)
+
+
+def schema() -> "pyarrow.Schema":
+    """Columns and their types."""
+    import pyarrow as pa
+
+    text, number = pa.string(), pa.float64()
+    effect = {
+        "name": text, "axis": text, "coefficient": number, "standard_error": number, "score": number, "verdict": text,
+        "alternatives": pa.list_(text), "variable": text, "frequency_hz": number,
+    }  # fmt: skip
+    columns: dict[str, pa.DataType] = {
+        "rig": text,
+        "key": text,
+        "error": text,
+        "verdict": text,
+        "effects": pa.list_(_struct(effect)),
+        "withdrawn": pa.list_(_struct({"name": text, "axis": text, "why": text})),
+        **{column: number for symbol in BASE for column in (symbol, f"{symbol}_se")},
+        **{error_column(axis, stage): number for axis in AXES for stage in STAGES},
+        "seconds": number,
+        "measures": pa.map_(text, number),
+        "true_kind": text,
+        "true_effects": pa.list_(_struct({"name": text, "axis": text, "coefficient": number})),
+        "true_unknown": _struct({"axis": text, "variable": text}),
+        **{f"true_{symbol}": number for symbol in BASE},
+    }
+    return pa.schema(list(columns.items()))
+
+
+def complete(row: Row) -> Row:
+    """Give a row every column: None in those that it leaves out."""
+    return dict.fromkeys(schema().names) | row
+
+
+def table(rows: Sequence[Row]) -> "pyarrow.Table":
+    """Give rows as a table; a column that a row leaves out is null."""
+    import pyarrow as pa
+
+    return pa.Table.from_pylist([complete(row) for row in rows], schema=schema())
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Read rows as :func:`write_table` wrote them.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file is none of a campaign's.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.read_table(path, schema=schema()).to_pylist(maps_as_pydicts="strict")
+    except (pa.ArrowException, OSError) as error:
+        raise ConfigurationError(f"{path} is no result of a campaign: {error}; move it away.") from error
+
+
+def write_table(content: "pyarrow.Table", path: Path) -> Path:
+    """Write a Parquet file so that no reader ever sees half of it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder cannot be written to.
+    """
+    import pyarrow.parquet as pq
+
+    # In the same folder, as only there a rename is one step; the process id keeps two writers apart.
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        pq.write_table(content, draft, compression="zstd")
+        draft.replace(path)
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be written: {error}.") from error
+    finally:
+        draft.unlink(missing_ok=True)
+    return path
+
+
+def _struct(fields: dict) -> "pyarrow.DataType":
+    import pyarrow as pa
+
+    return pa.struct(list(fields.items()))

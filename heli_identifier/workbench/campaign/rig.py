@@ -1,0 +1,102 @@
+"""One rig of a campaign: its logs, and the truth where whoever made the logs knows it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import Log, RigConfiguration
+from heli_plant.effects import CATALOGUE
+
+
+@dataclass(frozen=True)
+class TrueEffect:
+    """An effect of the catalogue that a rig really holds.
+
+    Attributes
+    ----------
+    name, axis : str
+        The catalogue's words.
+    coefficient : float or None
+        In the catalogue's unit; None where it cannot be compared with an estimate.
+    shape : mapping of str to float
+        Values of the law's shape parameters by their fields in
+        :class:`heli_plant.parameters.PlantParameters`, as far as they are known.
+
+    Raises
+    ------
+    ConfigurationError
+        If the catalogue has no such entry.
+    """
+
+    name: str
+    axis: str
+    coefficient: float | None
+    shape: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if (self.name, self.axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}:
+            raise ConfigurationError(
+                f"truth names {self.name!r} on {self.axis!r}, which the catalogue lacks; `heli effects` lists it, and "
+                "what it lacks is a TrueUnknown."
+            )
+
+
+@dataclass(frozen=True)
+class TrueUnknown:
+    """A torque that no entry of the catalogue is: the axis it acts on and the variable it depends on."""
+
+    axis: str
+    variable: str
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a rig really is.
+
+    Attributes
+    ----------
+    kind : str
+        Word under which a summary counts it.
+    parameters : mapping of str to float
+        Values of the simplified model by the paper's symbols, as far as they are known.
+    effects : tuple of TrueEffect
+        One entry per axis.
+    unknown : TrueUnknown or None
+    """
+
+    kind: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    effects: tuple[TrueEffect, ...] = ()
+    unknown: TrueUnknown | None = None
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The data set of one rig.
+
+    Attributes
+    ----------
+    training, held_out : tuple of Log
+        Logs to fit and search, and logs to judge by.
+    truth : Truth or None
+        Never given to the diagnosis; a result row sets it beside what was found.
+    configuration : RigConfiguration or None
+        What is known of the rig besides; None leaves the campaign's settings as they are.
+
+    Raises
+    ------
+    ConfigurationError
+        If either kind of log is missing.
+    """
+
+    training: tuple[Log, ...]
+    held_out: tuple[Log, ...]
+    truth: Truth | None = None
+    configuration: RigConfiguration | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("training", "held_out"):
+            logs = tuple(getattr(self, name))
+            if not logs or not all(isinstance(log, Log) for log in logs):
+                raise ConfigurationError(f"rig.{name} = {logs!r} must hold one or more logs.")
+            object.__setattr__(self, name, logs)

@@ -1,0 +1,96 @@
+"""The commands, put together."""
+
+from typing import Annotated, Any
+
+import typer
+
+from heli_identifier.workbench.commands.build import build
+from heli_identifier.workbench.commands.campaign import campaign
+from heli_identifier.workbench.commands.check import check
+from heli_identifier.workbench.commands.demo import demo
+from heli_identifier.workbench.commands.design import design
+from heli_identifier.workbench.commands.diagnose import diagnose
+from heli_identifier.workbench.commands.effects import effects
+from heli_identifier.workbench.commands.guard import guarded
+from heli_identifier.workbench.commands.identify import identify
+from heli_identifier.workbench.commands.init import init
+from heli_identifier.workbench.commands.linearise import linearise
+from heli_identifier.workbench.commands.options import Spreading
+from heli_identifier.workbench.commands.paper import paper
+from heli_identifier.workbench.commands.simulate import simulate
+from heli_identifier.workbench.commands.ssp import ssp
+
+app = typer.Typer(
+    name="heli",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="[bold]Try it[/]: heli demo",
+)
+
+_COMMANDS: tuple[tuple[Any, str], ...] = (
+    (
+        diagnose,
+        "heli diagnose run1.csv run2.csv --validate run3.csv --output result\n\n"
+        "heli diagnose run.csv --from 6 --to 90 --config heli.toml --output result",
+    ),
+    (
+        identify,
+        "heli identify run1.csv run2.csv --output history\n\nheli identify run.csv --filter-frequency 2 -o history",
+    ),
+    (
+        check,
+        "heli check tonight.csv --parameters result/parameters.json\n\n"
+        "heli check tonight.csv --parameters result/parameters.json --junit check.xml",
+    ),
+    (
+        campaign,
+        "heli campaign rigs --output campaign\n\n"
+        "heli campaign rigs --scheduler tcp://lab:8786\n\n"
+        "heli campaign --generator my_rigs:make --rigs 200 --workers 4",
+    ),
+    (
+        design,
+        "heli design --separate motor_lag input_delay --parameters result/parameters.json\n\n"
+        "heli design --show reverse_thrust_loss --output experiment.csv",
+    ),
+    (effects, "heli effects\n\nheli effects --axis pitch --json"),
+    (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
+    (
+        simulate,
+        "heli simulate closed_loop --duration 40 --set controller.reference.step_pitch=0.1 "
+        "--set exciter.excitation.experiment=0 --plot step.svg\n\n"
+        "heli simulate open_loop --set plant.effects.dry_friction.pitch=0.02 --output run.csv\n\n"
+        "heli simulate measured_data --log run.csv --parameters result/parameters.json",
+    ),
+    (
+        linearise,
+        "heli linearise result/parameters.json\n\nheli linearise result/parameters.json --elevation 0.1 -o control",
+    ),
+    (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
+    (init, "heli init\n\nheli init rigs/north-lab.toml"),
+    (paper, "heli paper\n\nheli paper --output figures --json"),
+    (demo, "heli demo\n\nheli demo --output somewhere"),
+)
+"""Commands in the order of the help, each with examples."""
+
+for _function, _examples in _COMMANDS:
+    app.command(cls=Spreading, epilog=f"[bold]Examples[/]\n\n{_examples}")(guarded(_function))
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"heli-twin {version('heli-twin')}")
+        raise typer.Exit
+
+
+@app.callback()
+def heli(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Bench helicopter FMUs that correct themselves from measured data."""

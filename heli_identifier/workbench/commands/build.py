@@ -1,0 +1,57 @@
+"""``heli build``: the FMUs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Json, Parameters, Settings
+
+
+def _units() -> list[str]:
+    from fmu_src.builder import UNITS
+
+    return list(UNITS)
+
+
+def build(
+    units: Annotated[
+        list[str],
+        typer.Argument(metavar="[UNIT]...", help="Units to build; all five if none is named.", autocompletion=_units),
+    ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the FMUs.")] = Path("build"),
+    parameters: Parameters = None,
+    settings: Settings = [],  # noqa: B006
+    json: Json = False,
+) -> None:
+    """Build FMI 2.0 co-simulation units; a parameters.json makes the corrected plant.
+
+    With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
+    """
+    from fmu_src.builder import build as build_unit
+    from fmu_src.builder import unit_class
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import by_unit, of_unit
+    from heli_identifier.workbench.commands.terminal import print_json, progress_bar
+    from heli_identifier.workbench.delivery.staging import whole_folder
+
+    names = units or _units()
+    given = by_unit(parameters)
+    if settings and len(names) != 1:
+        raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
+    for unit in given:
+        if unit not in names:
+            raise ConfigurationError(f"{parameters} holds parameters of {unit}, which is not among {', '.join(names)}.")
+    for name in names:
+        unit_class(name)
+    own = of_unit(names[0], settings)
+    with whole_folder(output) as draft, progress_bar() as tell:
+        for number, name in enumerate(names):
+            tell(f"building {name}", number / len(names))
+            build_unit(name, draft, {**given.get(name, {}), **own})
+    files = [output / f"{name}.fmu" for name in names]
+    if json:
+        print_json([str(file) for file in files])
+        return
+    for file in files:
+        typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")

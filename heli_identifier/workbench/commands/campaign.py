@@ -1,0 +1,151 @@
+"""``heli campaign``: many rigs diagnosed, on all cores of this machine or on a cluster of machines."""
+
+import os
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Config, Json
+
+if TYPE_CHECKING:
+    from heli_identifier.workbench.campaign.sources import Source
+    from heli_identifier.workbench.campaign.summary import Summary
+
+FAILED = 1
+"""Exit code where a rig could not be diagnosed."""
+
+
+def campaign(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="FOLDER",
+            help="Folder with a sub-folder for each rig, which holds train*.csv and held*.csv.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; what it holds is not repeated."),
+    ] = Path("campaign"),
+    generator: Annotated[
+        str,
+        typer.Option(
+            metavar="MODULE:FUNCTION",
+            help="Function that makes a heli_identifier.workbench.campaign.Rig of a seed, in place of FOLDER.",
+            show_default=False,
+        ),
+    ] = "",
+    rigs: Annotated[
+        int | None, typer.Option(metavar="N", help="Rigs that the generator makes.", show_default=False)
+    ] = None,
+    first_seed: Annotated[
+        int | None, typer.Option(metavar="SEED", help="Seed of the first of them; else 0.", show_default=False)
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="Processes on this machine; else one per core.", show_default=False),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ADDRESS", help="Dask scheduler of a cluster of machines, tcp://host:8786.", show_default=False
+        ),
+    ] = None,
+    config: Config = None,
+    json: Json = False,
+) -> None:
+    """Diagnose many rigs; started again, it continues where it stopped.
+
+    Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
+    """
+    from heli_identifier.tracing import DiagnosisSettings
+    from heli_identifier.workbench.campaign.cluster import require_packages
+    from heli_identifier.workbench.commands.logs import found_configuration
+    from heli_identifier.workbench.commands.terminal import note, print_json
+
+    require_packages()
+    configuration = found_configuration(config)
+    sources = _sources(folder, config, generator, rigs, first_seed)
+    # Not before everything that was said makes sense: this takes a second or two.
+    from heli_identifier.workbench.campaign.progress import progress_bar
+    from heli_identifier.workbench.campaign.results import CONSOLIDATED
+    from heli_identifier.workbench.campaign.run import run_campaign
+    from heli_identifier.workbench.campaign.summary import summarised
+
+    settings = DiagnosisSettings(
+        motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
+    )
+    with progress_bar() as tell:
+        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, tell=tell)
+    summary = summarised(rows)
+    if json:
+        print_json(asdict(summary) | {"coverage": summary.coverage})
+    else:
+        print_summary(summary)
+        note(f"written: {output / CONSOLIDATED}")
+    if summary.failures:
+        raise typer.Exit(FAILED)
+
+
+def _sources(
+    folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
+) -> "list[Source]":
+    """Give the rigs of a folder or of a generator, whichever was named."""
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.records import CONFIGURATION_NAME
+    from heli_identifier.workbench.campaign.sources import folder_rigs, generated_rigs
+
+    if (folder is None) == (generator == ""):
+        raise ConfigurationError("name either a folder of rigs or a --generator.")
+    if folder is not None:
+        if rigs is not None:
+            raise ConfigurationError(f"--rigs {rigs} is for a --generator; a folder holds as many rigs as it holds.")
+        if first_seed is not None:
+            raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
+        here = Path(CONFIGURATION_NAME)
+        return [*folder_rigs(folder, config or (here if here.is_file() else None))]
+    if rigs is None:
+        raise ConfigurationError("say how many rigs the generator shall make with --rigs.")
+    # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
+    sys.path.insert(0, os.getcwd())
+    return [*generated_rigs(generator, rigs, first_seed or 0)]
+
+
+def print_summary(summary: "Summary") -> None:
+    """Print what was found, how often rightly where the truth is known, coverage, times and failures."""
+    from heli_identifier.workbench.commands.terminal import print_table
+
+    known = any(kind.kind for kind in summary.kinds)
+    columns = ["rigs >", "effects shown >", "model adequate >", "unknown effect >"]
+    judged = ["named first >", "with a false one >", "unknown recognised >", "found as it is >"]
+    print_table(
+        "Campaign",
+        ["kind", *columns, *judged] if known else columns,
+        [
+            (
+                *([kind.kind or "truth not known"] if known else []),
+                *(str(count) for count in (kind.rigs, kind.shown, kind.adequate, kind.unknown)),
+                *(
+                    str(count) if kind.kind else ""
+                    for count in ((kind.named_first, kind.false, kind.recognised, kind.right) if known else ())
+                ),
+            )
+            for kind in summary.kinds
+        ],
+    )
+    if summary.effects:
+        print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary.effects])
+    if summary.coverage is not None:
+        share, count = 100.0 * summary.coverage, summary.intervals
+        typer.echo(f"{share:.1f} % of {count} intervals of 95 % hold the true value")
+    if summary.seconds is not None:
+        median, high, most = summary.seconds
+        typer.echo(
+            f"one diagnosis on one core: median {median:.1f} s, 95 % quantile {high:.1f} s, longest {most:.1f} s"
+        )
+    for rig, error in summary.failures:
+        typer.echo(f"failed: {rig}: {error}")

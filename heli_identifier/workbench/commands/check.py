@@ -1,0 +1,78 @@
+"""``heli check``: whether the model still explains a new log."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Config, From, Json, Logs, To
+
+FAILED = 1
+"""Exit code where the model no longer explains the log."""
+
+
+def check(
+    logs: Logs,
+    parameters: Annotated[
+        Path, typer.Option("--parameters", "-p", metavar="FILE", help="parameters.json of the diagnosis.")
+    ] = Path("parameters.json"),
+    factor: Annotated[
+        float, typer.Option(metavar="FACTOR", help="Error allowed, as a multiple of the expected one.")
+    ] = 1.3,
+    junit: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the outcome as JUnit XML.", show_default=False)
+    ] = None,
+    start: From = None,
+    end: To = None,
+    config: Config = None,
+    json: Json = False,
+) -> None:
+    """Hold new logs to the error that the diagnosis found: exit 0 if the model still explains them, 1 if not.
+
+    An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
+    diagnosis, or the noise floor if that is larger.
+    """
+    from heli_identifier.records import read_logs, write_whole
+    from heli_identifier.tracing import hold_to
+    from heli_identifier.workbench.commands.logs import found_configuration, say_notes
+    from heli_identifier.workbench.commands.parameter_file import parameter_set
+    from heli_identifier.workbench.commands.terminal import note, print_json, print_table
+    from heli_identifier.workbench.report.junit import junit_text
+    from heli_identifier.workbench.report.rounding import angle_text, significant
+
+    expected = parameter_set(parameters)
+    recorded = read_logs(logs, found_configuration(config).format, start, end)
+    say_notes(recorded)
+    outcomes = hold_to(expected.plant(), expected.limits(factor), recorded)
+    if junit is not None:
+        write_whole(junit, junit_text("heli check", outcomes))
+    passed = all(outcome.passed for outcome in outcomes)
+    if json:
+        print_json(
+            {
+                "passed": passed,
+                "axes": [
+                    {
+                        "log": outcome.log,
+                        "axis": outcome.axis,
+                        "prediction_1s_rad": outcome.error.value,
+                        "interval": [outcome.error.low, outcome.error.high],
+                        "limit_rad": outcome.limit,
+                        "passed": outcome.passed,
+                    }
+                    for outcome in outcomes
+                ],
+            }
+        )
+    else:
+        print_table(
+            "Error of the 1 s prediction [mrad]",
+            ("log", "axis", "error >", "limit >", "outcome"),
+            [
+                (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
+                for o in outcomes
+            ],
+        )
+    if not passed:
+        note("the model no longer explains these logs: run `heli diagnose` on them")
+        raise typer.Exit(FAILED)

@@ -1,0 +1,65 @@
+"""``heli design``: the experiment that would show an effect, or tell two apart."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Json, Parameters
+
+
+def design(
+    separate: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="A B", help="Two effects to tell apart, each NAME or NAME:AXIS.", show_default=False),
+    ] = None,
+    show: Annotated[
+        str | None, typer.Option(metavar="A", help="One effect to make visible, NAME or NAME:AXIS.", show_default=False)
+    ] = None,
+    parameters: Parameters = None,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the experiment.", min=20.0)] = 90.0,
+    pitch_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest pitch either way.")] = 1.2,
+    elevation_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest elevation either way.")] = 0.8,
+    voltage_limit: Annotated[float, typer.Option(metavar="VOLT", help="Largest voltage either way.")] = 5.0,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write the best experiment's voltages as CSV.", show_default=False
+        ),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle."""
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
+    from heli_identifier.workbench.design.naming import effects_named
+    from heli_identifier.workbench.design.separation import Limits, designs
+    from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
+    from heli_plant.parameters import PlantParameters, from_names
+
+    if (separate is None) == (show is None):
+        raise ConfigurationError("give either --separate A B or --show A.")
+    entries = effects_named(separate if separate is not None else (show or "",))
+    values = by_unit(parameters).get("HelicopterPlant", {})
+    plant = from_names(values, PlantParameters()) if values else PlantParameters()
+    if not values:
+        note("no --parameters given: the published model, Table 2, stands in for the rig")
+    with progress_bar() as tell:
+        ranked = designs(plant, entries, duration, Limits(voltage_limit, pitch_limit, elevation_limit), progress=tell)
+    if not ranked:
+        raise ConfigurationError(
+            f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
+            "widen the limits."
+        )
+    listed = ranked[: 10 if json else 5]
+    if json:
+        print_json(as_documents(listed, entries))
+    else:
+        print_table("Experiments, best first", *as_rows(listed, entries))
+    text = warning(listed, entries)
+    if text is not None:
+        warn(text)
+    if output is not None:
+        write_voltages(ranked[0], output)
+        note(f"voltages of the best: {output}")

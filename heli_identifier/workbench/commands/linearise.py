@@ -1,0 +1,74 @@
+"""``heli linearise``: the identified plant for the control engineer."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Json
+
+
+def linearise(
+    parameters: Annotated[
+        Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
+    ] = Path("parameters.json"),
+    pitch: Annotated[float, typer.Option(metavar="RAD", help="Pitch of the operating point.")] = 0.0,
+    elevation: Annotated[float, typer.Option(metavar="RAD", help="Elevation of the operating point.")] = 0.0,
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the results, complete or untouched.")
+    ] = Path("control"),
+    json: Json = False,
+) -> None:
+    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
+
+    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
+    """
+    from heli_identifier.workbench.commands.parameter_file import parameter_set
+    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
+    from heli_identifier.workbench.delivery.diagnosis_document import document_text
+    from heli_identifier.workbench.delivery.provenance import provenance
+    from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.workbench.linearise.design import design
+    from heli_identifier.workbench.linearise.documents import controller_parameters, design_document, matlab_bytes
+    from heli_identifier.workbench.report.figures.steps import step_figure
+    from heli_identifier.workbench.report.figures.style import write_figure
+    from heli_identifier.workbench.report.rounding import significant
+
+    with whole_folder(output) as draft:
+        given = parameter_set(parameters)
+        with progress_bar() as tell:
+            made = design(given, pitch, elevation, progress=tell)
+        origin = provenance(["heli", *sys.argv[1:]])
+        document = design_document(made, origin)
+        (draft / "linear_model.json").write_text(document_text(document), encoding="utf-8")
+        (draft / "linear_model.mat").write_bytes(matlab_bytes(made))
+        controller = controller_parameters(made, origin).document()
+        (draft / "controller.json").write_text(document_text(controller), encoding="utf-8")
+        write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
+    if json:
+        print_json(document)
+        return
+    rows = []
+    for name, loop in (("present", made.before), ("retuned", made.after)):
+        for (axis, found), step in zip(loop.margins.items(), loop.steps, strict=True):
+            low, high = loop.low[axis], loop.high[axis]
+            rows.append(
+                (
+                    axis,
+                    name,
+                    ", ".join(f"{gain:.4g}" for gain in getattr(loop.settings, axis)),
+                    f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
+                    f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
+                    f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",
+                    f"{100.0 * step.overshoot:.0f}",
+                    significant(step.settling_time, 2),
+                )
+            )
+    figures = ("gain margin >", "phase [deg] >", "sensitivity >", "overshoot [%] >", "settles [s] >")
+    title = "Margins with their 95 % intervals over the plants that the data allow"
+    print_table(title, ("loop", "PID", "P, I, D", *figures), rows)
+    for text in made.notes:
+        note(text)
+    names = ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg")
+    note(f"written: {', '.join(str(output / name) for name in names)}")

@@ -1,0 +1,33 @@
+"""``heli paper``: the paper's tables and figures, made from the units."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from heli_identifier.workbench.commands.options import Json
+
+
+def paper(
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the tables and figures.")
+    ] = Path("paper"),
+    json: Json = False,
+) -> None:
+    """Restate the paper's Tables 1 and 2, and make counterparts of its Figures 2 to 5, as CSV and SVG.
+
+    The tables hold the paper's numbers. What its figures show was inferred from equations, tables and captions and is
+    computed anew, so the curves are counterparts and no copies; it is also said what the paper's spread may come from.
+    """
+    from heli_identifier.workbench.commands.terminal import note, print_json, progress_bar
+    from heli_identifier.workbench.paper import reproduce
+
+    with progress_bar() as tell:
+        made = reproduce(output, lambda done, of, name: tell(name, done / of))
+    if json:
+        files = [str(file) for file in made.files]
+        print_json({"files": files, "findings": list(made.sentences), "seconds": made.seconds})
+        return
+    for sentence in made.sentences:
+        typer.echo(sentence)
+    note(f"written: {len(made.files)} files in {output}, in {made.seconds:.0f} s")

@@ -1,0 +1,186 @@
+"""``heli simulate``: a scenario under the master."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import floor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from heli_identifier.workbench.commands.options import Config, From, Json, Parameters, Settings, To, Verbose
+
+if TYPE_CHECKING:
+    from heli_identifier.records import Log
+
+
+FIGURES = (".svg", ".pdf", ".png")
+"""Endings of a figure that can be drawn."""
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="open_loop, closed_loop, measured_data or plant_beside_log.",
+        autocompletion=lambda: scenario_names(),
+    ),
+]
+
+
+def scenario_names() -> list[str]:
+    """Names of the scenarios, for completion."""
+    from fmu_src.wiring import SCENARIOS
+
+    return list(SCENARIOS)
+
+
+def simulate(
+    scenario: ScenarioName = "open_loop",
+    duration: Annotated[
+        float | None,
+        typer.Option("--duration", "-d", metavar="SECONDS", help="Length; the log's, or 60 s.", show_default=False),
+    ] = None,
+    step: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="Communication step; the log's, or .01 s.", show_default=False),
+    ] = None,
+    settings: Settings = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
+    parameters: Parameters = None,
+    fmu: Annotated[
+        list[str],
+        typer.Option(
+            metavar="UNIT=FILE", help="An FMU to take for a unit in place of a fresh one.", show_default=False
+        ),
+    ] = [],  # noqa: B006
+    log: Annotated[
+        Path | None, typer.Option(metavar="LOG", help="Log for the scenarios that play one.", show_default=False)
+    ] = None,
+    start: From = None,
+    end: To = None,
+    config: Config = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Every output of every unit as CSV.", show_default=False),
+    ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="The run as a figure: .svg, .pdf or .png.", show_default=False),
+    ] = None,
+    json: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """Run units wired together, and say or draw what they did."""
+    from fmu_src.master import run_apart
+    from heli_identifier.workbench.commands.parameters import in_scenario
+
+    _check_figure(plot)
+    files = dict(_file(word) for word in fmu)
+    values = in_scenario(scenario, parameters, settings, files)
+    with _played(scenario, log, start, end, config) as (recorded, played):
+        if step is None:
+            step = recorded.step if recorded else 0.01
+        if duration is None:
+            duration = _length(recorded, step) if recorded else 60.0
+        result = run_apart(scenario, duration, step, {**played, **values}, files, progress=not json and _terminal())
+    _draw(result, recorded, output, plot)
+    _say(result, json, verbose)
+
+
+def _length(log: "Log", step: float) -> float:
+    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
+    length = (log.samples - 1) * log.step
+    if not 0.0 < step <= length:
+        return length  # the master refuses such a step with its bounds
+    return floor(length / step + 1e-6) * step
+
+
+def _terminal() -> bool:
+    import sys
+
+    return sys.stderr.isatty()
+
+
+def _check_figure(plot: Path | None) -> None:
+    """Refuse a figure that cannot be drawn, before anything runs."""
+    from heli_identifier.errors import ConfigurationError
+
+    if plot is not None and plot.suffix.lower() not in FIGURES:
+        raise ConfigurationError(f"--plot {plot} must end in one of {', '.join(FIGURES)}.")
+
+
+def _file(word: str) -> tuple[str, str]:
+    from heli_identifier.errors import ConfigurationError
+
+    unit, mark, path = word.partition("=")
+    if not mark:
+        raise ConfigurationError(f"--fmu {word} must read UNIT=FILE, as plant=result/HelicopterPlant.fmu.")
+    return unit, path
+
+
+@contextmanager
+def _played(
+    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
+) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
+    """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
+    from fmu_src.wiring import scenario as wiring
+    from heli_identifier.errors import ConfigurationError
+
+    units = dict(wiring(scenario).units)
+    if "LogPlayer" not in units.values():
+        if path is not None:
+            raise ConfigurationError(f"scenario {scenario} plays no log; leave --log away or take measured_data.")
+        yield None, {}
+        return
+    if path is None:
+        raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
+    from heli_identifier.records import read_log, write_log
+    from heli_identifier.tracing import run_start
+    from heli_identifier.workbench.commands.logs import found_configuration, say_notes
+    from heli_identifier.workbench.delivery.result_folder import START
+
+    log = read_log(path, found_configuration(config).format, start, end)
+    say_notes([log])
+    with TemporaryDirectory(prefix="heli-log-") as folder:
+        played: dict[str, Any] = {"player.log.path": str(write_log(log, Path(folder) / "log.csv"))}
+        if "plant" in units:
+            state = run_start(log)._asdict()
+            played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
+        if "identifier" in units:
+            played["identifier.sample.time"] = log.step
+        yield log, played
+
+
+def _draw(result: Any, recorded: "Log | None", output: Path | None, plot: Path | None) -> None:
+    if output is not None:
+        result.write_csv(output)
+    if plot is not None:
+        from heli_identifier.workbench.report.figures.run import run_figure
+        from heli_identifier.workbench.report.figures.style import write_figure
+
+        measured = (recorded.time, recorded.angles) if recorded else None
+        write_figure(run_figure(result.names, result.units, result.time, result.values, measured), plot)
+
+
+def _say(result: Any, json: bool, everything: bool) -> None:
+    """Print first, last, smallest and largest value of the outputs, the finer ones if ``everything`` is wanted."""
+    from heli_identifier.workbench.commands.terminal import print_json, print_table
+    from heli_identifier.workbench.report.rounding import significant, unit_text
+
+    figures = [
+        (name, unit, *(float(f) for f in (column[0], column[-1], column.min(), column.max())))
+        for name, unit, column in zip(result.names, result.units, result.values.T, strict=True)
+    ]
+    if json:
+        keys = ("name", "unit", "first", "last", "smallest", "largest")
+        print_json([dict(zip(keys, row, strict=True)) for row in figures])
+        return
+    print_table(
+        f"{result.time[-1]:g} s in steps of {result.time[1]:g} s",
+        ("output", "first >", "last >", "smallest >", "largest >", "unit"),
+        [
+            (name, *(significant(value, 4) for value in values), unit_text(unit))
+            for name, unit, *values in figures
+            if everything or name.count(".") == 1
+        ],
+    )

@@ -1,0 +1,106 @@
+"""What a diagnosis leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from heli_identifier.errors import IdentifierError
+from heli_identifier.records import log_from_samples, write_log
+from heli_identifier.tracing import Diagnosis, HeldOutSeries
+from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
+from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
+from heli_plant.effects import AXES
+
+SAME = 1e-9
+"""Difference [rad] up to which the unit's free-run error is the reported one."""
+
+START = {
+    **{axis: f"initial.{axis}" for axis in AXES},
+    **{f"{axis}_rate": f"initial.{axis}_rate" for axis in AXES},
+    "nu_front": "initial.v_front",
+    "nu_rear": "initial.v_rear",
+}
+"""Parameters of the plant's unit that take its start state, by the state's fields."""
+
+
+def write_results(
+    diagnosis: Diagnosis,
+    provenance: Mapping[str, Any],
+    rig: str,
+    folder: Path,
+) -> dict[str, Any]:
+    """Write the four files of a diagnosis into ``folder``.
+
+    Returns
+    -------
+    dict
+        The content of diagnosis.json.
+
+    Raises
+    ------
+    IdentifierError
+        The corrected unit does not reach the reported free run.
+    """
+    from heli_identifier.workbench.report.page import report_page  # late: packages that draw take .7 s to import
+
+    document = diagnosis_document(diagnosis, provenance)
+    parameters = corrected_parameters(diagnosis, provenance)
+    with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
+        checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
+        page = report_page(diagnosis, provenance, rig)
+        checked.result()
+    (folder / "parameters.json").write_text(document_text(parameters.document()), encoding="utf-8")
+    (folder / "report.html").write_text(page, encoding="utf-8")
+    (folder / "diagnosis.json").write_text(document_text(document), encoding="utf-8")
+    return document
+
+
+def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
+    """Build the corrected unit into ``folder`` and check it."""
+    from fmu_src.builder import build
+
+    check_free_run(build(PLANT, folder, parameters.start_values), diagnosis)
+
+
+def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
+    """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
+
+    Raises
+    ------
+    IdentifierError
+        Axis, the unit's error and the reported one, where they differ by more than :data:`SAME`.
+    """
+    reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
+    if not any(reported.values()):
+        return
+    errors = np.concatenate([series.measured - unit_run(unit, series) for series in diagnosis.series])
+    reached = np.sqrt((errors**2).mean(axis=0))
+    for axis, figure in reported.items():
+        own = float(reached[AXES.index(axis)])
+        if figure is not None and not abs(own - figure.value) <= SAME:
+            raise IdentifierError(
+                f"the corrected unit's free run of the {axis} is off by {own!r} rad on the held-out logs, the "
+                f"diagnosis says {figure.value!r} rad; nothing was written, please report this."
+            )
+
+
+def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
+    """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
+    from fmu_src.master import run_apart
+
+    log = log_from_samples(series.name, 1.0 / series.step, series.voltages, series.measured)
+    start = {f"plant.{START[field]}": value for field, value in series.start.items() if field in START}
+    with TemporaryDirectory(prefix="heli-free-run-") as folder:
+        path = write_log(log, Path(folder) / "log.csv")
+        result = run_apart(
+            "plant_beside_log",
+            (log.samples - 1) * series.step,
+            series.step,
+            {"player.log.path": str(path), "plant.solver.step": series.step, **start},
+            {"plant": unit},
+        )
+    return result.columns(*(f"plant.{axis}" for axis in AXES))

@@ -1,0 +1,1 @@
+"""The on-line identifier run over whole logs."""

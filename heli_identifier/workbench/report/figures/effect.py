@@ -1,0 +1,42 @@
+"""A found effect as a picture: the torque that the model leaves, against the variable that it follows, or its line."""
+
+from matplotlib.figure import Figure
+
+from heli_identifier.tracing import HIGHEST_LINE, LOWEST_LINE, EffectCurve, HeldOutSeries
+from heli_identifier.workbench.report.figures.spectrum import power_density
+from heli_identifier.workbench.report.figures.style import AFTER, BAND, MEASURED, canvas, key, styled
+from heli_identifier.workbench.report.rounding import power_text, unit_text
+from heli_identifier.workbench.report.sentences import variable_name
+from heli_plant.effects import AXES
+
+
+@styled
+def effect_figure(curve: EffectCurve) -> Figure:
+    """Draw the partial residual torque with the fitted law and its 95 % band."""
+    figure, (axes,) = canvas(5.2, 3.3)
+    x, y, low, high = curve.curve.T
+    axes.fill_between(x, low, high, color=BAND, alpha=0.7, linewidth=0, label="95 % band")
+    law = "fitted curve" if curve.name == "unknown" else curve.name.replace("_", " ")
+    axes.plot(x, y, color=AFTER, linewidth=2.0, label=law)
+    if len(curve.points):
+        axes.plot(*curve.points.T, "o", color=MEASURED, markersize=4.5, label="data")
+    axes.set_xlabel(f"{variable_name(curve.variable)} [{unit_text(curve.unit) or '1'}]")
+    axes.set_ylabel("torque per inertia [rad/s²]")
+    key(axes, 3)
+    return figure
+
+
+@styled
+def line_figure(series: HeldOutSeries, axis: str, frequency: float) -> Figure:
+    """Draw the spectrum of an axis's residual on a held-out log around a periodic torque of ``frequency`` [Hz]."""
+    residual = series.residual_after[:, AXES.index(axis)]
+    found, power = power_density(residual, series.residual_step, len(residual))
+    near = (found >= LOWEST_LINE) & (found <= HIGHEST_LINE)
+    figure, (axes,) = canvas(5.2, 3.3)
+    axes.axvline(frequency, color=BAND, linewidth=5.0, label=f"{frequency:.3g} Hz")
+    axes.semilogy(found[near], power[near], color=AFTER, linewidth=1.0, label="residual")
+    axes.yaxis.set_major_formatter(power_text)
+    axes.set_xlabel("frequency [Hz]")
+    axes.set_ylabel("residual [(rad/s²)²/Hz]")
+    key(axes, 2)
+    return figure

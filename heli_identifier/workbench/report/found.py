@@ -1,0 +1,82 @@
+"""What the report says about the effects that were found: facts, figure and caption, without any markup."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing import Diagnosis, EffectCurve, FoundEffect
+from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
+from heli_identifier.workbench.report.figures.style import inline_svg
+from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_identifier.workbench.report.sentences import effect_name, effect_title, law_text, listed, variable_name
+from heli_identifier.workbench.report.tables import KINDS
+from heli_plant.effects import effect as catalogue_effect
+
+
+def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Give every found effect with its facts and its figure."""
+    curves = list(diagnosis.curves)
+    entries = []
+    for number, found in enumerate(diagnosis.effects):
+        figure, caption = None, ""
+        if "frequency_hz" in found.shape:
+            figure = line_figure(diagnosis.series[0], found.axis, float(found.shape["frequency_hz"]))
+            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the line."
+        elif curve := next((c for c in curves if c.name == found.name and _same_axis(c, found)), None):
+            curves.remove(curve)
+            figure, caption = effect_figure(curve), _caption(curve)
+        svg = inline_svg(figure, f"effect-{number}", f"{effect_title(found)}: {caption}") if figure else ""
+        entries.append(
+            {
+                "title": effect_title(found),
+                "verdict": found.verdict,
+                "kind": KINDS[found.verdict],
+                "facts": _facts(found),
+                "figure": svg,
+                "caption": caption,
+            }
+        )
+    return entries
+
+
+def _same_axis(curve: EffectCurve, found: FoundEffect) -> bool:
+    """Whether a curve is drawn on an effect's axis; one of the rotors is drawn on the axis that they move most."""
+    return found.axis in (curve.axis, "rotors")
+
+
+def _caption(curve: EffectCurve) -> str:
+    if not len(curve.points):
+        return f"The curve that was found, against the {variable_name(curve.variable)}, with its 95 % band."
+    return (
+        f"Acceleration of the {curve.axis} that the model without the effect leaves over in the training logs, "
+        f"averaged over bins of the {variable_name(curve.variable)}, and the fitted law with its 95 % band."
+    )
+
+
+def _facts(found: FoundEffect) -> list[tuple[str, str]]:
+    """Terms and texts that describe a found effect."""
+    facts = []
+    if found.coefficient is not None:
+        entry = catalogue_effect(found.name, found.axis)
+        facts += [
+            ("coefficient", f"c = {with_interval(found.coefficient)}"),
+            ("law", law_text(entry.law)),
+            ("source", entry.source),
+        ]
+        facts += [(name.replace("_", " "), _shape_text(shape)) for name, shape in found.shape.items()]
+    else:
+        if "description" in found.shape:
+            facts.append(("description", str(found.shape["description"]).replace("^2", "²")))
+        if "amplitude" in found.shape:
+            facts.append(("amplitude", f"{significant(float(found.shape['amplitude']))} rad/s²"))
+    facts.append(("score", f"{significant(found.score)} standard errors"))
+    if found.agreement:
+        others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
+        facts.append(("at other filter frequencies", listed(others)))
+    if found.alternatives:
+        facts.append(("as likely", listed([effect_name(name, axis) for name, axis in found.alternatives], "or")))
+    return facts
+
+
+def _shape_text(shape: Mapping[str, Any]) -> str:
+    return with_interval(Estimate(**shape))

@@ -1,0 +1,127 @@
+"""report.html: one page that holds everything, its figures, its style and nothing from elsewhere."""
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+
+from heli_identifier.tracing import NOT_SHOWN, Diagnosis
+from heli_identifier.workbench.report.figures.held_out import (
+    autocorrelation_figure,
+    free_run_figure,
+    residual_figure,
+    spectrum_figure,
+)
+from heli_identifier.workbench.report.figures.intervals import error_figure, parameter_figure
+from heli_identifier.workbench.report.figures.style import inline_svg
+from heli_identifier.workbench.report.found import effect_entries
+from heli_identifier.workbench.report.glossary import glossary
+from heli_identifier.workbench.report.outlook import confused_lines, experiment_entries, map_svg
+from heli_identifier.workbench.report.residuals import residual_text
+from heli_identifier.workbench.report.rounding import significant
+from heli_identifier.workbench.report.sentences import SYMBOLS, effect_name, verdict_sentence
+from heli_identifier.workbench.report.tables import (
+    catalogue_remarks,
+    catalogue_rows,
+    data_rows,
+    error_rows,
+    floor_missing,
+    parameter_rows,
+    setting_rows,
+    summary_cards,
+)
+
+_TEMPLATES = files("heli_identifier.workbench.report") / "templates"
+_SECTIONS = (
+    ("effects", "What the model lacks"),
+    ("held-out", "Before and after"),
+    ("parameters", "Parameters"),
+    ("catalogue", "Catalogue"),
+    ("map", "What can be told apart"),
+    ("next", "What to measure next"),
+    ("provenance", "Provenance"),
+    ("words", "Words"),
+)
+_CAPTIONS = (
+    ("free-run", free_run_figure, "The plant left alone under the log's voltages, beside the measurement."),
+    ("residual", residual_figure, "What is left: the innovations of the observer, as an acceleration."),
+    ("spectrum", spectrum_figure, "Power spectral density of the residual."),
+    (
+        "correlation",
+        autocorrelation_figure,
+        "Autocorrelation of the whitened residual; white noise keeps the bounds at 95 of 100 lags.",
+    ),
+)
+
+
+def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -> str:
+    """Give the text of report.html.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    provenance : mapping
+        From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+    rig : str
+        What to call the rig.
+    """
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
+    template = environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
+    moved = diagnosis.parameters_before != diagnosis.parameters_after
+    rows = catalogue_rows(diagnosis)
+    return template.render(
+        title=f"Diagnosis of {rig}",
+        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
+        sentence=verdict_sentence(diagnosis),
+        sections=_SECTIONS,
+        cards=summary_cards(diagnosis),
+        symbols=SYMBOLS,
+        threshold=significant(float(diagnosis.settings["threshold"]), 2),
+        significance=f"{100.0 * float(diagnosis.settings['significance']):g} %",
+        effects=effect_entries(diagnosis),
+        withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
+        error_figure=inline_svg(
+            error_figure(diagnosis.axes), "errors", "Error of the 1 s prediction of each axis before and after"
+        ),
+        errors=error_rows(diagnosis.axes),
+        floor_missing=floor_missing(diagnosis.axes),
+        panels=_panels(diagnosis),
+        parameters=parameter_rows(diagnosis),
+        parameter_figure=_parameter_svg(diagnosis) if moved else "",
+        catalogue=[row for row in rows if row["verdict"] != NOT_SHOWN],
+        not_shown=[row for row in rows if row["verdict"] == NOT_SHOWN],
+        reasons=catalogue_remarks(diagnosis),
+        map=map_svg(diagnosis),
+        confused=confused_lines(diagnosis),
+        experiments=experiment_entries(diagnosis),
+        data=data_rows(diagnosis),
+        remarks=diagnosis.notes,
+        notes=[f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes],
+        provenance=provenance,
+        settings=setting_rows(diagnosis),
+        words=glossary(diagnosis),
+        seconds=significant(diagnosis.seconds, 2),
+    )
+
+
+def _parameter_svg(diagnosis: Diagnosis) -> str:
+    figure = parameter_figure(diagnosis.parameters_before, diagnosis.parameters_after)
+    return inline_svg(figure, "parameters", "Each parameter before, on the scale of its interval after")
+
+
+def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Four figures per held-out log and axis."""
+    panels = []
+    for number, series in enumerate(diagnosis.series):
+        for axis, report in diagnosis.axes.items():
+            where = f" on {series.name}" if len(diagnosis.series) > 1 else ""
+            figures = [
+                {
+                    "svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),
+                    "caption": caption,
+                }
+                for name, draw, caption in _CAPTIONS
+            ]
+            panels.append({"title": f"{axis.capitalize()}{where}", "text": residual_text(report), "figures": figures})
+    return panels

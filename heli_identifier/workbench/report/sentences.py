@@ -1,0 +1,156 @@
+"""The words of a diagnosis: names as people say them, and the verdict in one sentence."""
+
+import re
+from collections.abc import Sequence
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing import AMBIGUOUS, MODEL_ADEQUATE, NOT_TESTABLE, UNKNOWN, AxisReport, Diagnosis, FoundEffect
+from heli_identifier.workbench.report.rounding import significant, with_interval
+
+VARIABLES = {
+    "pitch": "pitch",
+    "elevation": "elevation",
+    "travel": "travel",
+    "pitch_rate": "pitch rate",
+    "elevation_rate": "elevation rate",
+    "travel_rate": "travel rate",
+    "mu_sum": "sum of the rotors' voltages",
+    "mu_diff": "difference of the rotors' voltages",
+    "mu_s": "sum of the rotors' voltages",
+    "d mu_s / dt": "rate of the sum of the rotors' voltages",
+    "time": "time",
+}
+"""Variables of a torque as words."""
+
+MEANINGS = {
+    "a_wx": "pitch damping",
+    "a_th": "pitch stiffness",
+    "k_x": "pitch gain",
+    "theta0": "pitch at rest",
+    "a_wz": "elevation damping",
+    "a_e": "elevation stiffness",
+    "a_1": "elevation offset",
+    "a_lt": "pitch and travel coupling",
+    "k_z": "elevation gain",
+    "a_wy": "travel damping",
+    "k_y": "travel gain",
+    "T_m": "motor time constant",
+}
+"""The paper's symbols (Table 2) as words."""
+
+SYMBOLS = {
+    "a_wx": "a_ωx", "a_th": "a_θ", "k_x": "k_x", "theta0": "θ_0", "a_wz": "a_ωz", "a_e": "a_ε", "a_1": "a_1",
+    "a_lt": "a_λθ", "k_z": "k_z", "a_wy": "a_ωy", "k_y": "k_y",
+}  # fmt: skip
+"""The paper's symbols, the subscript after an underscore."""
+
+
+_LETTERS = {
+    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "w": "ω", "mu_s": "μ_s", "w_s": "ω_s",
+    "w_b": "ω_b", "theta0": "θ_0", "eps_ground": "ε_ground", "eps_g": "ε_g",
+}  # fmt: skip
+
+
+def law_text(law: str) -> str:
+    """Give a law of the catalogue with Greek letters, real minus signs and superscripts."""
+    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _LETTERS.get(word[0], word[0]), law)
+    text = re.sub(r"abs\(([^)]*)\)", r"|\1|", text)
+    return text.replace("->", "→").replace("^2", "²").replace("-", "−")
+
+
+WORTH_SAYING = 1.03
+"""Ratio of errors before and after from which the verdict mentions them."""
+
+
+def effect_name(name: str, axis: str) -> str:
+    """Give an effect as words: ``dry friction of the pitch``."""
+    if axis == "rotors":
+        return f"{name.replace('_', ' ')} of the rotors"
+    return f"{name.replace('_', ' ')} on the {axis}"
+
+
+def meaning(symbol: str, value: Estimate) -> str:
+    """Give a parameter's symbol as words, and whether it was given."""
+    return f"{MEANINGS.get(symbol, symbol)}{', given' if value.standard_error is None else ''}"
+
+
+def variable_name(variable: str) -> str:
+    """Give a variable as words."""
+    return VARIABLES.get(variable, variable.replace("_", " "))
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Join words with commas and a word before the last."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def verdict_sentence(diagnosis: Diagnosis) -> str:
+    """Give the verdict on the rig in one sentence."""
+    if diagnosis.verdict == MODEL_ADEQUATE:
+        return _nothing_shown(diagnosis)
+    named = [effect for effect in diagnosis.effects if effect.name != "unknown"]
+    unknown = [effect for effect in diagnosis.effects if effect.name == "unknown"]
+    parts = []
+    if named:
+        parts.append(f"The rig has {listed([found_effect(effect) for effect in named])}, which the model lacks")
+    if unknown:
+        said = listed([unknown_effect(effect) for effect in unknown])
+        parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
+    return f"{', and '.join(parts)}{_gain(diagnosis)}."
+
+
+def _nothing_shown(diagnosis: Diagnosis) -> str:
+    """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
+    untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
+    count = len(diagnosis.catalogue)
+    rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
+    errors = listed([significant(1e3 * report.after.prediction_1s.value) for report in diagnosis.axes.values()])
+    return (
+        f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error of a 1 s "
+        f"prediction on held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
+    )
+
+
+def found_effect(effect: FoundEffect) -> str:
+    """Give a found effect with its coefficient."""
+    text = effect_name(effect.name, effect.axis)
+    if effect.coefficient is not None:
+        text += f" (c = {with_interval(effect.coefficient)})"
+    if effect.verdict == AMBIGUOUS:
+        rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
+        text += f" or, as likely, {listed(rivals, 'or')}" if rivals else ""
+    return text
+
+
+def unknown_effect(effect: FoundEffect) -> str:
+    """Give an unknown effect by its axis and what it depends on."""
+    frequency = effect.shape.get("frequency_hz")
+    if frequency is not None:
+        return f"a periodic torque on the {effect.axis} at {significant(float(frequency))} Hz"
+    return f"a torque on the {effect.axis} that depends on the {variable_name(str(effect.shape.get('variable', '')))}"
+
+
+def effect_title(effect: FoundEffect) -> str:
+    """Give the heading of a found effect."""
+    text = unknown_effect(effect) if effect.verdict == UNKNOWN else effect_name(effect.name, effect.axis)
+    return text[:1].upper() + text[1:]
+
+
+def _gain(diagnosis: Diagnosis) -> str:
+    """Say how far the 1 s prediction error fell on the axis that gained most."""
+    gains = {axis: _ratio(report) for axis, report in diagnosis.axes.items()}
+    if not gains:
+        return ""
+    axis = max(gains, key=lambda name: gains[name])
+    report = diagnosis.axes[axis]
+    if gains[axis] < WORTH_SAYING:
+        return ""
+    it = "it" if len(diagnosis.effects) == 1 else "them"
+    before, after = (significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after))
+    return f"; with {it} the {axis}'s error of a 1 s prediction on held-out data falls from {before} to {after} mrad"
+
+
+def _ratio(report: AxisReport) -> float:
+    return report.before.prediction_1s.value / report.after.prediction_1s.value

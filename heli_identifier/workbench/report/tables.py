@@ -1,0 +1,140 @@
+"""The rows of the report's tables, without any markup."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from heli_identifier.tracing import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, AxisReport, Diagnosis
+from heli_identifier.workbench.report.rounding import (
+    acceleration_text,
+    angle_text,
+    is_known,
+    significant,
+    unit_text,
+    with_interval,
+)
+from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
+
+KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}
+"""Style of a verdict."""
+
+ERRORS = (
+    ("prediction_1s", "1 s ahead [mrad]", angle_text),
+    ("prediction_2s", "2 s ahead [mrad]", angle_text),
+    ("free_run", "free run [mrad]", angle_text),
+    ("acceleration", "acceleration [rad/s²]", acceleration_text),
+)
+"""Fields of an error, what they are called, and how they are written."""
+
+SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be a hint"}
+"""Settings whose names say too little."""
+
+_ENDINGS = {"_rad_s": "rad/s", "_s": "s", "_V": "V", "_hz": "Hz"}
+"""Endings of a setting's name that state its unit."""
+
+
+def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one card per axis: the error of the 1 s prediction, before and after."""
+    cards = []
+    for axis, report in diagnosis.axes.items():
+        before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
+        floor = report.noise_floor.prediction_1s
+        known = f"{significant(1e3 * floor.value)} mrad" if is_known(floor) else "–: the model runs away from the rig"
+        cards.append(
+            {
+                "label": f"{axis}, 1 s prediction error",
+                "value": f"{significant(before)} → {significant(after)} mrad",
+                "detail": f"noise floor {known}",
+            }
+        )
+    return cards
+
+
+def error_rows(axes: Mapping[str, AxisReport]) -> list[dict[str, str]]:
+    """Give one row per axis and kind of error."""
+    return [
+        {
+            "axis": axis,
+            "what": what,
+            "before": write(getattr(report.before, field)),
+            "after": write(getattr(report.after, field)),
+            "floor": write(getattr(report.noise_floor, field)),
+        }
+        for axis, report in axes.items()
+        for field, what, write in ERRORS
+        if getattr(report.before, field) or getattr(report.after, field)
+    ]
+
+
+def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per parameter of the simplified model."""
+    before, after = diagnosis.parameters_before, diagnosis.parameters_after
+    return [
+        {
+            "name": name,
+            "meaning": meaning(name, value),
+            "unit": unit_text(value.unit),
+            "before": with_interval(before[name], unit=False) if name in before else "–",
+            "after": with_interval(value, unit=False),
+        }
+        for name, value in after.items()
+    ]
+
+
+def floor_missing(axes: Mapping[str, AxisReport]) -> bool:
+    """Whether the noise floor of an axis could not be computed."""
+    return not all(is_known(report.noise_floor.prediction_1s) for report in axes.values())
+
+
+def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Give one row per entry of the catalogue."""
+    return [
+        {
+            "name": entry.name.replace("_", " "),
+            "axis": entry.axis,
+            "verdict": entry.verdict,
+            "kind": KINDS[entry.verdict],
+            "off": entry.verdict == NOT_TESTABLE,
+            "estimate": with_interval(entry.estimate, unit=False),
+            "unit": unit_text(entry.estimate.unit),
+            "bound": "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
+            "score": significant(entry.score, 2),
+            "visible": round(100.0 * min(max(entry.visibility, 0.0), 1.0)),
+        }
+        for entry in diagnosis.catalogue
+    ]
+
+
+def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Give the reasons that say more than the row does: not testable, a hint, withdrawn."""
+    telling = ("hint", "withdrawn")
+    return [
+        (effect_name(entry.name, entry.axis), entry.why)
+        for entry in diagnosis.catalogue
+        if entry.verdict == NOT_TESTABLE or any(word in entry.why for word in telling)
+    ]
+
+
+def data_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Give one row per log."""
+    return [
+        {
+            "file": entry.file,
+            "used_for": entry.used_for,
+            "samples": entry.samples,
+            "rate": significant(entry.rate_hz),
+            "sha256": entry.sha256,
+        }
+        for entry in diagnosis.data
+    ]
+
+
+def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Give every setting with its unit apart from its name."""
+    rows = []
+    for name, value in diagnosis.settings.items():
+        unit = next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "")
+        words = SETTINGS.get(name) or name.removesuffix(next((e for e in _ENDINGS if name.endswith(e)), ""))
+        values = value if isinstance(value, list | tuple) else [value]
+        text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
+        rows.append((words.replace("_", " "), f"{text} {unit}".rstrip()))
+    return rows
