@@ -8,10 +8,10 @@ from heli_identifier.records.data_set import read_logs
 from heli_identifier.records.log import log_from_samples
 from heli_identifier.tracing.diagnosis.curves import accelerations_along
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
-from heli_identifier.tracing.diagnosis.result import EFFECTS_SHOWN, MODEL_ADEQUATE
+from heli_identifier.tracing.diagnosis.result import RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.record import Record
-from heli_identifier.tracing.search.findings import NOT_SHOWN, SHOWN
+from heli_identifier.tracing.search.verdict import Verdict
 from heli_identifier.tracing.validation.smoothed_state import smoothed_motion
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
@@ -41,9 +41,9 @@ def diagnosed():
 @pytest.mark.parametrize("rig", TRUTH)
 def test_the_effect_that_the_rig_holds_is_found_alone_within_15_per_cent(diagnosed, rig):
     result, (name, axis, size) = diagnosed[rig], TRUTH[rig]
-    assert result.verdict == EFFECTS_SHOWN
+    assert result.verdict == RigVerdict.EFFECTS_SHOWN
     (found,) = result.effects
-    assert (found.name, found.axis, found.verdict, found.alternatives) == (name, axis, SHOWN, ())
+    assert (found.name, found.axis, found.verdict, found.alternatives) == (name, axis, Verdict.SHOWN, ())
     # the project's bar; the interval is tighter
     assert found.coefficient.value == pytest.approx(size, rel=0.15)
     assert result.withdrawn == ()
@@ -54,7 +54,7 @@ def test_the_effect_that_the_rig_holds_is_found_alone_within_15_per_cent(diagnos
 
 def test_a_rig_that_holds_nothing_is_accused_of_nothing(diagnosed):
     result = diagnosed["rig-c"]
-    assert (result.verdict, result.effects, result.withdrawn) == (MODEL_ADEQUATE, (), ())
+    assert (result.verdict, result.effects, result.withdrawn) == (RigVerdict.MODEL_ADEQUATE, (), ())
     assert result.plant_after == result.plant_before
 
 
@@ -85,14 +85,14 @@ def test_every_entry_of_the_catalogue_gets_one_verdict(diagnosed, rig):
     verdicts = diagnosed[rig].catalogue
     assert len(verdicts) == len(CATALOGUE)
     assert {(v.name, v.axis) for v in verdicts} == {(e.name, e.axis) for e in CATALOGUE}
-    shown = [(v.name, v.axis) for v in verdicts if v.verdict == SHOWN]
+    shown = [(v.name, v.axis) for v in verdicts if v.verdict == Verdict.SHOWN]
     assert shown == ([TRUTH[rig][:2]] if rig in TRUTH else [])
     for verdict in verdicts:
         assert verdict.why
         assert 0.0 <= verdict.visibility <= 1.0
-        if verdict.verdict == NOT_SHOWN:
+        if verdict.verdict == Verdict.NOT_SHOWN:
             assert verdict.upper_bound > 0.0
-        elif verdict.verdict != SHOWN:
+        elif verdict.verdict != Verdict.SHOWN:
             assert verdict.experiment
 
 
@@ -152,7 +152,7 @@ def test_the_friction_is_drawn_as_a_step_of_its_size(diagnosed):
 def test_correlations_of_signatures_are_those_of_unit_vectors(diagnosed):
     result = diagnosed["rig-c"]
     matrix = result.correlation
-    assert matrix.shape == (len(result.correlation_names),) * 2
+    assert matrix.shape == (len(result.correlation_labels),) * 2
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)
     diagonal = np.diag(matrix)
     # one, or zero for what these data do not see
@@ -181,15 +181,15 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_and_that_is_said():
     records.append(noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
     logs = [log_from_samples(r.name, 100.0, r.voltages, r.angles) for r in records]
     result = diagnose(logs[:2], logs[2:])
-    assert result.verdict == MODEL_ADEQUATE
+    assert result.verdict == RigVerdict.MODEL_ADEQUATE
     assert result.effects == ()
     ((name, axis, why),) = result.withdrawn
     assert (name, axis) == ("moving_mass", "elevation")
     assert "held-out" in why
     assert result.plant_after.moving_mass_elevation == 0.0
     (verdict,) = [v for v in result.catalogue if v.name == "moving_mass"]
-    assert verdict.verdict == NOT_SHOWN
-    assert "withdrawn" in verdict.why
+    assert verdict.verdict == Verdict.NOT_SHOWN
+    assert verdict.withdrawn
 
 
 def test_accelerations_along_a_record_are_those_that_moved_it():

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.records import demo_logs, read_log
-from heli_identifier.tracing.diagnosis.findings import parameter_estimates
+from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem

@@ -87,16 +87,16 @@ def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band(in_notched):
     assert (best.axis, best.variable, best.frequency) == ("pitch", "pitch", None)
     assert best.surplus > 5.0 * max(u.surplus for u in found if u.axis != "pitch")
     shape = drawn(fitted, found)
-    x, low, high = np.array(shape["band"]).T
+    x, low, high = shape.band.T
     truth = np.array([detent(0, type("At", (), {"pitch": p}))[0] for p in x])
     visited = np.concatenate([r.angles[:, 0] for r in fitted.problem.records])
     often = (x > np.quantile(visited, 0.05)) & (x < np.quantile(visited, 0.95))
-    y = np.array(shape["curve"])[:, 1]
+    y = shape.curve[:, 1]
     # up to a straight line in pitch, which belongs to stiffness and rest angle; a spline over a fifteenth of the range
     # rounds off a notch of that width
     error = without_line(x[often], y[often]) - without_line(x[often], truth[often])
     assert np.sqrt(np.mean(error**2)) < 0.25 * truth.std() + 0.5 * np.mean(high - low)
-    words = shape["description"]
+    words = shape.description
     assert words.startswith("a torque of pitch")
     assert "localised near" in words
     near = float(words.split("near ")[1].split(" rad")[0])
@@ -110,11 +110,11 @@ def test_a_line_is_found_at_its_frequency_with_its_amplitude(in_humming):
     # a bin of the record is 1/60 Hz; the search lands within it and the refinement within a tenth
     assert best.frequency == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
     shape = drawn(fitted, found)
-    assert shape["frequency_hz"] == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
+    assert shape.frequency_hz == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
     # an amplitude of noisy weights is biased by their variance over it, here nothing
-    assert shape["amplitude"] == pytest.approx(AMPLITUDE, abs=5.0 * shape["amplitude_standard_error"])
-    assert shape["amplitude_standard_error"] < 0.1 * AMPLITUDE
-    assert shape["description"].startswith("periodic in time at 0.37")
+    assert shape.amplitude == pytest.approx(AMPLITUDE, abs=5.0 * shape.amplitude_standard_error)
+    assert shape.amplitude_standard_error < 0.1 * AMPLITUDE
+    assert shape.description.startswith("periodic in time at 0.37")
 
 
 def test_refinement_gains_and_strongest_lines_list_the_line_first(in_humming):
@@ -129,9 +129,9 @@ def test_a_torque_by_the_travel_has_its_waves_counted(in_sloping):
     best = found[0]
     assert (best.axis, best.variable) == ("travel", "travel")
     shape = drawn(fitted, found)
-    assert f"periodic with {WAVES} waves per turn" in shape["description"]
-    x, y = np.array(shape["curve"]).T
-    band = np.array(shape["band"])
+    assert f"periodic with {WAVES} waves per turn" in shape.description
+    x, y = shape.curve.T
+    band = shape.band
     truth = SWING * np.sin(WAVES * x + PHASE)
     # 14 splines a turn follow two waves to a few per cent; a constant is not told from the rest of the model
     assert np.std(y - truth) < 0.1 * SWING + 0.5 * np.mean(band[:, 2] - band[:, 1])

@@ -1,28 +1,27 @@
 __all__ = [
-    "AMBIGUOUS",
     "AxisError",
     "AxisReport",
     "BASE",
     "CatalogueVerdict",
+    "CurveShape",
     "Diagnosis",
     "DiagnosisSettings",
-    "EFFECTS_SHOWN",
     "EffectCurve",
+    "EffectShape",
     "ErrorFigure",
     "FoundEffect",
     "HIGHEST_LINE",
     "HeldOutSeries",
     "LOWEST_LINE",
-    "MODEL_ADEQUATE",
-    "NOT_SHOWN",
-    "NOT_TESTABLE",
+    "NamedShape",
     "Outcome",
+    "PeriodicShape",
     "Problem",
     "Record",
-    "SHOWN",
+    "RigVerdict",
     "Scan",
-    "UNKNOWN",
-    "UNKNOWN_EFFECT",
+    "Verdict",
+    "Withdrawal",
     "candidates",
     "diagnose",
     "experiment_for",
@@ -37,7 +36,7 @@ __all__ = [
 ]
 
 from .diagnosis.diagnose import diagnose
-from .diagnosis.result import EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT, Diagnosis, EffectCurve, HeldOutSeries
+from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, RigVerdict
 from .diagnosis.settings import DiagnosisSettings
 from .diagnosis.signs import sign_notes
 from .prediction.fit import BASE, fit
@@ -47,9 +46,10 @@ from .prediction.torque import torque_filter
 from .prediction.workers import use_threads
 from .search.candidates import candidates, moving_mass_at
 from .search.experiments import experiment_for
-from .search.findings import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, CatalogueVerdict, FoundEffect
+from .search.found_effect import CurveShape, EffectShape, FoundEffect, NamedShape, PeriodicShape
 from .search.scan import Scan, scan
 from .search.settings import HIGHEST_LINE, LOWEST_LINE
+from .search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from .validation.figures import AxisError, AxisReport, ErrorFigure
 from .validation.free_run import run_start
 from .validation.gate import Outcome, hold_to

@@ -6,22 +6,20 @@ from time import perf_counter
 import numpy as np
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.diagnosis.curves import effect_curve
-from heli_identifier.tracing.diagnosis.findings import (
+from heli_identifier.tracing.diagnosis.conclusions import (
     catalogue_verdicts,
     effect_estimates,
     found_effects,
     parameter_estimates,
 )
+from heli_identifier.tracing.diagnosis.curves import effect_curve
 from heli_identifier.tracing.diagnosis.outcome import outcome_notes
 from heli_identifier.tracing.diagnosis.result import (
-    EFFECTS_SHOWN,
-    MODEL_ADEQUATE,
-    UNKNOWN_EFFECT,
     DataEntry,
     Diagnosis,
     EffectCurve,
     HeldOutSeries,
+    RigVerdict,
 )
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
@@ -32,7 +30,7 @@ from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.agreement import agreement
 from heli_identifier.tracing.search.ambiguity import alternatives
-from heli_identifier.tracing.search.findings import FoundEffect
+from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection, select
@@ -76,7 +74,7 @@ def diagnose(
     model, agreed, unstable = agreement(selection.model, settings.agreement)
     tell("checking on the held-out logs", 0.75)
     model, final, unborne = borne_out(model, selection.bare.model.fit, held)
-    withdrawn = tuple((w.name, w.axis, w.why) for w in (*unstable, *unborne))
+    withdrawn = (*unstable, *unborne)
     rivals = beside(_rivals, selection, model, settings)
     tell("judging before and after", 0.85)
     axes, runs = judged(validation, held, selection.bare.model.fit, final)
@@ -94,7 +92,7 @@ def diagnose(
         axes=axes,
         series=_series(validation, held, selection.bare.model.fit, final, runs),
         curves=_curves(model, effects),
-        correlation_names=_labels(selection.last.scanned),
+        correlation_labels=_labels(selection.last.scanned),
         correlation=_correlation(selection.last.scanned),
         data=(*_entries(training, "training"), *_entries(validation, "held out")),
         settings=_settings(settings, selection),
@@ -107,10 +105,10 @@ def diagnose(
     )
 
 
-def _verdict(model: Model) -> str:
+def _verdict(model: Model) -> RigVerdict:
     if model.effects:
-        return EFFECTS_SHOWN
-    return UNKNOWN_EFFECT if model.unknowns else MODEL_ADEQUATE
+        return RigVerdict.EFFECTS_SHOWN
+    return RigVerdict.UNKNOWN_EFFECT if model.unknowns else RigVerdict.MODEL_ADEQUATE
 
 
 def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> dict[str, list[Effect]]:
@@ -144,14 +142,10 @@ def _curves(model: Model, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, 
     """Curves of the found effects that can be drawn."""
     curves = [effect_curve(model, effect, model.fit.problem.records) for effect in model.effects]
     for found in effects:
-        if found.coefficient is None and "curve" in found.shape:
-            curve, band = np.array(found.shape["curve"]), np.array(found.shape["band"])
-            curves.append(
-                EffectCurve(
-                    "unknown", found.axis, found.shape["variable"], found.shape["unit"],
-                    np.empty((0, 2)), np.column_stack((curve, band[:, 1:])),
-                )
-            )  # fmt: skip
+        shape = found.shape
+        if isinstance(shape, CurveShape):
+            drawn = np.column_stack((shape.curve, shape.band[:, 1:]))
+            curves.append(EffectCurve("unknown", found.axis, shape.variable, shape.unit, np.empty((0, 2)), drawn))
     return tuple(curve for curve in curves if curve is not None)
 
 
@@ -165,9 +159,9 @@ def _representatives(scanned: Scan) -> list[int]:
     return list(best.values())
 
 
-def _labels(scanned: Scan) -> tuple[str, ...]:
+def _labels(scanned: Scan) -> tuple[tuple[str, str], ...]:
     entries = [scanned.candidates[i].effect for i in _representatives(scanned)]
-    return tuple(f"{entry.name} {entry.axis}" for entry in entries)
+    return tuple((entry.name, entry.axis) for entry in entries)
 
 
 def _correlation(scanned: Scan) -> np.ndarray:

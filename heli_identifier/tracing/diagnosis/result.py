@@ -2,18 +2,25 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing.search.findings import CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.search.found_effect import FoundEffect
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisReport
 from heli_plant.parameters import PlantParameters
 
-EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT = "effects shown", "model adequate", "unknown effect"
-"""Verdicts on a rig."""
+
+class RigVerdict(StrEnum):
+    """The verdict on a rig; the value is the text that stands in diagnosis.json."""
+
+    EFFECTS_SHOWN = "effects shown"
+    MODEL_ADEQUATE = "model adequate"
+    UNKNOWN_EFFECT = "unknown effect"
 
 
 @dataclass(frozen=True)
@@ -86,11 +93,11 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : str
+    verdict : RigVerdict
     effects : tuple of FoundEffect
         Strongest evidence first.
-    withdrawn : tuple of (name, axis, why)
-        Effects that the training logs showed and the held-out logs did not bear out.
+    withdrawn : tuple of Withdrawal
+        Effects that the training logs showed and that other filter frequencies or the held-out logs did not confirm.
     catalogue : tuple of CatalogueVerdict
     parameters_before, parameters_after : mapping of str to Estimate
         By the paper's symbols.
@@ -100,15 +107,15 @@ class Diagnosis:
     plant_before, plant_after : PlantParameters
         The complete parameter sets.
     axes : mapping of str to AxisReport
-    correlation_names : tuple of str
-        Labels "name axis" of the rows of ``correlation``.
+    correlation_labels : tuple of (name, axis)
+        Entries of the catalogue in the order of the rows of ``correlation``.
     correlation : NDArray, shape (K, K)
         Correlations between the catalogue's projected signatures.
     """
 
-    verdict: str
+    verdict: RigVerdict
     effects: tuple[FoundEffect, ...]
-    withdrawn: tuple[tuple[str, str, str], ...]
+    withdrawn: tuple[Withdrawal, ...]
     catalogue: tuple[CatalogueVerdict, ...]
     parameters_before: Mapping[str, Estimate]
     parameters_after: Mapping[str, Estimate]
@@ -118,7 +125,7 @@ class Diagnosis:
     axes: Mapping[str, AxisReport]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
-    correlation_names: tuple[str, ...]
+    correlation_labels: tuple[tuple[str, str], ...]
     correlation: NDArray[np.float64]
     data: tuple[DataEntry, ...]
     settings: Mapping[str, Any]

@@ -12,7 +12,6 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.model import (
     Model,
-    Withdrawal,
     effect_score,
     unknown_columns,
     without,
@@ -20,6 +19,7 @@ from heli_identifier.tracing.search.model import (
 )
 from heli_identifier.tracing.search.scan import basis_of
 from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent, responses_in
+from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0

@@ -1,10 +1,9 @@
-"""An unknown torque in numbers and words: its curve with a band, or its line, and what shape that is."""
-
-from typing import Any
+"""An unknown torque in numbers and words: a curve with a band and its kind, or a period with an amplitude."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.tracing.search.found_effect import CurveShape, PeriodicShape
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.splines import DEGREE, UNITS
 from heli_identifier.tracing.search.unknown import Unknown
@@ -13,19 +12,12 @@ POINTS = 121
 """Points of a drawn curve."""
 
 
-def described(model: Model, index: int) -> dict[str, Any]:
-    """Shape of the unknown torque number ``index`` of a model, as the report and diagnosis.json state it.
-
-    Returns
-    -------
-    dict
-        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], both where a
-        record has been, or "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
-    """
+def described(model: Model, index: int) -> CurveShape | PeriodicShape:
+    """Shape of the unknown torque number ``index`` of a model."""
     unknown = model.unknowns[index]
     weights, covariance = model.weights(index), model.weights_covariance(index)
     if unknown.frequency is not None:
-        return _line(unknown, weights, covariance)
+        return _periodic(unknown.frequency, weights, covariance)
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
     basis = unknown.curve(x)
     y = basis @ weights
@@ -34,28 +26,22 @@ def described(model: Model, index: int) -> dict[str, Any]:
     half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
     half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
     visited = np.isfinite(half)
-    return {
-        "variable": unknown.variable,
-        "unit": UNITS[unknown.variable],
-        "description": _words(unknown, x[visited], y[visited], half[visited]),
-        "curve": np.column_stack((x, y))[visited].tolist(),
-        "band": np.column_stack((x, y - half, y + half))[visited].tolist(),
-    }
+    return CurveShape(
+        unknown.variable,
+        UNITS[unknown.variable],
+        _words(unknown, x[visited], y[visited], half[visited]),
+        np.column_stack((x, y))[visited],
+        np.column_stack((x, y - half, y + half))[visited],
+    )
 
 
-def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> dict[str, Any]:
-    """State a line's frequency and its mean amplitude over the records."""
+def _periodic(frequency: float, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> PeriodicShape:
+    """Shape of a periodic torque of ``frequency`` [Hz] with its mean amplitude over the records."""
     amplitudes = np.hypot(weights[0::2], weights[1::2])
     error = float(np.sqrt(np.trace(covariance) / 2.0) / len(amplitudes))
     amplitude = float(amplitudes.mean())
-    return {
-        "variable": "time",
-        "unit": "s",
-        "description": f"periodic in time at {unknown.frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2",
-        "frequency_hz": float(unknown.frequency or 0.0),
-        "amplitude": amplitude,
-        "amplitude_standard_error": error,
-    }
+    description = f"periodic in time at {frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2"
+    return PeriodicShape(float(frequency), amplitude, error, description)
 
 
 def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,14 +45,6 @@ class Model:
         own, first = self.span(index), len(self.fit.free)
         rows = slice(first + own.start, first + own.stop)
         return self.fit.covariance[rows, rows]
-
-
-class Withdrawal(NamedTuple):
-    """What was found and taken back: the effect's name ("unknown" of an unknown torque), its axis, the reason."""
-
-    name: str
-    axis: str
-    why: str
 
 
 def free_fields(effects: Sequence[Effect]) -> tuple[str, ...]:

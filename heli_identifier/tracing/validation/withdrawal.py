@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.search.model import Model, Withdrawal, effect_score, without, without_unknown
+from heli_identifier.tracing.search.model import Model, effect_score, without, without_unknown
+from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import HeldOut, held_out_gain, held_out_log_likelihood, needed
 from heli_plant.effects import AXES, Effect
 

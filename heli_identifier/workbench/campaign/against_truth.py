@@ -6,7 +6,7 @@ rig that holds no unknown torque. *Covered*: the 95 % interval of a parameter or
 """
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import BASE, UNKNOWN_EFFECT
+from heli_identifier.tracing import BASE, RigVerdict
 from heli_identifier.workbench.campaign.row import Row
 
 UNKNOWN = "unknown"
@@ -49,7 +49,7 @@ def unknown_recognised(row: Row) -> bool:
     true = row["true_unknown"]
     return (
         true is not None
-        and row["verdict"] == UNKNOWN_EFFECT
+        and row["verdict"] == RigVerdict.UNKNOWN_EFFECT
         and any(
             (found["name"], found["axis"], found["variable"]) == (UNKNOWN, true["axis"], true["variable"])
             for found in row["effects"]

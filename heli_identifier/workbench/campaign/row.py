@@ -5,7 +5,7 @@ What was found and what is true stand in columns of their own; every column of t
 
 from typing import Any
 
-from heli_identifier.tracing import BASE, Diagnosis, FoundEffect
+from heli_identifier.tracing import BASE, Diagnosis, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.campaign.rig import Truth
 from heli_plant.effects import AXES
 
@@ -23,7 +23,7 @@ def error_column(axis: str, stage: str) -> str:
 def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     """Give what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
     row: Row = {
-        "verdict": diagnosis.verdict,
+        "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
         "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
         "seconds": diagnosis.seconds,
@@ -60,8 +60,8 @@ def _effect(found: FoundEffect) -> Row:
         "coefficient": coefficient.value if coefficient else None,
         "standard_error": coefficient.standard_error if coefficient else None,
         "score": found.score,
-        "verdict": found.verdict,
+        "verdict": found.verdict.value,
         "alternatives": [f"{name} {axis}" for name, axis in found.alternatives],
-        "variable": found.shape.get("variable") if coefficient is None else None,
-        "frequency_hz": found.shape.get("frequency_hz") if coefficient is None else None,
+        "variable": None if isinstance(found.shape, NamedShape) else found.shape.variable,
+        "frequency_hz": found.shape.frequency_hz if isinstance(found.shape, PeriodicShape) else None,
     }

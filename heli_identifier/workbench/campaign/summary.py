@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heli_identifier.tracing import EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT
+from heli_identifier.tracing import RigVerdict
 from heli_identifier.workbench.campaign.against_truth import (
     coverage,
     false_entries,
@@ -104,9 +104,9 @@ def _kind(kind: str | None, rows: Sequence[Row]) -> Kind:
     return Kind(
         kind or "",
         len(rows),
-        verdicts[EFFECTS_SHOWN],
-        verdicts[MODEL_ADEQUATE],
-        verdicts[UNKNOWN_EFFECT],
+        verdicts[RigVerdict.EFFECTS_SHOWN],
+        verdicts[RigVerdict.MODEL_ADEQUATE],
+        verdicts[RigVerdict.UNKNOWN_EFFECT],
         sum(named_first(row) for row in judged),
         sum(bool(false_entries(row)) for row in judged),
         sum(unknown_recognised(row) for row in judged),

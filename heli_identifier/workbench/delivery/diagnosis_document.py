@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AxisError, AxisReport, CatalogueVerdict, Diagnosis, FoundEffect
+from heli_identifier.tracing import AxisError, AxisReport, CatalogueVerdict, Diagnosis, FoundEffect, Verdict
 from heli_identifier.workbench.report.rounding import is_known
 
 SCHEMA = "heli-diagnosis/1"
@@ -33,12 +33,12 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
     return plain(
         {
             "schema": SCHEMA,
-            "verdict": diagnosis.verdict,
+            "verdict": diagnosis.verdict.value,
             "effects": [_effect(effect) for effect in diagnosis.effects],
             "not_testable": [
                 {"name": entry.name, "axis": entry.axis, "why": entry.why, "experiment": entry.experiment}
                 for entry in diagnosis.catalogue
-                if entry.verdict == "not testable"
+                if entry.verdict == Verdict.NOT_TESTABLE
             ],
             "parameters": {
                 "before": {name: estimate_entry(value) for name, value in diagnosis.parameters_before.items()},
@@ -104,9 +104,9 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "coefficient": coefficient.value if coefficient else None,
         "standard_error": coefficient.standard_error if coefficient else None,
         "unit": coefficient.unit if coefficient else None,
-        "verdict": effect.verdict,
+        "verdict": effect.verdict.value,
         "alternatives": [{"name": name, "axis": axis} for name, axis in effect.alternatives],
-        "shape": effect.shape,
+        "shape": effect.shape.to_dict(),
         "interval": coefficient.interval if coefficient else None,
         "score": effect.score,
         "agreement": {f"{bandwidth:g} rad/s": estimate_entry(value) for bandwidth, value in effect.agreement.items()},
@@ -140,7 +140,7 @@ def _catalogue_entry(entry: CatalogueVerdict) -> dict[str, Any]:
     return {
         "name": entry.name,
         "axis": entry.axis,
-        "verdict": entry.verdict,
+        "verdict": entry.verdict.value,
         "coefficient": entry.estimate.value,
         "standard_error": entry.estimate.standard_error,
         "unit": entry.estimate.unit,

@@ -6,7 +6,7 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-from heli_identifier.tracing import NOT_SHOWN, Diagnosis
+from heli_identifier.tracing import Diagnosis, Verdict
 from heli_identifier.workbench.report.figures.held_out import (
     autocorrelation_figure,
     free_run_figure,
@@ -89,8 +89,8 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         panels=_panels(diagnosis),
         parameters=parameter_rows(diagnosis),
         parameter_figure=_parameter_svg(diagnosis) if moved else "",
-        catalogue=[row for row in rows if row["verdict"] != NOT_SHOWN],
-        not_shown=[row for row in rows if row["verdict"] == NOT_SHOWN],
+        catalogue=[row for row in rows if row["verdict"] != Verdict.NOT_SHOWN],
+        not_shown=[row for row in rows if row["verdict"] == Verdict.NOT_SHOWN],
         reasons=catalogue_remarks(diagnosis),
         map=map_svg(diagnosis),
         confused=confused_lines(diagnosis),

@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AMBIGUOUS, MODEL_ADEQUATE, NOT_TESTABLE, UNKNOWN, AxisReport, Diagnosis, FoundEffect
+from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict, Verdict
 from heli_identifier.workbench.report.rounding import significant, with_interval
 
 VARIABLES = {
@@ -88,7 +88,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
-    if diagnosis.verdict == MODEL_ADEQUATE:
+    if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
         return _nothing_shown(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.name != "unknown"]
     unknown = [effect for effect in diagnosis.effects if effect.name == "unknown"]
@@ -103,7 +103,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
     """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
-    untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
+    untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
     errors = listed([significant(1e3 * report.after.prediction_1s.value) for report in diagnosis.axes.values()])
@@ -118,7 +118,7 @@ def found_effect(effect: FoundEffect) -> str:
     text = effect_name(effect.name, effect.axis)
     if effect.coefficient is not None:
         text += f" (c = {with_interval(effect.coefficient)})"
-    if effect.verdict == AMBIGUOUS:
+    if effect.verdict == Verdict.AMBIGUOUS:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
         text += f" or, as likely, {listed(rivals, 'or')}" if rivals else ""
     return text
@@ -126,15 +126,16 @@ def found_effect(effect: FoundEffect) -> str:
 
 def unknown_effect(effect: FoundEffect) -> str:
     """Give an unknown effect by its axis and what it depends on."""
-    frequency = effect.shape.get("frequency_hz")
-    if frequency is not None:
-        return f"a periodic torque on the {effect.axis} at {significant(float(frequency))} Hz"
-    return f"a torque on the {effect.axis} that depends on the {variable_name(str(effect.shape.get('variable', '')))}"
+    shape = effect.shape
+    if isinstance(shape, PeriodicShape):
+        return f"a periodic torque on the {effect.axis} at {significant(shape.frequency_hz)} Hz"
+    variable = "" if isinstance(shape, NamedShape) else variable_name(shape.variable)
+    return f"a torque on the {effect.axis} that depends on the {variable}"
 
 
 def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
-    text = unknown_effect(effect) if effect.verdict == UNKNOWN else effect_name(effect.name, effect.axis)
+    text = unknown_effect(effect) if effect.verdict == Verdict.UNKNOWN else effect_name(effect.name, effect.axis)
     return text[:1].upper() + text[1:]
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.tracing import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, AxisReport, Diagnosis
+from heli_identifier.tracing import AxisReport, Diagnosis, Verdict
 from heli_identifier.workbench.report.rounding import (
     acceleration_text,
     angle_text,
@@ -14,7 +14,10 @@ from heli_identifier.workbench.report.rounding import (
 )
 from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
 
-KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}
+KINDS = {
+    Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.NOT_SHOWN: "open",
+    Verdict.NOT_TESTABLE: "open",
+}  # fmt: skip
 """Style of a verdict."""
 
 ERRORS = (
@@ -93,7 +96,7 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "axis": entry.axis,
             "verdict": entry.verdict,
             "kind": KINDS[entry.verdict],
-            "off": entry.verdict == NOT_TESTABLE,
+            "off": entry.verdict == Verdict.NOT_TESTABLE,
             "estimate": with_interval(entry.estimate, unit=False),
             "unit": unit_text(entry.estimate.unit),
             "bound": "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
@@ -105,12 +108,11 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give the reasons that say more than the row does: not testable, a hint, withdrawn."""
-    telling = ("hint", "withdrawn")
+    """Give the reasons that say more than the row does: not testable, suggestive, withdrawn."""
     return [
         (effect_name(entry.name, entry.axis), entry.why)
         for entry in diagnosis.catalogue
-        if entry.verdict == NOT_TESTABLE or any(word in entry.why for word in telling)
+        if entry.verdict == Verdict.NOT_TESTABLE or entry.suggestive or entry.withdrawn
     ]
 
 

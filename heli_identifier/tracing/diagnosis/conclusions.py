@@ -1,6 +1,7 @@
-"""A model and its scans in the words of a diagnosis: effects, catalogue, parameters."""
+"""From a model and its scans to the values of a diagnosis: effects, catalogue, parameters."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,10 +10,11 @@ from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
-from heli_identifier.tracing.search.findings import AMBIGUOUS, SHOWN, UNKNOWN, CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
 from heli_identifier.tracing.search.model import Model, effect_score
+from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
 from heli_identifier.tracing.search.selection import Selection
-from heli_identifier.tracing.search.verdicts import open_verdicts, upper_bound
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from heli_plant.effects import Effect
 
 
@@ -28,7 +30,7 @@ def found_effects(
                 effect.name,
                 effect.axis,
                 model.fit.estimate(effect.field),
-                AMBIGUOUS if others else SHOWN,
+                Verdict.AMBIGUOUS if others else Verdict.SHOWN,
                 tuple((other.name, other.axis) for other in others),
                 _shape(model.fit, effect),
                 effect_score(model.fit, effect),
@@ -37,22 +39,24 @@ def found_effects(
             )
         )
     for index, unknown in enumerate(model.unknowns):
-        shape = described(model, index)
-        found.append(FoundEffect("unknown", unknown.axis, None, UNKNOWN, (), shape, float(np.sqrt(unknown.surplus))))
+        shape, score = described(model, index), float(np.sqrt(unknown.surplus))
+        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score))
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
 
-def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]:
+def _shape(fit: Fit, effect: Effect) -> NamedShape:
     """Shape parameters of an effect; those that were not estimated have no standard error."""
     estimated = shape_fields(effect)
-    return {
-        shape.name: {
-            "value": getattr(fit.parameters, shape.field),
-            "standard_error": fit.standard_error(shape.field) if shape.field in estimated else None,
-            "unit": shape.unit,
+    return NamedShape(
+        {
+            shape.name: Estimate(
+                getattr(fit.parameters, shape.field),
+                fit.standard_error(shape.field) if shape.field in estimated else None,
+                shape.unit,
+            )
+            for shape in effect.shapes
         }
-        for shape in effect.shapes
-    }
+    )
 
 
 def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
@@ -69,7 +73,7 @@ def effect_estimates(fit: Fit) -> dict[str, Estimate]:
 
 
 def catalogue_verdicts(
-    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
+    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[Withdrawal]
 ) -> tuple[CatalogueVerdict, ...]:
     """One verdict per entry: those in the model first, then what the last scan says of the others."""
     in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
@@ -86,19 +90,14 @@ def catalogue_verdicts(
             )
         )  # fmt: skip
     reasons = {(name, axis): why for name, axis, why in withdrawn}
-    for verdict in open_verdicts(selection.last.scanned, selection.threshold, selection.hint):
-        verdicts.append(verdict)
+    verdicts.extend(open_verdicts(selection.last.scanned, selection.threshold, selection.hint))
     listed = {(v.name, v.axis) for v in verdicts}
     for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
         key = (verdict.name, verdict.axis)
         if key not in listed:
-            why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
-            verdicts.append(
-                CatalogueVerdict(
-                    verdict.name, verdict.axis, "not shown", verdict.estimate, verdict.score, verdict.visibility,
-                    verdict.upper_bound, why, verdict.experiment,
-                )
-            )  # fmt: skip
+            if key in reasons:
+                verdict = replace(verdict, why=f"withdrawn: {reasons[key]}", suggestive=False, withdrawn=True)
+            verdicts.append(replace(verdict, verdict=Verdict.NOT_SHOWN))
     return tuple(verdicts)
 
 
