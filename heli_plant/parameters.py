@@ -124,7 +124,10 @@ TABLE_2 = PlantParameters()
 
 
 class Parameter(NamedTuple):
-    """What there is to know about one field of :class:`PlantParameters`."""
+    """What there is to know about one field of :class:`PlantParameters`.
+
+    ``symbol`` is the letter of the paper's Table 2, its subscript after an underscore; empty where it has none.
+    """
 
     field: str
     name: str
@@ -141,16 +144,16 @@ class Parameter(NamedTuple):
 
 
 _BASE = (
-    Parameter("a_wx", "pitch.damping", "a_wx", "1/s", -10.0, 10.0, "pitch damping"),
-    Parameter("a_th", "pitch.stiffness", "a_th", "1/s^2", -100.0, 100.0, "pendulum stiffness of the pitch"),
+    Parameter("a_wx", "pitch.damping", "a_ωx", "1/s", -10.0, 10.0, "pitch damping"),
+    Parameter("a_th", "pitch.stiffness", "a_θ", "1/s^2", -100.0, 100.0, "pendulum stiffness of the pitch"),
     Parameter("k_x", "pitch.gain", "k_x", "rad/s^2/V", -50.0, 50.0, "pitch acceleration per volt of v_f - v_r"),
-    Parameter("theta0", "pitch.rest_angle", "theta0", "rad", -3.2, 3.2, "pitch at rest"),
-    Parameter("a_wz", "elevation.damping", "a_wz", "1/s", -10.0, 10.0, "elevation damping"),
-    Parameter("a_e", "elevation.stiffness", "a_e", "1/s^2", -100.0, 100.0, "elevation stiffness"),
+    Parameter("theta0", "pitch.rest_angle", "θ_0", "rad", -3.2, 3.2, "pitch at rest"),
+    Parameter("a_wz", "elevation.damping", "a_ωz", "1/s", -10.0, 10.0, "elevation damping"),
+    Parameter("a_e", "elevation.stiffness", "a_ε", "1/s^2", -100.0, 100.0, "elevation stiffness"),
     Parameter("a_1", "elevation.offset", "a_1", "rad/s^2", -100.0, 100.0, "elevation offset torque per inertia"),
-    Parameter("a_lt", "elevation.coupling", "a_lt", "1", -10.0, 10.0, "coupling of theta' lambda' into elevation"),
+    Parameter("a_lt", "elevation.coupling", "a_λθ", "1", -10.0, 10.0, "coupling of theta' lambda' into elevation"),
     Parameter("k_z", "elevation.gain", "k_z", "rad/s^2/V", -50.0, 50.0, "elevation acceleration per volt of v_f + v_r"),
-    Parameter("a_wy", "travel.damping", "a_wy", "1/s", -10.0, 10.0, "travel damping"),
+    Parameter("a_wy", "travel.damping", "a_ωy", "1/s", -10.0, 10.0, "travel damping"),
     Parameter("k_y", "travel.gain", "k_y", "rad/s^2/V", -50.0, 50.0, "travel acceleration per volt and sine of pitch"),
     Parameter("T_m", "motor.time_constant", "T_m", "s", 0.0, 5.0, "lag of both motors, eq. (9)"),
     Parameter("v_max", "motor.voltage_limit", "v_max", "V", 1e-6, 1000.0, "saturation of both voltages"),

@@ -7,13 +7,14 @@ import numpy as np
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import log_from_samples
-from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, EffectCurve, HeldOutSeries, RigVerdict
+from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from heli_identifier.tracing.validation.bootstrap import rms_figures
 from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
 from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
+from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate

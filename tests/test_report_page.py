@@ -114,8 +114,8 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, None, nothing))
     page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), ORIGIN, "rig")
-    assert "noise floor –: the model runs away from the rig" in page
-    assert "A dash in its place" in page
+    assert "noise floor –: the model is unstable" in page
+    assert "A dash stands for a noise floor that could not be computed" in page
     assert 'data-label="noise floor">0 ' not in page
     assert diagnosis_document(replace(whole, axes={"pitch": pitch}), ORIGIN)["error"]["pitch"]["noise_floor"] == {
         "prediction_1s_rad": None, "prediction_2s_rad": None, "free_run_rad": None, "acceleration": None,
@@ -125,10 +125,10 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
 @pytest.mark.parametrize(
     ("p", "after", "said"),
     [
-        (0.4, 2e-3, "not told from white noise at the 1 % level (Ljung-Box, p = 0.40; before: p < 0.0001)"),
+        (0.4, 2e-3, "white noise is not rejected at the 1 % level (Ljung-Box, p = 0.40; before: p < 0.0001)"),
         (0.006, 2e-3, "not entirely white (Ljung-Box, p = 0.0060; before: p < 0.0001), so something is left. It costs"),
-        (0.006, 2e-3, "costs the prediction over 1 s little: 2.00 mrad against a noise floor of 1.90 mrad."),
-        (0.006, 4e-3, "costs the prediction over 1 s: 4.00 mrad against a noise floor of 1.90 mrad, which is more"),
+        (0.006, 2e-3, "costs the 1 s prediction little: 2.00 mrad against a noise floor of 1.90 mrad."),
+        (0.006, 4e-3, "costs the 1 s prediction more than chance explains: 4.00 mrad against a noise floor of"),
     ],
 )
 def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed_by_what_it_costs(p, after, said):
@@ -139,7 +139,8 @@ def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed
 
 def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
     words = text[text.index('id="words"') :]
-    for term in ("±", "hint", "torque of the room", "other filter frequencies", "noise floor", "Ljung-Box p"):
+    terms = "±", "suggestive", "process noise", "visibility", "as likely", "other filter frequencies", "Ljung-Box p"
+    for term in terms:
         assert f"<dt>{term}</dt>" in words
     assert "1.96 standard errors" in words
 

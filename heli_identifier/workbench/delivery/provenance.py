@@ -2,6 +2,7 @@
 
 import platform
 import shlex
+import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -9,6 +10,10 @@ from typing import Any
 
 PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "statsmodels", "pythonfmu", "fmpy")
 """Distributions whose version can change a result."""
+
+
+__version__ = version("heli-twin")
+"""Version of this program."""
 
 
 def versions() -> dict[str, str]:
@@ -36,3 +41,13 @@ def provenance(command: Sequence[str]) -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "versions": versions(),
     }
+
+
+def from_python(function: str) -> dict[str, Any]:
+    """Give the provenance of what a function of the interface computes now."""
+    return provenance([f"heli_identifier.{function}"])
+
+
+def from_command_line() -> dict[str, Any]:
+    """Give the provenance of what this command of the command line computes now."""
+    return provenance(["heli", *sys.argv[1:]])

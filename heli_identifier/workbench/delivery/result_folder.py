@@ -32,13 +32,8 @@ def write_results(
     provenance: Mapping[str, Any],
     rig: str,
     folder: Path,
-) -> dict[str, Any]:
+) -> None:
     """Write the four files of a diagnosis into ``folder``.
-
-    Returns
-    -------
-    dict
-        The content of diagnosis.json.
 
     Raises
     ------
@@ -47,16 +42,14 @@ def write_results(
     """
     from heli_identifier.workbench.report.page import report_page  # late: packages that draw take .7 s to import
 
-    document = diagnosis_document(diagnosis, provenance)
     parameters = corrected_parameters(diagnosis, provenance)
     with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
         checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
         page = report_page(diagnosis, provenance, rig)
         checked.result()
-    (folder / "parameters.json").write_text(document_text(parameters.document()), encoding="utf-8")
+    parameters.write(folder / "parameters.json")
     (folder / "report.html").write_text(page, encoding="utf-8")
-    (folder / "diagnosis.json").write_text(document_text(document), encoding="utf-8")
-    return document
+    (folder / "diagnosis.json").write_text(document_text(diagnosis_document(diagnosis, provenance)), encoding="utf-8")
 
 
 def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:

@@ -19,7 +19,7 @@ def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         figure, caption = None, ""
         if isinstance(found.shape, PeriodicShape):
             figure = line_figure(diagnosis.series[0], found.axis, found.shape.frequency_hz)
-            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the line."
+            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the frequency of the torque."
         elif curve := next((c for c in curves if c.name == found.name and _same_axis(c, found)), None):
             curves.remove(curve)
             figure, caption = effect_figure(curve), _caption(curve)
@@ -72,5 +72,6 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
         others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
         facts.append(("at other filter frequencies", listed(others)))
     if found.alternatives:
-        facts.append(("as likely", listed([effect_name(name, axis) for name, axis in found.alternatives], "or")))
+        rivals = listed([effect_name(name, axis) for name, axis in found.alternatives], "or")
+        facts.append(("as likely", f"{rivals}: explains these logs about as well"))
     return facts

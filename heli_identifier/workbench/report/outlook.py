@@ -33,7 +33,7 @@ def confused_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def experiment_entries(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give every experiment that would settle something, and why: ambiguity, no visibility, a loose bound."""
+    """Give every experiment that would help, and why: an ambiguity, too little visibility, a loose bound."""
     wanted: dict[str, list[str]] = {}
     for found in diagnosis.effects:
         if found.experiment:
@@ -44,7 +44,7 @@ def experiment_entries(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     loosest = sorted(diagnosis.catalogue, key=_looseness, reverse=True)[:MOST_LOOSE]
     for entry in (entry for entry in loosest if _looseness(entry) > LOOSE):
         share = f"{100.0 * _looseness(entry):.0f} %"
-        why = f"{effect_name(entry.name, entry.axis)} may still have {share} of its plausible range"
+        why = f"{effect_name(entry.name, entry.axis)} may still reach {share} of its plausible range"
         wanted.setdefault(experiment_for(entry.name), []).append(why)
     return [(listed(names), text) for text, names in wanted.items()]
 

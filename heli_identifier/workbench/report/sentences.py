@@ -4,8 +4,18 @@ import re
 from collections.abc import Sequence
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict, Verdict
+from heli_identifier.tracing import (
+    AxisReport,
+    Diagnosis,
+    FoundEffect,
+    NamedShape,
+    PeriodicShape,
+    RigVerdict,
+    Verdict,
+    Withdrawal,
+)
 from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_plant.parameters import BY_FIELD
 
 VARIABLES = {
     "pitch": "pitch",
@@ -21,29 +31,6 @@ VARIABLES = {
     "time": "time",
 }
 """Variables of a torque as words."""
-
-MEANINGS = {
-    "a_wx": "pitch damping",
-    "a_th": "pitch stiffness",
-    "k_x": "pitch gain",
-    "theta0": "pitch at rest",
-    "a_wz": "elevation damping",
-    "a_e": "elevation stiffness",
-    "a_1": "elevation offset",
-    "a_lt": "pitch and travel coupling",
-    "k_z": "elevation gain",
-    "a_wy": "travel damping",
-    "k_y": "travel gain",
-    "T_m": "motor time constant",
-}
-"""The paper's symbols (Table 2) as words."""
-
-SYMBOLS = {
-    "a_wx": "a_ωx", "a_th": "a_θ", "k_x": "k_x", "theta0": "θ_0", "a_wz": "a_ωz", "a_e": "a_ε", "a_1": "a_1",
-    "a_lt": "a_λθ", "k_z": "k_z", "a_wy": "a_ωy", "k_y": "k_y",
-}  # fmt: skip
-"""The paper's symbols, the subscript after an underscore."""
-
 
 _LETTERS = {
     "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "w": "ω", "mu_s": "μ_s", "w_s": "ω_s",
@@ -63,15 +50,20 @@ WORTH_SAYING = 1.03
 
 
 def effect_name(name: str, axis: str) -> str:
-    """Give an effect as words: ``dry friction of the pitch``."""
+    """Give an effect as words: ``dry friction on the pitch``."""
     if axis == "rotors":
         return f"{name.replace('_', ' ')} of the rotors"
     return f"{name.replace('_', ' ')} on the {axis}"
 
 
-def meaning(symbol: str, value: Estimate) -> str:
-    """Give a parameter's symbol as words, and whether it was given."""
-    return f"{MEANINGS.get(symbol, symbol)}{', given' if value.standard_error is None else ''}"
+def meaning(field: str) -> str:
+    """Give a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
+    return BY_FIELD[field].name.replace(".", " ").replace("_", " ")
+
+
+def meaning_of(field: str, value: Estimate) -> str:
+    """Give a parameter as words, and whether it was given rather than estimated."""
+    return f"{meaning(field)}{', given' if value.standard_error is None else ''}"
 
 
 def variable_name(variable: str) -> str:
@@ -90,8 +82,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
     if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
         return _nothing_shown(diagnosis)
-    named = [effect for effect in diagnosis.effects if effect.name != "unknown"]
-    unknown = [effect for effect in diagnosis.effects if effect.name == "unknown"]
+    named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
+    unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
     parts = []
     if named:
         parts.append(f"The rig has {listed([found_effect(effect) for effect in named])}, which the model lacks")
@@ -102,7 +94,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
-    """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
+    """Say that no effect was found, how many could not be tested, and how well the model predicts."""
     untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
@@ -120,7 +112,7 @@ def found_effect(effect: FoundEffect) -> str:
         text += f" (c = {with_interval(effect.coefficient)})"
     if effect.verdict == Verdict.AMBIGUOUS:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
-        text += f" or, as likely, {listed(rivals, 'or')}" if rivals else ""
+        text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
     return text
 
 
@@ -137,6 +129,11 @@ def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
     text = unknown_effect(effect) if effect.verdict == Verdict.UNKNOWN else effect_name(effect.name, effect.axis)
     return text[:1].upper() + text[1:]
+
+
+def withdrawn_sentence(entry: Withdrawal) -> str:
+    """Say that an effect was withdrawn, and why."""
+    return f"Withdrawn: {effect_name(entry.name, entry.axis)}: {entry.why}."
 
 
 def _gain(diagnosis: Diagnosis) -> str:
