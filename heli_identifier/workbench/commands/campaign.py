@@ -115,7 +115,7 @@ def _sources(
 
 def print_summary(summary: "Summary") -> None:
     """Print what was found and how much of it is true where that is known, coverage, times and failures."""
-    from heli_identifier.workbench.commands.terminal import print_table
+    from heli_identifier.workbench.commands.terminal import counted, print_table
 
     known = any(kind.kind for kind in summary.kinds)
     columns = ["rigs >", "effects shown >", "model adequate >", "unknown effect >"]
@@ -138,8 +138,8 @@ def print_summary(summary: "Summary") -> None:
     if summary.effects:
         print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary.effects])
     if summary.coverage is not None:
-        share, count = 100.0 * summary.coverage, summary.intervals
-        typer.echo(f"{share:.1f} % of {count} intervals of 95 % hold the true value")
+        share, count = 100.0 * summary.coverage, counted(summary.intervals, "interval")
+        typer.echo(f"{share:.1f} % of {count} of 95 % hold the true value")
     if summary.seconds is not None:
         median, high, most = summary.seconds
         typer.echo(
