@@ -27,7 +27,7 @@ __all__ = [
     "experiment_for",
     "fit",
     "hold_to",
-    "moving_mass_at",
+    "stepping_at",
     "run_start",
     "scan",
     "sign_notes",
@@ -44,7 +44,7 @@ from .prediction.problem import Problem
 from .prediction.record import Record
 from .prediction.torque import torque_filter
 from .prediction.workers import use_threads
-from .search.candidates import candidates, moving_mass_at
+from .search.candidates import candidates, stepping_at
 from .search.experiments import experiment_for
 from .search.found_effect import CurveShape, EffectShape, FoundEffect, NamedShape, PeriodicShape
 from .search.scan import Scan, scan
