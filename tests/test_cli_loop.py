@@ -21,6 +21,7 @@ from heli_identifier.workbench.delivery.result_folder import check_free_run, uni
 from heli_identifier.workbench.identify.identification import NAMES
 from heli_identifier.workbench.report.figures.over_time import run_figure
 from heli_identifier.workbench.report.sentences import meaning
+from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -227,7 +228,7 @@ def test_a_scenario_goes_into_one_file_with_the_parameters_given(tmp_path):
 def test_effects_lists_every_entry_with_a_parameter_that_the_plant_has():
     listed = json.loads(run("effects", "--json").stdout)
     names = to_names(AFTER)
-    assert len(listed) == 31
+    assert [(entry["name"], entry["axis"]) for entry in listed] == [(e.name, e.axis) for e in CATALOGUE]
     assert all(entry["parameter"] in names for entry in listed)
     pitch = json.loads(run("effects", "--axis", "pitch", "--json").stdout)
     assert {entry["axis"] for entry in pitch} == {"pitch"}

@@ -241,5 +241,6 @@ def test_units_and_laws_are_set_as_people_write_them():
     assert unit_text("1") == ""
     assert law_text("-c w abs(w)") == "−c ω |ω|"
     assert law_text("nu -> nu + c nu abs(nu)") == "ν → ν + c ν |ν|"
+    assert law_text("c a_th sin(theta - theta0) cos(eps_h)") == "c a_θ sin(θ − θ_0) cos(ε_h)"
     assert power_text(1e-3) == "10⁻³"
     assert significant(0.0012345) == "0.00123"

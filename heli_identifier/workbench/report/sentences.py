@@ -18,31 +18,31 @@ from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.parameters import BY_FIELD
 
 VARIABLES = {
-    "pitch": "pitch",
-    "elevation": "elevation",
-    "travel": "travel",
-    "pitch_rate": "pitch rate",
-    "elevation_rate": "elevation rate",
-    "travel_rate": "travel rate",
     "mu_sum": "sum of the rotors' voltages",
     "mu_diff": "difference of the rotors' voltages",
     "mu_s": "sum of the rotors' voltages",
     "d mu_s / dt": "rate of the sum of the rotors' voltages",
-    "time": "time",
 }
-"""Variables of a torque as words."""
+"""Variables of a torque as words, where their names do not say it."""
 
-_LETTERS = {
-    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "w": "ω", "mu_s": "μ_s", "w_s": "ω_s",
-    "w_b": "ω_b", "theta0": "θ_0", "eps_ground": "ε_ground", "eps_g": "ε_g",
+_GREEK = {
+    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "tau": "τ", "w": "ω", "mu": "μ",
 }  # fmt: skip
 
 
 def law_text(law: str) -> str:
     """Give a law of the catalogue with Greek letters, real minus signs and superscripts."""
-    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _LETTERS.get(word[0], word[0]), law)
+    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _letter(word[0]), law)
     text = re.sub(r"abs\(([^)]*)\)", r"|\1|", text)
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
+
+
+def _letter(word: str) -> str:
+    """Give a symbol of a law as it is typeset, its subscript after an underscore."""
+    if word in BY_FIELD and BY_FIELD[word].symbol:
+        return BY_FIELD[word].symbol
+    head, mark, subscript = word.partition("_")
+    return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
 WORTH_SAYING = 1.03
