@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from heli_identifier.workbench.identify.identification import NAMES, History, Together
+from heli_identifier.workbench.identify.identification import NAMES, EstimateHistory, Together
 from heli_identifier.workbench.report.figures.style import INK, grid, key, shades, styled
 from heli_identifier.workbench.report.rounding import unit_text
 from heli_identifier.workbench.report.sentences import MEANINGS
@@ -13,7 +13,7 @@ from heli_plant.parameters import BY_FIELD
 
 
 @styled
-def history_figure(histories: Sequence[History], together: Together) -> Figure:
+def history_figure(histories: Sequence[EstimateHistory], together: Together) -> Figure:
     """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together."""
     figure, axes = grid(len(NAMES), columns=3)
     for column, (one, name) in enumerate(zip(axes, NAMES, strict=True)):
@@ -31,7 +31,7 @@ def history_figure(histories: Sequence[History], together: Together) -> Figure:
     return figure
 
 
-def _limits(histories: Sequence[History], column: int, final: float) -> tuple[float, float]:
+def _limits(histories: Sequence[EstimateHistory], column: int, final: float) -> tuple[float, float]:
     """Range of the ordinate: where the second half of every history and its band lies, with room around it."""
     low = high = final
     for history in histories:
