@@ -20,7 +20,8 @@ from scipy.linalg import logm
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.workbench.linearise.operating_point import OperatingPoint
-from heli_plant.effects import AXES, CATALOGUE
+from heli_plant.effects import AXES, CATALOGUE, FRICTION
+from heli_plant.laws import motor_time_constant
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, rigid_start, step
 from heli_plant.state import PlantState
@@ -37,7 +38,7 @@ _MOVE = 1e-4
 _NOISE = 1e-6
 """Entries of A and B below this are rounding."""
 
-NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.name in ("dry_friction", "breakaway_friction"))
+NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRICTION)
 """Coefficients that a linear model leaves out."""
 
 
@@ -94,7 +95,7 @@ def linearise(parameters: PlantParameters, point: OperatingPoint, period: float 
 
 
 def _sampled(parameters: PlantParameters, point: OperatingPoint, period: float) -> StateSpace:
-    if parameters.T_m + parameters.motor_lag_rotors <= 0.0:
+    if motor_time_constant(parameters) <= 0.0:
         raise ConfigurationError(
             "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag."
         )

@@ -24,11 +24,10 @@ from heli_identifier.online import IdentifierSettings
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.workbench.identify.replay import replay
 from heli_identifier.workbench.paper.published import TRUTH
-from heli_plant.compiled import parameter_record, read_only
+from heli_plant.compiled import compiled_for, parameter_record, read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
 from heli_plant.simulation import simulate
-from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState, rest_state
 
 STEP = 0.01
