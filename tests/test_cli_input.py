@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from fmu_src.wiring import SCENARIOS
 from heli_identifier.errors import IdentifierError
-from heli_identifier.online.parameters import ModelParameters
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.commands.guard import guarded

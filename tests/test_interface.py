@@ -181,7 +181,7 @@ def test_a_linear_model_has_named_signals_and_the_eigenvalues_of_the_pitch():
     nearest = np.abs(system.poles()[:, None] - own).min(axis=0)
     # differences of the plant's step are good to some 1e-6
     assert nearest.max() < 1e-5
-    assert hi.linearise(TABLE_2, sampled=True).dt == 0.01
+    assert hi.linearise(TABLE_2, period=0.02).dt == 0.02
 
 
 def test_a_check_passes_where_the_error_is_allowed_and_fails_where_it_is_not(parameters):

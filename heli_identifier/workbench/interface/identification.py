@@ -12,7 +12,7 @@ from heli_identifier.tracing import sign_notes
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.delivery.provenance import from_python
 from heli_identifier.workbench.identify.identification import (
-    History,
+    EstimateHistory,
     Together,
     combined,
     history_text,
@@ -34,7 +34,7 @@ class Identification:
 
     Attributes
     ----------
-    histories : tuple of History
+    histories : tuple of EstimateHistory
         Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the
         fields of :class:`heli_identifier.online.parameters.ModelParameters`.
     together : Together
@@ -43,7 +43,7 @@ class Identification:
         The plant with these estimates.
     """
 
-    histories: tuple[History, ...]
+    histories: tuple[EstimateHistory, ...]
     together: Together
     parameters: ParameterSet
 

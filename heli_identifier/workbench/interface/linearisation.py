@@ -14,7 +14,7 @@ def linearise(
     elevation: float = 0.0,
     pitch: float = 0.0,
     *,
-    sampled: bool = False,
+    period: float | None = None,
 ) -> "control.StateSpace":
     """Linearise the plant at the equilibrium of an elevation and a pitch.
 
@@ -30,8 +30,8 @@ def linearise(
         As :func:`heli_identifier.read_parameters` gives them.
     elevation, pitch : float
         Operating point [rad].
-    sampled : bool
-        Give the system sampled under voltages held for 10 ms in place of the continuous one.
+    period : float, optional
+        Sampling period [s] over which the voltages are held; without it the system is continuous.
 
     Returns
     -------
@@ -44,7 +44,8 @@ def linearise(
         The plant has no equilibrium there within the motors' voltages, the motors have no lag, or the parameters are
         not those of a plant.
     """
-    from heli_identifier.workbench.linearise import linear_model, operating_point
+    from heli_identifier.workbench.linearise.linear_model import linearise as linear_system
+    from heli_identifier.workbench.linearise.operating_point import operating_point
 
     plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
-    return linear_model(plant, operating_point(plant, pitch, elevation)).system(sampled)
+    return linear_system(plant, operating_point(plant, pitch, elevation), period)

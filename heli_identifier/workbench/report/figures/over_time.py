@@ -27,7 +27,7 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.identify.identification import History, Together
+    from heli_identifier.workbench.identify.identification import EstimateHistory, Together
     from heli_identifier.workbench.linearise.step_response import StepResponse
 
 NAMES = ModelParameters._fields
@@ -93,7 +93,7 @@ def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]
 
 
 @styled
-def history_figure(histories: "Sequence[History]", together: "Together") -> Figure:
+def history_figure(histories: "Sequence[EstimateHistory]", together: "Together") -> Figure:
     """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together."""
     figure, axes = grid(len(NAMES), columns=3)
     for column, (one, name) in enumerate(zip(axes, NAMES, strict=True)):
@@ -111,7 +111,7 @@ def history_figure(histories: "Sequence[History]", together: "Together") -> Figu
     return figure
 
 
-def _limits(histories: "Sequence[History]", column: int, final: float) -> tuple[float, float]:
+def _limits(histories: "Sequence[EstimateHistory]", column: int, final: float) -> tuple[float, float]:
     """Range of the ordinate: where the second half of every history and its band lies, with room around it."""
     low = high = final
     for history in histories:
