@@ -54,7 +54,7 @@ def identify(
     else:
         parameter, meaning, *values, unit = found.columns
         columns = (parameter, meaning, *(f"{name} >" for name in values), unit)
-        print_table("Parameters with half of their 95 % intervals", columns, found.rows)
+        print_table(found.title, columns, found.rows)
         for text in found.notes:
             note(text)
     for text in found.warnings:

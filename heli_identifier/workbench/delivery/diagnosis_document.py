@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
@@ -45,20 +46,10 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
                 "after": {name: estimate_entry(value) for name, value in diagnosis.parameters_after.items()},
             },
             "error": {axis: _axis(report) for axis, report in diagnosis.axes.items()},
-            "data": [
-                {
-                    "file": entry.file,
-                    "sha256": entry.sha256,
-                    "samples": entry.samples,
-                    "rate_hz": entry.rate_hz,
-                    "used_for": entry.used_for,
-                    "notes": entry.notes,
-                }
-                for entry in diagnosis.data
-            ],
+            "data": [asdict(entry) for entry in diagnosis.data],
             "settings": diagnosis.settings,
             "seconds": diagnosis.seconds,
-            "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
+            "withdrawn": [entry._asdict() for entry in diagnosis.withdrawn],
             "catalogue": [_catalogue_entry(entry) for entry in diagnosis.catalogue],
             "notes": diagnosis.notes,
             "provenance": provenance,
@@ -88,12 +79,7 @@ def plain(value: Any) -> Any:
 
 def estimate_entry(estimate: Estimate) -> dict[str, Any]:
     """Give an estimate with its standard error, unit and 95 % interval."""
-    return {
-        "value": estimate.value,
-        "standard_error": estimate.standard_error,
-        "unit": estimate.unit,
-        "interval": estimate.interval,
-    }
+    return {**asdict(estimate), "interval": estimate.interval}
 
 
 def _effect(effect: FoundEffect) -> dict[str, Any]:

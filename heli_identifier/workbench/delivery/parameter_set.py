@@ -21,7 +21,7 @@ from heli_identifier.records import write_whole
 from heli_identifier.tracing import Diagnosis, ErrorFigure
 from heli_identifier.workbench.delivery.diagnosis_document import document_text, plain
 from heli_identifier.workbench.report.rounding import unit_text, with_interval
-from heli_identifier.workbench.report.small_table import html_table, text_table
+from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
@@ -42,7 +42,7 @@ class Expectation:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParameterSet:
+class ParameterSet(Tabular):
     """Parameters of one unit.
 
     Attributes
@@ -109,11 +109,20 @@ class ParameterSet:
             for axis, expected in self.expected.items()
         }
 
-    def summary(self) -> str:
-        """Give the unit and every value with its 95 % interval as plain text."""
-        rows = [(name, with_interval(value)) for name, value in self.values.items()]
-        title = f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
-        return f"{title}\n{text_table(('parameter', 'value'), rows)}"
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("parameter", "value", "unit")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Name, value with its 95 % interval, and unit of every parameter."""
+        return [(name, with_interval(value, unit=False), unit_text(value.unit)) for name, value in self.values.items()]
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
@@ -141,13 +150,6 @@ class ParameterSet:
     def __repr__(self) -> str:
         count = len(self.values)
         return f"<ParameterSet: {count} parameter{'s' if count != 1 else ''} of the {self.unit}>"
-
-    def _repr_html_(self) -> str:
-        """Show the parameters in a notebook."""
-        return html_table(
-            ("parameter", "value", "unit"),
-            [(name, with_interval(value, unit=False), unit_text(value.unit)) for name, value in self.values.items()],
-        )
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:

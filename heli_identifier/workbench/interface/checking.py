@@ -10,11 +10,11 @@ from heli_identifier.tracing import Outcome, hold_to
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.interface import several
 from heli_identifier.workbench.report.rounding import angle_text, significant
-from heli_identifier.workbench.report.small_table import html_table, text_table
+from heli_identifier.workbench.report.small_table import Tabular
 
 
 @dataclass(frozen=True, repr=False)
-class Check:
+class Check(Tabular):
     """Errors of the 1 s prediction on new logs, held to what a diagnosis expects.
 
     Attributes
@@ -25,8 +25,6 @@ class Check:
 
     outcomes: tuple[Outcome, ...]
 
-    COLUMNS = ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
-
     @property
     def passed(self) -> bool:
         """Whether every axis of every log keeps its limit."""
@@ -34,15 +32,21 @@ class Check:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Cells of a table with the columns :attr:`COLUMNS`."""
+        """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
         return [
             (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
         ]
 
-    def summary(self) -> str:
-        """Give the errors and limits as plain text."""
-        return f"Error of the 1 s prediction with its 95 % interval\n{text_table(self.COLUMNS, self.rows)}"
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return "Error of the 1 s prediction with its 95 % interval"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
 
     def to_dict(self) -> dict[str, Any]:
         """Give the outcome as `heli check --json` prints it; angles in rad."""
@@ -79,10 +83,6 @@ class Check:
     def __repr__(self) -> str:
         failed = [f"{outcome.axis} of {outcome.log}" for outcome in self.outcomes if not outcome.passed]
         return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
-
-    def _repr_html_(self) -> str:
-        """Show the outcome in a notebook."""
-        return html_table(self.COLUMNS, self.rows)
 
 
 def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1.3) -> Check:

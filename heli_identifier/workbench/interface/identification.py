@@ -22,14 +22,14 @@ from heli_identifier.workbench.identify.identification import (
 from heli_identifier.workbench.interface import several
 from heli_identifier.workbench.report.rounding import unit_text, with_interval
 from heli_identifier.workbench.report.sentences import meaning_of
-from heli_identifier.workbench.report.small_table import html_table, text_table
+from heli_identifier.workbench.report.small_table import Tabular
 
 RESULTS = ("parameters.json", "history.csv", "history.svg")
 """Files that :meth:`Identification.write` leaves in a folder."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification:
+class Identification(Tabular):
     """Parameters that the adaptation found.
 
     Attributes
@@ -81,9 +81,15 @@ class Identification:
             for name, value in self.estimates.items()
         ]
 
-    def summary(self) -> str:
-        """Give the parameters with their 95 % intervals as plain text."""
-        return "\n".join([text_table(self.columns, self.rows), *self.notes, *self.warnings])
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return "Parameters with half of their 95 % intervals"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Notes and warnings."""
+        return (*self.notes, *self.warnings)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
@@ -110,10 +116,6 @@ class Identification:
     def __repr__(self) -> str:
         count = len(self.histories)
         return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
-
-    def _repr_html_(self) -> str:
-        """Show the parameters in a notebook."""
-        return html_table(self.columns, self.rows)
 
 
 def identify(

@@ -12,7 +12,7 @@ from heli_identifier.tracing import run_start
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.small_table import html_table, text_table
+from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
@@ -27,7 +27,7 @@ STATES = PlantState._fields
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation:
+class Simulation(Tabular):
     """A simulated run.
 
     Attributes
@@ -63,29 +63,28 @@ class Simulation:
         columns = np.column_stack((self.voltages, self.angles)).T
         return plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
 
-    def summary(self) -> str:
-        """Give duration, step, and the range of every angle as plain text."""
-        return f"{self._title}\n{text_table(*self._ranges)}"
+    @property
+    def title(self) -> str:
+        """Duration and number of samples."""
+        return f"{significant(self.time[-1])} s in {len(self.time)} samples"
 
     @property
-    def _title(self) -> str:
-        return f"{significant(self.time[-1])} s in {len(self.time) - 1} steps"
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("signal", "smallest", "largest", "last")
 
     @property
-    def _ranges(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    def rows(self) -> list[tuple[str, ...]]:
+        """Range and last value of every voltage and angle."""
         values = np.column_stack((self.voltages, self.angles)).T
         units = ("V", "V", "rad", "rad", "rad")
-        return ("signal", "smallest", "largest", "last"), [
+        return [
             (f"{name} [{unit}]", *(significant(float(value)) for value in (column.min(), column.max(), column[-1])))
             for name, unit, column in zip(SIGNALS, units, values, strict=True)
         ]
 
     def __repr__(self) -> str:
-        return f"<Simulation: {self._title}>"
-
-    def _repr_html_(self) -> str:
-        """Show the ranges in a notebook."""
-        return f"<p>{self._title}</p>{html_table(*self._ranges)}"
+        return f"<Simulation: {self.title}>"
 
 
 def simulate(

@@ -1,9 +1,43 @@
-"""A small table as plain text, for summaries, and as HTML, for notebooks."""
+"""A value that shows itself as a small table: as plain text in a summary, as HTML in a notebook."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
 
 Rows = Sequence[Sequence[str]]
+
+
+class Tabular(ABC):
+    """A value with a title, a table and remarks below it."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """One line above the table."""
+
+    @property
+    @abstractmethod
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+
+    @property
+    @abstractmethod
+    def rows(self) -> Rows:
+        """Cells of the table, one sequence per row."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences below the table."""
+        return ()
+
+    def summary(self) -> str:
+        """Give the table as plain text."""
+        return "\n".join([self.title, text_table(self.columns, self.rows), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        """Show the table in a notebook."""
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
+        return f"<p>{escape(self.title)}</p>{html_table(self.columns, self.rows)}{remarks}"
 
 
 def text_table(columns: Sequence[str], rows: Rows) -> str:
