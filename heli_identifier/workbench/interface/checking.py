@@ -73,7 +73,7 @@ class Check(Tabular):
         for outcome in self.outcomes:
             name = f"{outcome.axis} 1 s prediction"
             case = ElementTree.SubElement(root, "testcase", classname=outcome.log, name=name)
-            figures = f"error {1e3 * outcome.error.value:.4g} mrad, limit {1e3 * outcome.limit:.4g} mrad"
+            figures = f"error {significant(1e3 * outcome.error.value, 4)} mrad, limit {significant(1e3 * outcome.limit, 4)} mrad"
             if not outcome.passed:
                 ElementTree.SubElement(case, "failure", message=figures)
             ElementTree.SubElement(case, "system-out").text = figures
