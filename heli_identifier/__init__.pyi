@@ -14,5 +14,5 @@ __all__ = [
 ]
 
 from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
-from .tracing import Diagnosis, DiagnosisSettings
-from .workbench.interface import diagnose, write_results
+from .tracing import DiagnosisSettings
+from .workbench.interface import Diagnosis, diagnose, write_results

@@ -54,12 +54,12 @@ def test_a_log_that_was_fitted_cannot_judge():
     training, _ = hi.demo_logs("rig-a")
     log = hi.read_log(training[0])
     with pytest.raises(LogError, match="shares samples"):
-        hi.diagnose(log, validate=log)
+        hi.diagnose(log, held_out=log)
 
 
 def test_without_a_held_out_log_nothing_is_judged():
     with pytest.raises(LogError, match="no log is held out"):
-        hi.diagnose(made_log(), validate=())
+        hi.diagnose(made_log(), held_out=())
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_three_lines_go_from_logs_to_the_corrected_unit(tmp_path):
     """Rig-a's truth holds dry friction of .025 rad/s^2 in the pitch; the bar is 15 %."""
     training, held_out = hi.demo_logs("rig-a")
     # one log of the three is enough for an effect whose score is 100 with all of them
-    diagnosis = hi.diagnose(hi.read_log(training[0]), validate=hi.read_logs(held_out))
+    diagnosis = hi.diagnose(hi.read_log(training[0]), held_out=hi.read_logs(held_out))
     assert (diagnosis.effects[0].name, diagnosis.effects[0].axis) == ("dry_friction", "pitch")
     assert diagnosis.effects[0].coefficient.value == pytest.approx(0.025, rel=0.15)
     folder = hi.write_results(diagnosis, tmp_path / "result", "rig-a")

@@ -1,60 +1,54 @@
 """A diagnosis from Python: logs in, a frozen value out, and its files where they are wanted."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 
-from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+from heli_identifier.records import Log
+from heli_identifier.tracing import Diagnosis as DiagnosisValues
+from heli_identifier.tracing import DiagnosisSettings
+from heli_identifier.tracing import diagnose as diagnosed
 
-from heli_identifier.errors import LogError
-from heli_identifier.records import Log, check_apart, check_excitation, check_moving, named_apart
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings
-from heli_identifier.tracing import diagnose as searched
+
+class Diagnosis(DiagnosisValues):
+    """Everything that one diagnosis found; a notebook shows it as tables."""
+
+    def _repr_html_(self) -> str:
+        from heli_identifier.workbench.report.notebook import notebook_view
+
+        return notebook_view(self)
 
 
 def diagnose(
     logs: Log | Sequence[Log],
     *,
-    validate: Log | Sequence[Log],
+    held_out: Log | Sequence[Log],
     settings: DiagnosisSettings | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Diagnosis:
-    """Find what the simplified model of one rig lacks, and judge the corrected model on held-out logs.
+    """Find what the simplified model of one rig lacks, and compare the corrected model with it on held-out logs.
+
+    As :func:`heli_identifier.tracing.diagnose`, with a value that a notebook can show.
 
     Parameters
     ----------
     logs : Log or sequence of Log
-        What the models are fitted to and effects are searched in, as :func:`heli_identifier.records.read_log` gives
-        them.
-    validate : Log or sequence of Log
-        Further logs of the same rig; errors before and after are judged on them.
+        Training logs, as :func:`heli_identifier.records.read_log` gives them.
+    held_out : Log or sequence of Log
+        Further logs of the same rig; errors before and after are computed on them.
     settings : DiagnosisSettings, optional
-        What is given of the rig, and how strict the search is.
+        What is given of the rig; ``DiagnosisSettings.from_rig(configuration)`` takes it from heli.toml.
     progress : callable, optional
-        Told what is being done and the share that is done.
-
-    Returns
-    -------
-    Diagnosis
-        A notebook shows it as tables.
+        Called with what is being done and the share that is done.
 
     Raises
     ------
     LogError
         Nothing is excited, an axis stands still in a log, no log is held out, or two logs share samples.
     """
-    training, held_out = _several(logs), _several(validate)
-    check_excitation(training)
-    if not held_out:
-        raise LogError("no log is held out to judge by; give at least one with validate=.")
-    check_apart(training, held_out)
-    check_moving((*training, *held_out))
-    logs = named_apart((*training, *held_out))
-    training, held_out = logs[: len(training)], logs[len(training) :]
-    # The matrices here are small and records run side by side: threads of the linear algebra only get in each
-    # other's way (measured on two cores: five times slower).
-    with threadpool_limits(1):
-        return searched(training, held_out, settings, progress)
+    found = diagnosed(logs, held_out=held_out, settings=settings, progress=progress)
+    return Diagnosis(**{field.name: getattr(found, field.name) for field in fields(found)})
 
 
 def write_results(diagnosis: Diagnosis, folder: str | PathLike[str], rig: str = "rig") -> Path:
@@ -87,7 +81,3 @@ def write_results(diagnosis: Diagnosis, folder: str | PathLike[str], rig: str = 
     with whole_folder(folder) as draft:
         result_folder.write_results(diagnosis, provenance(["heli_identifier.diagnose"]), rig, draft)
     return Path(folder)
-
-
-def _several(logs: Log | Sequence[Log]) -> tuple[Log, ...]:
-    return (logs,) if isinstance(logs, Log) else tuple(logs)

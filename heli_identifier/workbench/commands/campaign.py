@@ -76,9 +76,7 @@ def campaign(
     from heli_identifier.workbench.campaign.run import run_campaign
     from heli_identifier.workbench.campaign.summary import summarised
 
-    settings = DiagnosisSettings(
-        motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
-    )
+    settings = DiagnosisSettings.from_rig(configuration)
     with progress_bar() as tell:
         rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, tell=tell)
     summary = summarised(rows)

@@ -75,10 +75,10 @@ def diagnosed(
     from heli_identifier.workbench.delivery.provenance import provenance
     from heli_identifier.workbench.delivery.result_folder import write_results
 
-    settings = DiagnosisSettings(
-        motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
+    settings = DiagnosisSettings.from_rig(configuration)
+    diagnosis = run(
+        training, held_out=held_out, settings=settings, progress=lambda what, share: tell(what, 0.85 * share)
     )
-    diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
     tell("building and running the corrected unit", 0.9)
     document = write_results(diagnosis, provenance(command), configuration.name, folder)
     return diagnosis, document

@@ -11,7 +11,6 @@ from heli_identifier.records import (
     RigConfiguration,
     check_apart,
     check_excitation,
-    check_moving,
     read_configuration,
     read_data_set,
     read_log,
@@ -101,5 +100,4 @@ def _split(
     note(f"held out to judge by: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
     first, rest = read_data_set([path], [], configuration.format, whole.start, cut - 0.5 * whole.step)
     held = read_log(path, configuration.format, cut, last)
-    check_moving([held])
     return first, (*rest, replace(held, name=f"{held.name} from {cut:.4g} s"))
