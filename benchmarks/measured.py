@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> None:
             others = tuple(b for b in BANDWIDTHS if b != bandwidth)
             settings = DiagnosisSettings(bandwidth, others, voltage_limit=asked.voltage_limit)
             logs = [read_logs(paths, start=asked.start) for paths in (training, held)]
-            rows.append(row(title, bandwidth, diagnose(*logs, settings)))
+            rows.append(row(title, bandwidth, diagnose(logs[0], held_out=logs[1], settings=settings)))
             print(rows[-1], flush=True)
     command = shlex.join(["python", "-m", "benchmarks.measured", *(_anonymous(word) for word in arguments)])
     write_section(

@@ -6,14 +6,15 @@ import numpy as np
 
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.online.excitation import paper_excitation, voltages
-from heli_identifier.records import log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from heli_identifier.tracing.validation.bootstrap import rms_figures
 from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
+from heli_identifier.tracing.validation.free_run import free_run, stable_axes
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
@@ -32,7 +33,7 @@ def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     count = round(seconds / H)
     held = np.array([voltages(k * H, paper_excitation(1)) for k in range(count)])
     _, angles = simulate(held, H, rest_state(parameters, 1.0), parameters)
-    return log_from_samples(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
+    return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 
 def series_of(log, seed=1):
@@ -41,11 +42,9 @@ def series_of(log, seed=1):
     after = random.normal(0.0, 5e-3, (int(log.duration / REDUCED) - 50, 3))
     before = after + 8e-3 * np.sin(0.25 * np.arange(len(after)))[:, None]
     runs = [free_run(log, p) for p in (BEFORE, AFTER)]
-    start = run_start(log)._asdict()
+    start = observer_start(log)._asdict()
     white = (before[25:] / 5e-3, after[25:] / 5e-3)
-    return HeldOutSeries(
-        log.name, log.step, log.voltages, log.angles, *runs, start, before, after, *white, REDUCED
-    )  # fmt: skip
+    return HeldOutSeries(log, *runs, start, before, after, *white, REDUCED)
 
 
 def figure(value):
@@ -54,7 +53,7 @@ def figure(value):
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
-    errors = [s.measured - s.free_run_after for s in series]
+    errors = [s.log.angles - s.free_run_after for s in series]
     run = rms_figures(errors, H)
     stable = stable_axes(AFTER)
     reports = {}

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
@@ -45,7 +45,7 @@ def rest(parameters, voltages):
 def exact(parameters, voltages, name="exact", h=H):
     """Record without any noise, and its start."""
     start = rest(parameters, voltages)
-    return Record(name, h, voltages, simulate(voltages, h, start, parameters)[1]), start
+    return Log(name, 1.0 / h, voltages, simulate(voltages, h, start, parameters)[1]), start
 
 
 def room_torque(count, seed, deviation=ROOM, correlation_time=1.0):
@@ -90,7 +90,7 @@ def pushed(
 def noisy(parameters, voltages, seed, law=None, deviation=ROOM, name="noisy"):
     """Record with a room's torque, read by the rig's encoders."""
     torque = room_torque(len(voltages), seed, deviation)
-    return Record(name, H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
+    return Log(name, 1.0 / H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
 
 
 def closed_loop(parameters, seconds, seed, name="closed loop"):
@@ -108,7 +108,7 @@ def closed_loop(parameters, seconds, seed, name="closed loop"):
         return waiting.pop(0)
 
     voltages, angles = pushed(parameters, np.full((count, 2), 0.5), room_torque(count, seed), None, controller)
-    return Record(name, H, voltages, read(angles))
+    return Log(name, 1.0 / H, voltages, read(angles))
 
 
 UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)

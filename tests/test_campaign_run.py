@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+from heli_identifier.records import Log, demo_logs, read_log, write_log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction import problem, workers
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
 from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
 from heli_identifier.workbench.campaign.run import run_campaign
@@ -207,7 +207,7 @@ class Given:
 
 
 def short_rig(truth):
-    logs = [log_from_samples(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
+    logs = [Log(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
     return Rig((logs[0],), (logs[1],), truth)
 
 
@@ -218,7 +218,7 @@ def test_worker_keeps_to_one_core(as_a_worker, monkeypatch):
         threads.add(threading.get_ident())
         return np.zeros((record.samples, 3)), None
 
-    def diagnose(training, held_out, settings):
+    def diagnose(training, *, held_out, settings):
         data = problem.Problem(tuple(reduce_log(log) for log in training))
         data.residuals_of([PlantParameters()] * 20)
         raise ZeroDivisionError("seen enough")
@@ -232,8 +232,8 @@ def test_worker_keeps_to_one_core(as_a_worker, monkeypatch):
 def test_truth_never_reaches_the_diagnosis_and_stands_beside_a_failed_one(as_a_worker, monkeypatch):
     given = []
 
-    def recording(*arguments):
-        given.extend(arguments)
+    def recording(training, *, held_out, settings):
+        given.extend((training, held_out, settings))
         raise ZeroDivisionError("nothing moves")
 
     monkeypatch.setattr(work, "diagnose", recording)

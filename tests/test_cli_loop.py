@@ -131,10 +131,8 @@ def corrected_unit(tmp_path_factory):
 def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log(corrected_unit, rate):
     log = made_log(8.0)
     held = np.repeat(log.voltages, 10, axis=0)[:: int(1000 / rate)]
-    log = replace(
-        log, rate_hz=rate, time=np.arange(len(held)) / rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01
-    )  # fmt: skip
-    series = replace(example().series[0], step=log.step, voltages=log.voltages, measured=log.angles)
+    log = replace(log, rate_hz=rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01)
+    series = replace(example().series[0], log=log)
     _, angles = simulate(log.voltages, log.step, PlantState(**series.start), AFTER)
     # 400 to 2700 steps of the same arithmetic, compiled and interpreted
     assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12

@@ -5,12 +5,10 @@ import pytest
 
 from heli_identifier.records import demo_logs
 from heli_identifier.records.data_set import read_logs
-from heli_identifier.records.log import log_from_samples
 from heli_identifier.tracing.diagnosis.curves import accelerations_along
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.tracing.diagnosis.result import RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.prediction.record import Record
 from heli_identifier.tracing.search.verdict import Verdict
 from heli_identifier.tracing.validation.smoothed_state import smoothed_motion
 from heli_plant.effects import AXES, CATALOGUE
@@ -33,7 +31,7 @@ def diagnosed():
     told, results = [], {}
     for rig in RIGS:
         training, held_out = (read_logs(paths) for paths in demo_logs(rig))
-        results[rig] = diagnose(training, held_out, progress=lambda what, share: told.append((what, share)))
+        results[rig] = diagnose(training, held_out=held_out, progress=lambda what, share: told.append((what, share)))
     results["told"] = told
     return results
 
@@ -97,7 +95,7 @@ def test_every_entry_of_the_catalogue_gets_one_verdict(diagnosed, rig):
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_parameters_are_those_of_the_plant_that_is_handed_back(diagnosed, rig):
+def test_parameters_are_those_of_the_plant_that_is_delivered(diagnosed, rig):
     result = diagnosed[rig]
     for plant, listed in (
         (result.plant_before, result.parameters_before),
@@ -118,13 +116,13 @@ def test_parameters_are_those_of_the_plant_that_is_handed_back(diagnosed, rig):
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_the_free_run_can_be_repeated_from_what_is_handed_back(diagnosed, rig):
+def test_the_free_run_can_be_repeated_from_what_is_delivered(diagnosed, rig):
     result = diagnosed[rig]
     (series,) = result.series
-    _, angles = simulate(series.voltages, series.step, PlantState(**series.start), result.plant_after)
+    _, angles = simulate(series.log.voltages, series.log.step, PlantState(**series.start), result.plant_after)
     assert np.array_equal(angles, series.free_run_after)
     figure = result.axes["pitch"].after.free_run
-    assert figure.value == pytest.approx(np.sqrt(np.mean((series.measured - angles)[:, 0] ** 2)), rel=1e-9)
+    assert figure.value == pytest.approx(np.sqrt(np.mean((series.log.angles - angles)[:, 0] ** 2)), rel=1e-9)
     assert result.axes["travel"].after.free_run is None
 
 
@@ -179,8 +177,7 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_and_that_is_said():
     moved = TABLE_2._replace(moving_mass_elevation=0.01, moving_mass_time=33.0)
     records = [noisy(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
     records.append(noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
-    logs = [log_from_samples(r.name, 100.0, r.voltages, r.angles) for r in records]
-    result = diagnose(logs[:2], logs[2:])
+    result = diagnose(records[:2], held_out=records[2])
     assert result.verdict == RigVerdict.MODEL_ADEQUATE
     assert result.effects == ()
     ((name, axis, why),) = result.withdrawn
@@ -195,7 +192,7 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_and_that_is_said():
 def test_accelerations_along_a_record_are_those_that_moved_it():
     record, start = exact(TABLE_2, drive(30.0, 4))
     states, _ = simulate(record.voltages, H, start, TABLE_2)
-    found, mu = accelerations_along(Record("again", H, record.voltages, record.angles), TABLE_2)
+    found, mu = accelerations_along(record, TABLE_2)
     np.testing.assert_allclose(mu[:, 0], states[:, 6] - states[:, 7], rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(mu[:, 1], states[:, 6] + states[:, 7], rtol=0.0, atol=1e-9)
     true = [simplified_accelerations(*s[[0, 1, 3, 4, 5]], s[6] - s[7], s[6] + s[7], TABLE_2) for s in states]

@@ -11,8 +11,7 @@ from heli_identifier.records import demo_logs, read_log
 from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.commands.summary import print_diagnosis

@@ -175,10 +175,10 @@ def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(
 
 def test_a_free_run_that_runs_away_leaves_the_measurement_to_be_seen():
     series = example().series[0]
-    growth = np.exp(np.arange(len(series.measured)) / 50.0)
+    growth = np.exp(np.arange(len(series.log.angles)) / 50.0)
     away = replace(series, free_run_after=series.free_run_after + growth[:, None])
     above, below = free_run_figure(away, "pitch").axes
-    span = np.ptp(series.measured[:, 0])
+    span = np.ptp(series.log.angles[:, 0])
     # the measurement fills at least a third of the upper axes
     assert np.ptp(above.get_ylim()) <= 3.0 * span + 1e-12
     assert np.ptp(below.get_ylim()) <= 2e3 * span + 1e-9

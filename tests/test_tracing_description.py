@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.linear_refit import LinearRefit
 from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.relinearised import Gain
 from heli_identifier.tracing.search.description import POINTS, described
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.splines import UNITS, projection_of, trend, variable
@@ -15,7 +15,7 @@ from heli_identifier.tracing.search.unknown import Unknown
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 
-NO_GAIN = Gain(0.0, np.empty(0), np.empty((0, 0)), [], [])
+NO_REFIT = LinearRefit(0.0, np.empty(0), np.empty((0, 0)), [], [])
 RANGE = {"pitch_rate": (-1.0, 1.0), "mu_sum": (0.0, 4.0), "travel": (0.0, 2.0 * np.pi), "pitch": (-0.6, 0.4)}
 
 
@@ -30,7 +30,7 @@ def model_of(fitted, curves, error):
     for axis, name, law in curves:
         x = np.random.default_rng(1).uniform(*RANGE[name], 4000)
         known = variable(name, [x])
-        probe = Unknown(axis, name, None, NO_GAIN, 0, [], known.knots, projection_of(known, axis))
+        probe = Unknown(axis, name, None, NO_REFIT, 0, [], known.knots, projection_of(known, axis))
         basis = probe.curve(x)
         # up to what the model holds of the law itself
         columns = np.column_stack((basis, trend(x, axis, name)))
@@ -130,7 +130,7 @@ def test_the_second_torque_is_described_by_its_own_weights(fitted):
 
 def test_a_line_states_the_mean_of_its_amplitudes(fitted):
     weights = np.array([0.03, 0.04, 0.0, -0.06])  # amplitudes .05 and .06 in two records
-    unknown = Unknown("elevation", "time", 0.371, NO_GAIN, 4, [], np.empty(0), np.empty((0, 0)))
+    unknown = Unknown("elevation", "time", 0.371, NO_REFIT, 4, [], np.empty(0), np.empty((0, 0)))
     size = len(fitted.free) + 4
     covariance = np.diag(np.concatenate((np.zeros(len(fitted.free)), np.full(4, 1e-6))))
     assert covariance.shape == (size, size)

@@ -16,7 +16,7 @@ from tests.simulated import drive, noisy
 SECONDS, MOVED_AT, SHIFT = 60.0, 33.0, 0.06
 
 
-def looked_at(truth):
+def score_catalogue(truth):
     records = tuple(noisy(truth, drive(SECONDS, seed), seed) for seed in (1, 2))
     fitted = fit(Problem(records), first_estimate(records, TABLE_2))
     scanned = scan(fitted, candidates(records, fitted.parameters))
@@ -26,12 +26,12 @@ def looked_at(truth):
 @pytest.fixture(scope="module")
 def moved():
     """Two logs in which a mass moves at the same time."""
-    return looked_at(TABLE_2._replace(moving_mass_elevation=SHIFT, moving_mass_time=MOVED_AT))
+    return score_catalogue(TABLE_2._replace(moving_mass_elevation=SHIFT, moving_mass_time=MOVED_AT))
 
 
 @pytest.fixture(scope="module")
 def clean():
-    return looked_at(TABLE_2)
+    return score_catalogue(TABLE_2)
 
 
 def gain_at_rest(whitener, axis):

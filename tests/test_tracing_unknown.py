@@ -9,13 +9,12 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.candidates import candidates
 from heli_identifier.tracing.search.description import described
-from heli_identifier.tracing.search.lines import strongest_lines
 from heli_identifier.tracing.search.model import Model, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
+from heli_identifier.tracing.search.periodic import strongest_frequencies
 from heli_identifier.tracing.search.scan import scan
-from heli_identifier.tracing.search.selection import unknown_level
-from heli_identifier.tracing.search.settings import SelectionSettings
-from heli_identifier.tracing.search.unknown import one_degree_equivalent, refined_line, search
+from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
+from heli_identifier.tracing.search.unknown import one_degree_equivalent, refine_periodic, search
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
 from tests.simulated import drive, noisy
@@ -73,7 +72,7 @@ def drawn(fitted, found):
 
 def test_a_clean_record_holds_no_unknown(in_clean):
     _, found = in_clean
-    assert found[0].surplus < unknown_level(SelectionSettings())
+    assert found[0].likelihood_ratio < UNKNOWN_LEVEL
 
 
 def without_line(x, y):
@@ -85,7 +84,7 @@ def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band(in_notched):
     fitted, found = in_notched
     best = found[0]
     assert (best.axis, best.variable, best.frequency) == ("pitch", "pitch", None)
-    assert best.surplus > 5.0 * max(u.surplus for u in found if u.axis != "pitch")
+    assert best.likelihood_ratio > 5.0 * max(u.likelihood_ratio for u in found if u.axis != "pitch")
     shape = drawn(fitted, found)
     x, low, high = shape.band.T
     truth = np.array([detent(0, type("At", (), {"pitch": p}))[0] for p in x])
@@ -117,11 +116,11 @@ def test_a_line_is_found_at_its_frequency_with_its_amplitude(in_humming):
     assert shape.description.startswith("periodic in time at 0.37")
 
 
-def test_refinement_gains_and_strongest_lines_list_the_line_first(in_humming):
+def test_refinement_gains_and_strongest_frequencies_list_the_line_first(in_humming):
     fitted, found = in_humming
-    assert strongest_lines(fitted, 1)[0] == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
+    assert strongest_frequencies(fitted, 1)[0] == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
     off = FREQUENCY + 0.6 / SECONDS
-    assert refined_line(fitted, 1, off).frequency == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
+    assert refine_periodic(fitted, 1, off).frequency == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
 
 
 def test_a_torque_by_the_travel_has_its_waves_counted(in_sloping):

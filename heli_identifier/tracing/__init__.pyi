@@ -10,14 +10,13 @@ __all__ = [
     "EffectShape",
     "ErrorFigure",
     "FoundEffect",
-    "HIGHEST_LINE",
+    "HIGHEST_FREQUENCY",
     "HeldOutSeries",
-    "LOWEST_LINE",
+    "LOWEST_FREQUENCY",
     "NamedShape",
     "Outcome",
     "PeriodicShape",
     "Problem",
-    "Record",
     "RigVerdict",
     "Scan",
     "Verdict",
@@ -27,10 +26,10 @@ __all__ = [
     "experiment_for",
     "fit",
     "hold_to",
-    "stepping_at",
-    "run_start",
+    "observer_start",
     "scan",
     "sign_notes",
+    "stepping_at",
     "torque_filter",
     "use_threads",
 ]
@@ -40,16 +39,15 @@ from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, RigVerdict
 from .diagnosis.settings import DiagnosisSettings
 from .diagnosis.signs import sign_notes
 from .prediction.fit import BASE, fit
+from .prediction.observer import observer_start
 from .prediction.problem import Problem
-from .prediction.record import Record
 from .prediction.torque import torque_filter
 from .prediction.workers import use_threads
 from .search.candidates import candidates, stepping_at
 from .search.experiments import experiment_for
 from .search.found_effect import CurveShape, EffectShape, FoundEffect, NamedShape, PeriodicShape
 from .search.scan import Scan, scan
-from .search.settings import HIGHEST_LINE, LOWEST_LINE
+from .search.settings import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
 from .search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from .validation.figures import AxisError, AxisReport, ErrorFigure
-from .validation.free_run import run_start
 from .validation.gate import Outcome, hold_to

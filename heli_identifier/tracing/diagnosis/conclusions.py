@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import BASE, Fit
@@ -13,9 +14,11 @@ from heli_identifier.tracing.search.experiments import separating
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
 from heli_identifier.tracing.search.model import Model, effect_score
 from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
+from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from heli_plant.effects import Effect
+from heli_plant.parameters import BY_FIELD
 
 
 def found_effects(
@@ -39,7 +42,7 @@ def found_effects(
             )
         )
     for index, unknown in enumerate(model.unknowns):
-        shape, score = described(model, index), float(np.sqrt(unknown.surplus))
+        shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
         found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score))
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
@@ -60,10 +63,12 @@ def _shape(fit: Fit, effect: Effect) -> NamedShape:
 
 
 def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
-    """Give the simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
+    """Parameters of the simplified model by the paper's symbols; one that was given has no standard error."""
     return {
-        **{field: fit.estimate(field) for field in BASE},
-        "T_m": Estimate(fit.parameters.T_m, None, "s"),
+        field: fit.estimate(field)
+        if field in fit.free
+        else Estimate(getattr(fit.parameters, field), None, BY_FIELD[field].unit)
+        for field in (*BASE, "T_m")
     }
 
 
@@ -90,9 +95,9 @@ def catalogue_verdicts(
             )
         )  # fmt: skip
     reasons = {(name, axis): why for name, axis, why in withdrawn}
-    verdicts.extend(open_verdicts(selection.last.scanned, selection.threshold, selection.hint))
+    verdicts.extend(open_verdicts(selection.last.scanned, selection.threshold, selection.suggestive_level))
     listed = {(v.name, v.axis) for v in verdicts}
-    for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
+    for verdict in open_verdicts(selection.null.scanned, selection.threshold, selection.suggestive_level):
         key = (verdict.name, verdict.axis)
         if key not in listed:
             if key in reasons:
@@ -102,7 +107,26 @@ def catalogue_verdicts(
 
 
 def _visibility(selection: Selection, effect: Effect) -> float:
-    """Visibility of an effect at the bare model."""
-    scanned = selection.bare.scanned
+    """Visibility of an effect at the null model."""
+    scanned = selection.null.scanned
     own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
     return float(max(own, default=0.0))
+
+
+def correlation(scanned: Scan) -> tuple[tuple[tuple[str, str], ...], NDArray[np.float64]]:
+    """Correlations between the signatures of the catalogue's entries, each at its candidate of the largest score.
+
+    Returns
+    -------
+    labels : tuple of (name, axis)
+    matrix : NDArray, shape (K, K)
+    """
+    best: dict[str, int] = {}
+    for index, candidate in enumerate(scanned.candidates):
+        field = candidate.effect.field
+        if field not in best or abs(scanned.scores[index]) > abs(scanned.scores[best[field]]):
+            best[field] = index
+    chosen = list(best.values())
+    columns = scanned.directions[:, chosen]
+    entries = [scanned.candidates[i].effect for i in chosen]
+    return tuple((entry.name, entry.axis) for entry in entries), columns.T @ columns

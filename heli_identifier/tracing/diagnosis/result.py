@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
+from heli_identifier.records import Log
 from heli_identifier.tracing.search.found_effect import FoundEffect
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisReport
@@ -37,31 +38,24 @@ class DataEntry:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutSeries:
-    """One held-out log on the observer's grid, for figures and for the master.
+    """One held-out log and what the models before and after make of it.
 
     Attributes
     ----------
-    name : str
-    step : float
-        [s].
-    voltages : NDArray, shape (N, 2)
-    measured : NDArray, shape (N, 3)
-        Angles [rad].
+    log : Log
+        As it was read.
     free_run_before, free_run_after : NDArray, shape (N, 3)
-        Simulated from ``start`` under the voltages [rad].
+        Angles [rad], simulated from ``start`` under the voltages.
     start : mapping
         Start state by the fields of :class:`heli_plant.state.PlantState`, so that the FMU repeats the run.
     residual_before, residual_after : NDArray, shape (n, 3)
         Reduced innovations [rad/s^2] every ``residual_step`` [s].
     white_before, white_after : NDArray, shape (m, 3)
-        The same behind the whitening that the training logs taught, of unit variance if the model is right.
+        The same under the whitener of the model after, of unit variance if the model is right.
     residual_step : float
     """
 
-    name: str
-    step: float
-    voltages: NDArray[np.float64]
-    measured: NDArray[np.float64]
+    log: Log
     free_run_before: NDArray[np.float64]
     free_run_after: NDArray[np.float64]
     start: Mapping[str, float]
@@ -103,7 +97,7 @@ class Diagnosis:
         By the paper's symbols.
     effects_after : mapping of str to Estimate
         Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
-        ``effects`` where parameters are handed back that imitate an unknown torque.
+        ``effects`` where the delivered parameters imitate an unknown torque.
     plant_before, plant_after : PlantParameters
         The complete parameter sets.
     axes : mapping of str to AxisReport
@@ -135,9 +129,3 @@ class Diagnosis:
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
         return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
-
-    def _repr_html_(self) -> str:
-        """Show the diagnosis in a notebook."""
-        from heli_identifier.workbench.report.notebook import notebook_view
-
-        return notebook_view(self)

@@ -23,7 +23,7 @@ from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0
-"""Score that an effect must keep at every filter frequency, with its sign; of an unknown torque the surplus's root."""
+"""Score that an effect must keep at every filter frequency, with its sign, and an unknown torque without one."""
 
 LEAST_LIKENESS = 0.5
 """Cosine between an unknown torque as two filters see it; of unrelated curves of fifteen splines it is below .5."""
@@ -82,7 +82,7 @@ def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[fl
 
 
 def unknown_score(model: Model, index: int) -> float:
-    """Root of the surplus of an unknown torque in a model: of what it explains that nothing else there could.
+    """Root of the likelihood ratio of an unknown torque in a model, of what nothing else in the model could explain.
 
     A Wald test of its many coefficients would rest on a covariance that a few seconds of a local torque make singular.
     """

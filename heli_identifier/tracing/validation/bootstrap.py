@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from heli_identifier.tracing.validation.figures import ErrorFigure
 
 SEGMENT = 5.0
-"""Length [s] of a segment: longer than the horizon of a prediction and than the memory of the room's torque."""
+"""Length [s] of a segment: longer than the horizon of a prediction and than the memory of the process noise."""
 
 DRAWS = 1000
 

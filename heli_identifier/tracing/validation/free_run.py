@@ -5,20 +5,13 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import observer_start
-from heli_identifier.tracing.prediction.record import Record
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
-from heli_plant.state import PlantState
-
-
-def run_start(log: Log) -> PlantState:
-    """State at the log's start, from its first samples."""
-    return observer_start(Record(log.name, log.step, log.voltages, log.angles))
 
 
 def free_run(log: Log, parameters: PlantParameters) -> NDArray[np.float64]:
-    """Angles (N, 3) [rad] simulated from :func:`run_start`."""
-    return simulate(log.voltages, log.step, run_start(log), parameters)[1]
+    """Angles (N, 3) [rad] simulated from the state at the log's start, as its first samples give it."""
+    return simulate(log.voltages, log.step, observer_start(log), parameters)[1]
 
 
 def stable_axes(parameters: PlantParameters) -> tuple[bool, bool, bool]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.tracing.validation.bootstrap import rms_figures
 from heli_identifier.tracing.validation.figures import ErrorFigure
 from heli_identifier.tracing.validation.prediction import SPACING, prediction_errors

@@ -1,37 +1,61 @@
-"""Prediction some seconds ahead from the smoothed state, under the measured voltages.
+"""Errors of one model on logs: predictions some seconds ahead from the smoothed state, and reduced innovations.
 
-The damping ratio of the pitch is .04 and the travel integrates: a free run adds up the room's torque for minutes and
-hides real gains, a prediction over one or two seconds does not.
+Predictions run under the measured voltages. The damping ratio of the pitch is .04 and the travel integrates: a free run
+adds up the process noise for minutes and hides real improvements, a prediction over one or two seconds does not.
 """
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.validation.smoothed_state import WINDOW, smoothed_states
-from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next."""
 
+HORIZONS = (1.0, 2.0)
+"""How far ahead [s] is predicted."""
 
-@lru_cache(maxsize=64)
-def prediction_errors(record: Record, parameters: PlantParameters, horizon: float) -> NDArray[np.float64]:
-    """Measured less predicted angles ``horizon`` [s] ahead, from starts a quarter of a second apart.
 
-    Kept for the same record and parameters: what is withdrawn, mended and judged asks for the same errors.
+def prediction_errors(record: Log, parameters: PlantParameters, horizon: float) -> NDArray[np.float64]:
+    """Measured less predicted angles ``horizon`` [s] ahead, from starts :data:`SPACING` apart.
 
     Returns
     -------
     NDArray, shape (S, 3)
-        Pitch, elevation, travel [rad], in the order of the starts; not to be written to.
+        Pitch, elevation, travel [rad], in the order of the starts.
     """
     h = record.step
     steps, margin = round(horizon / h), int(WINDOW / h)
     starts = np.arange(margin, record.samples - steps, max(1, round(SPACING / h)))
     states = smoothed_states(record, parameters)
-    return read_only(record.angles[starts + steps] - predicted(record, states, starts, steps, parameters))
+    return record.angles[starts + steps] - predicted(record, states, starts, steps, parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class ModelErrors:
+    """Errors of one parameter set on the records of a problem, each computed once, when it is first asked for."""
+
+    problem: Problem
+    parameters: PlantParameters
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Reduced innovations (n_i, 3) [rad/s^2] of every record."""
+        return self.problem.residuals(self.parameters)
+
+    @cached_property
+    def predictions(self) -> tuple[list[NDArray[np.float64]], ...]:
+        """Prediction errors (S_i, 3) [rad] of every record, for each of :data:`HORIZONS`."""
+        return tuple([prediction_errors(r, self.parameters, h) for r in self.problem.records] for h in HORIZONS)
+
+    @cached_property
+    def mean_squares(self) -> NDArray[np.float64]:
+        """Mean squared prediction errors, shape (horizons, axes) [rad^2]."""
+        return np.array([np.mean(np.concatenate(errors) ** 2, axis=0) for errors in self.predictions])

@@ -7,7 +7,6 @@ truth is set beside the result only after the diagnosis has ended.
 import os
 import sys
 import traceback
-from dataclasses import replace
 from time import perf_counter
 
 from heli_identifier.errors import IdentifierError
@@ -24,7 +23,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     ----------
     source : Source
     settings : DiagnosisSettings
-        A rig's own configuration comes before what they say of the motor and the voltages.
+        What a rig's own configuration states comes before what they give: motor, voltages, rest pitch.
     measure : str, optional
         "module:function" that is given the rig, truth included, and its diagnosis, and returns further figures by
         name: a mapping of str to float for the column ``measures``.
@@ -40,7 +39,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     try:
         rig = source.load()
         row |= truth_columns(rig.truth)
-        diagnosis = diagnose(rig.training, rig.held_out, _of_rig(settings, rig))
+        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=_of_rig(settings, rig))
         row |= diagnosis_columns(diagnosis)
         if measure:
             row["measures"] = dict(named_function(measure)(rig, diagnosis))
@@ -53,7 +52,7 @@ def _of_rig(settings: DiagnosisSettings, rig: Rig) -> DiagnosisSettings:
     own = rig.configuration
     if own is None:
         return settings
-    return replace(settings, motor_time_constant=own.motor_time_constant, voltage_limit=own.format.voltage_limit)
+    return DiagnosisSettings.from_rig(own, settings.bandwidth, settings.agreement)
 
 
 def _told(error: Exception) -> str:

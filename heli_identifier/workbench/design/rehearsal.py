@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.online.excitation import Excitation, voltages
-from heli_identifier.tracing import Record, torque_filter
+from heli_identifier.tracing import torque_filter
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
@@ -31,8 +31,10 @@ def rehearsed_voltages(excitation: Excitation, duration: float) -> NDArray[np.fl
     return np.array([voltages(k * STEP, excitation) for k in range(count)])
 
 
-def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64], room: Room, seed: int = 0) -> Record:
-    """Record that the rig would give under ``signal`` (N, 2) [V], begun at its equilibrium under the first voltages.
+def rehearsed(
+    parameters: PlantParameters, signal: NDArray[np.float64], room: Room, seed: int = 0
+) -> NDArray[np.float64]:
+    """Angles (N, 3) [rad] of the rig under ``signal`` (N, 2) [V], begun at its equilibrium under the first voltages.
 
     The room's torque acts through the linearised axes, which is exact enough for the colour of its noise.
     """
@@ -47,7 +49,7 @@ def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64], room: Ro
         numerator, denominator = torque_filter(axis, parameters, TINY, STEP)
         angles[:, axis] += lfilter(numerator, denominator, torque) / TINY**2
     widths = 2.0 * np.pi / np.array(EncoderCounts())
-    return Record("rehearsal", STEP, signal, np.round(angles / widths) * widths)
+    return np.round(angles / widths) * widths
 
 
 TINY = 1e-3

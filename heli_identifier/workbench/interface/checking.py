@@ -73,7 +73,8 @@ class Check(Tabular):
         for outcome in self.outcomes:
             name = f"{outcome.axis} 1 s prediction"
             case = ElementTree.SubElement(root, "testcase", classname=outcome.log, name=name)
-            figures = f"error {significant(1e3 * outcome.error.value, 4)} mrad, limit {significant(1e3 * outcome.limit, 4)} mrad"
+            error, limit = (significant(1e3 * angle, 4) for angle in (outcome.error.value, outcome.limit))
+            figures = f"error {error} mrad, limit {limit} mrad"
             if not outcome.passed:
                 ElementTree.SubElement(case, "failure", message=figures)
             ElementTree.SubElement(case, "system-out").text = figures

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.records import Log
-from heli_identifier.tracing import run_start
+from heli_identifier.tracing import observer_start
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.report.rounding import significant
@@ -119,7 +119,7 @@ def simulate(
     """
     plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
     if isinstance(inputs, Log):
-        voltages, step, start = inputs.voltages, inputs.step, start or run_start(inputs)
+        voltages, step, start = inputs.voltages, inputs.step, start or observer_start(inputs)
     else:
         voltages = np.asarray(inputs, dtype=np.float64)
         require_positive("step", step, "s")

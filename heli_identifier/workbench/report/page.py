@@ -115,7 +115,7 @@ def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     panels = []
     for number, series in enumerate(diagnosis.series):
         for axis, report in diagnosis.axes.items():
-            where = f" on {series.name}" if len(diagnosis.series) > 1 else ""
+            where = f" on {series.log.name}" if len(diagnosis.series) > 1 else ""
             figures = [
                 {
                     "svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),

@@ -35,8 +35,7 @@ SEGMENT = 256
 def free_run_figure(series: HeldOutSeries, axis: str) -> Figure:
     """Draw what was measured, and what the plant before and after makes of the same voltages."""
     index = AXES.index(axis)
-    time = np.arange(len(series.measured)) * series.step
-    measured = series.measured[:, index]
+    time, measured = series.log.time, series.log.angles[:, index]
     figure, (above, below) = canvas(heights=(1.6, 1.0))
     above.plot(*thinned(time, measured), color=MEASURED, linewidth=2.4, label="measured")
     for run, colour, label in _pair(series.free_run_before, series.free_run_after):
