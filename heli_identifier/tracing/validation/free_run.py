@@ -1,4 +1,4 @@
-"""The plant left alone under a log's voltages, on the log's own grid, where its axes are stable."""
+"""Free run: the plant simulated under a log's voltages without correction, where its axes are stable."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""Does a model still explain a log: the error of its 1 s prediction against a limit, axis by axis."""
+"""Whether a model still explains a log: the error of its 1 s prediction against a limit, axis by axis."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
