@@ -12,9 +12,8 @@ from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
-from heli_identifier.tracing.validation.bootstrap import rms_figures
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.tracing.validation.free_run import free_run, stable_axes
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
+from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 from heli_identifier.workbench.interface import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2

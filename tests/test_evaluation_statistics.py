@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom, norm
 
-from heli_identifier.tracing.validation.bootstrap import SEGMENT, rms_figures
+from heli_identifier.tracing.validation.figures import SEGMENT, rms_figures
 from heli_identifier.tracing.validation.whiteness import LAGS, input_correlation, ljung_box_p
 
 SPACING = 0.25
