@@ -12,9 +12,8 @@ from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
-from heli_identifier.tracing.validation.bootstrap import rms_figures
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.tracing.validation.free_run import free_run, stable_axes
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
+from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
@@ -37,7 +36,7 @@ def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
 
 
 def series_of(log, seed=1):
-    """Its free runs, and residuals that are white after and coloured before."""
+    """Its free runs, and residuals that are white after and correlated before."""
     random = np.random.default_rng(seed)
     after = random.normal(0.0, 5e-3, (int(log.duration / REDUCED) - 50, 3))
     before = after + 8e-3 * np.sin(0.25 * np.arange(len(after)))[:, None]
@@ -75,7 +74,7 @@ def estimates(parameters):
 
 
 def found_effects():
-    """One shown, one ambiguous with a shape, one unknown line, one unknown curve."""
+    """One shown, one ambiguous with a shape, one periodic torque, one unknown curve."""
     turns = np.linspace(0.0, 2.0 * np.pi, 20)
     wave = 0.01 * np.sin(turns)
     curve, band = np.column_stack((turns, wave)), np.column_stack((turns, wave - 1e-3, wave + 1e-3))

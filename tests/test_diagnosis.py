@@ -27,12 +27,14 @@ TRUTH = {"rig-a": ("dry_friction", "pitch", 0.025), "rig-b": ("quadratic_thrust"
 
 @pytest.fixture(scope="module")
 def diagnosed():
-    """Diagnoses of the three rigs, and what the progress was told."""
-    told, results = [], {}
+    """Diagnoses of the three rigs, and the progress that was reported."""
+    reported, results = [], {}
     for rig in RIGS:
         training, held_out = (read_logs(paths) for paths in demo_logs(rig))
-        results[rig] = diagnose(training, held_out=held_out, progress=lambda what, share: told.append((what, share)))
-    results["told"] = told
+        results[rig] = diagnose(
+            training, held_out=held_out, progress=lambda what, share: reported.append((what, share))
+        )
+    results["reported"] = reported
     return results
 
 
@@ -130,7 +132,7 @@ def test_the_free_run_can_be_repeated_from_what_is_delivered(diagnosed, rig):
 def test_residuals_of_the_held_out_log_are_white_once_the_effect_is_in_the_model(diagnosed, rig):
     (series,) = diagnosed[rig].series
     assert series.residual_after.shape[0] == series.white_after.shape[0] + 25
-    # unit variance: 2200 samples, 1.5 %, and the colour's own sampling error
+    # unit variance: 2200 samples, 1.5 %, and the whitener's own sampling error
     np.testing.assert_allclose(series.white_after.std(axis=0), 1.0, atol=0.15)
 
 
@@ -166,7 +168,7 @@ def test_the_data_are_listed_with_their_use(diagnosed, rig):
 
 
 def test_progress_only_grows(diagnosed):
-    shares = [share for _, share in diagnosed["told"]]
+    shares = [share for _, share in diagnosed["reported"]]
     count = len(shares) // len(RIGS)
     for first in range(0, len(shares), count):
         assert np.all(np.diff(shares[first : first + count]) > 0.0)

@@ -32,7 +32,7 @@ MIRRORED = {
 
 
 def fitted(log):
-    """Estimates of the bare model from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
+    """Estimates of the null model from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
     problem = Problem((reduce_log(log),), 4.0)
     return parameter_estimates(fit(problem, first_estimate(problem.records, PlantParameters())))
 

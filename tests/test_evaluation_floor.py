@@ -9,10 +9,9 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.whitening import fit_axis
 from heli_identifier.tracing.validation.comparison import compared, figures, noise_floor
-from heli_identifier.tracing.validation.free_run import free_run, stable_axes
 from heli_identifier.tracing.validation.held_out import hold_out
 from heli_identifier.tracing.validation.noise_floor import PIECE, synthetic_pieces, synthetic_record
-from heli_identifier.tracing.validation.prediction import ModelErrors
+from heli_identifier.tracing.validation.prediction import ModelErrors, free_run, stable_axes
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.online_record import H

@@ -31,9 +31,9 @@ def test_every_effect_leaves_innovations_that_its_own_model_takes_away(entry):
     own, _ = observe(record, truth, 4.0, start)
     # the observer runs the very step that made the record, so not a bit is left
     assert np.all(own == 0.0)
-    bare, _ = observe(record, TABLE_2, 4.0, start)
+    null, _ = observe(record, TABLE_2, 4.0, start)
     # doubles round at 1e-14 here; a tenth of the least effect's range, were it never met, would leave that
-    assert np.abs(bare[:, [AXES.index(axis) for axis in entry.axes]]).max() > 1e-5
+    assert np.abs(null[:, [AXES.index(axis) for axis in entry.axes]]).max() > 1e-5
 
 
 def test_a_start_read_off_the_record_is_forgotten_within_ten_time_constants():

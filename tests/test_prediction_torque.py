@@ -13,7 +13,7 @@ from tests.simulated import UNSTABLE, drive, pushed, square_drive
 SECONDS = 30.0
 TIME = H * np.arange(round(SECONDS / H))
 SHAPE = np.sin(2.0 * np.pi * 0.4 * TIME) + 0.5 * (TIME > 15.0)
-"""A line and a step: what the tracer looks for."""
+"""A period and a step: what the search looks for."""
 
 
 def seen(parameters, voltages, axis, size):

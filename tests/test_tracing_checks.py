@@ -83,10 +83,10 @@ def test_leaving_an_effect_out_costs_likelihood_as_far_as_whitening_cannot_hide_
     assert 100.0 < costs[0] < effect_score(rubbing.fit, FRICTION) ** 2
 
 
-def mass_model(size, bare=False):
+def mass_model(size, null=False):
     """Model of training logs in which a mass moves, with or without it."""
     problem = problem_of(TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT), (1, 2))
-    if bare:
+    if null:
         return model_of(problem)
     return model_of(problem, MASS, moving_mass_elevation=size, moving_mass_time=MOVED_AT)
 
@@ -96,15 +96,15 @@ WEAK, STRONG = 0.006, 0.02
 
 @pytest.fixture(scope="module")
 def moved():
-    return {size: (mass_model(size), mass_model(size, bare=True)) for size in (WEAK, STRONG)}
+    return {size: (mass_model(size), mass_model(size, null=True)) for size in (WEAK, STRONG)}
 
 
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(moved, size):
-    model, bare = moved[size]
-    left, final, withdrawn = validate(model, bare.fit, held_out_of(TABLE_2, (7,)))
+    model, null = moved[size]
+    left, final, withdrawn = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
     assert left.effects == ()
-    assert final is left.fit is bare.fit
+    assert final is left.fit is null.fit
     assert final.parameters.moving_mass_elevation == 0.0
     (gone,) = withdrawn
     assert (gone.name, gone.axis) == (MASS.name, MASS.axis)
@@ -113,9 +113,9 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(
 
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
-    model, bare = moved[size]
+    model, null = moved[size]
     same = TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT)
-    left, final, withdrawn = validate(model, bare.fit, held_out_of(same, (8,)))
+    left, final, withdrawn = validate(model, null.fit, held_out_of(same, (8,)))
     assert left is model
     assert final is model.fit
     assert withdrawn == []
@@ -147,9 +147,9 @@ def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing)
 
 
 def test_held_out_data_are_likeliest_under_their_own_model(moved):
-    model, bare = moved[STRONG]
+    model, null = moved[STRONG]
     held = held_out_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
-    assert held_out_log_likelihood(model, held) > held_out_log_likelihood(bare, held) + 20.0
+    assert held_out_log_likelihood(model, held) > held_out_log_likelihood(null, held) + 20.0
 
 
 CENTRE, WIDTH, DEPTH = -0.1, 0.06, 0.06
@@ -165,9 +165,9 @@ def detent(k, state):
 def notched():
     """A model of a pitch with a notch, which it holds as a torque of unknown origin."""
     problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, detent) for seed in (1, 2)))
-    bare = score_catalogue(model_of(problem))
-    curve = next(u for u in search(bare.model.fit, bare.noise_whitener) if (u.axis, u.variable) == ("pitch", "pitch"))
-    return with_unknown(bare.model, curve), bare.model
+    null = score_catalogue(model_of(problem))
+    curve = next(u for u in search(null.model.fit, null.noise_whitener) if (u.axis, u.variable) == ("pitch", "pitch"))
+    return with_unknown(null.model, curve), null.model
 
 
 def test_a_torque_of_unknown_origin_is_the_same_through_every_filter(notched):
@@ -192,12 +192,12 @@ def test_a_curve_that_another_filter_draws_upside_down_is_withdrawn(notched):
 
 
 def test_a_torque_of_unknown_origin_stays_where_the_held_out_log_has_it_and_only_there(notched):
-    model, bare = notched
+    model, null = notched
     held = hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, detent)], 4.0)
-    left, _, withdrawn = validate(model, bare.fit, held)
+    left, _, withdrawn = validate(model, null.fit, held)
     assert left.unknowns == model.unknowns
     assert withdrawn == []
-    left, _, (gone,) = validate(model, bare.fit, held_out_of(TABLE_2, (7,)))
+    left, _, (gone,) = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
     assert left.unknowns == ()
     assert (gone.name, gone.axis) == ("unknown", "pitch")
     assert "2 log L" in gone.why
@@ -207,29 +207,29 @@ def hum(k, state):
     return (0.0, 0.03 * np.sin(2.0 * np.pi * 0.37 * H * k + 1.0), 0.0)
 
 
-def test_a_line_is_looked_for_in_the_held_out_log_with_a_phase_of_its_own():
+def test_a_periodic_torque_is_fitted_to_the_held_out_log_with_a_phase_of_its_own():
     problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, hum) for seed in (1, 2)))
-    bare = score_catalogue(model_of(problem))
-    line = next(u for u in search(bare.model.fit, bare.noise_whitener) if u.frequency is not None)
-    model = with_unknown(bare.model, line)
+    null = score_catalogue(model_of(problem))
+    periodic = next(u for u in search(null.model.fit, null.noise_whitener) if u.frequency is not None)
+    model = with_unknown(null.model, periodic)
 
     def later(k, state):
         return hum(k + 77, state)
 
     with_it, without_it = (hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, law)], 4.0) for law in (later, None))
-    assert validate(model, bare.model.fit, with_it)[2] == []
-    assert [w.name for w in validate(model, bare.model.fit, without_it)[2]] == ["unknown"]
+    assert validate(model, null.model.fit, with_it)[2] == []
+    assert [w.name for w in validate(model, null.model.fit, without_it)[2]] == ["unknown"]
 
 
 def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):
-    bare = model_of(rubbing.fit.problem)
+    null = model_of(rubbing.fit.problem)
     held = held_out_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
     # of a model whose elevation is off and whose pitch is right nothing is withdrawn: friction of the pitch is no cause
     off = rubbing.fit.parameters._replace(k_z=1.2 * rubbing.fit.parameters.k_z)
     friction = without(rubbing, DRAG)
     worse = replace(friction, fit=replace(friction.fit, parameters=off))
-    assert held.ratios(off, bare.fit.parameters)[1] > TOLERATED
-    assert remove_harmful(worse, worse.fit, bare.fit, held) is None
+    assert held.ratios(off, null.fit.parameters)[1] > TOLERATED
+    assert remove_harmful(worse, worse.fit, null.fit, held) is None
 
 
 def slow(voltages):
@@ -238,8 +238,8 @@ def slow(voltages):
 
 
 def rivals_of(problem, entry, **start):
-    bare = score_catalogue(model_of(problem))
-    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, bare)}
+    null = score_catalogue(model_of(problem))
+    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, null)}
 
 
 @pytest.mark.slow

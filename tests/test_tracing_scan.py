@@ -72,7 +72,7 @@ def test_an_effect_that_is_there_scores_with_its_sign_and_near_its_size(field, s
     row = index_of(scanned, field, size)
     assert scanned.scores[row] * np.sign(size) > 4.0
     assert scanned.scores[row] == pytest.approx(scanned.coefficients[row] / scanned.standard_errors[row], rel=1e-9)
-    # the whitening that the bare fit learned holds part of the effect, and the law's tangent or secant is not its curve
+    # the whitening that the null fit learned holds part of the effect, and the law's tangent or secant is not its curve
     assert scanned.coefficients[row] == pytest.approx(size, rel=0.35)
     assert scanned.allowed()[row]
 

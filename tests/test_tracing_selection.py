@@ -55,7 +55,7 @@ def test_a_clean_rig_is_accused_of_nothing(clean):
     selection, _ = clean
     assert named(selection) == []
     assert selection.model.unknowns == ()
-    # nothing was added, so nothing was looked at twice
+    # nothing was added, so nothing was scored twice
     assert selection.last is selection.null
 
 
@@ -175,13 +175,13 @@ def test_nothing_is_expected_of_a_model_without_couplings(clean):
 def test_a_second_law_of_friction_must_be_more_than_what_the_first_one_idealises():
     problem = Problem(tuple(noisy(TABLE_2._replace(dry_friction_pitch=0.02), drive(SECONDS, s), s) for s in (1, 2)))
     begin = first_estimate(problem.records, TABLE_2)
-    bare, friction = fit(problem, begin), effect("dry_friction", "pitch")
+    null, friction = fit(problem, begin), effect("dry_friction", "pitch")
     model = Model(fit(problem, begin._replace(dry_friction_pitch=0.02), free_fields((friction,))), (friction,))
-    explained = axis_likelihood_ratio(bare, model.fit, 0)
+    explained = axis_likelihood_ratio(null, model.fit, 0)
 
     def material(name, axis, share):
         tried = Trial(effect(name, axis), model.fit, share * explained, 10.0)
-        return is_material(bare, model, tried)
+        return is_material(null, model, tried)
 
     between = 0.5 * (SHARE_BESIDE_NAMED + SHARE_BESIDE_SAME_MECHANISM)
     assert not material("breakaway_friction", "pitch", between)

@@ -42,8 +42,8 @@ def slope(k, state):
 def searched(law):
     records = tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, law) for seed in (1, 2))
     fitted = fit(Problem(records), first_estimate(records, TABLE_2))
-    colour = noise_whitener(fitted, scan(fitted, candidates(records, fitted.parameters)).raw)
-    return fitted, search(fitted, colour)
+    of_noise = noise_whitener(fitted, scan(fitted, candidates(records, fitted.parameters)).raw)
+    return fitted, search(fitted, of_noise)
 
 
 @pytest.fixture(scope="module")

@@ -73,7 +73,7 @@ def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
 
 
 def effect_estimates(fit: Fit) -> dict[str, Estimate]:
-    """Give the coefficients and shapes that a fit estimates, by the plant's fields."""
+    """Coefficients and shapes that a fit estimates, by the plant's fields."""
     return {field: fit.estimate(field) for field in fit.free if field not in BASE}
 
 

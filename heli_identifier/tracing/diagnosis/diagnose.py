@@ -50,7 +50,7 @@ def diagnose(
     logs : Log or sequence of Log
         Training logs: models are fitted to them and effects are searched in them.
     held_out : Log or sequence of Log
-        Further logs of the same rig, which neither fit nor search sees; errors are computed on them.
+        Further logs of the same rig, which neither fit nor search uses; errors are computed on them.
     settings : DiagnosisSettings, optional
         What is given of the rig; :meth:`DiagnosisSettings.from_rig` makes them from its configuration.
     progress : callable, optional

@@ -17,7 +17,7 @@ ITERATIONS = 5
 """Alternations of least squares and whitening; the likelihood ratio has settled to a few per cent by then."""
 
 LOST = 1e-13
-"""Eigenvalue of the normal equations, over the largest, below which a direction counts as not there."""
+"""Eigenvalue of the normal equations, over the largest, below which a direction is treated as absent."""
 
 
 @dataclass(frozen=True, eq=False)

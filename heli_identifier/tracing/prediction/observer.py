@@ -1,4 +1,4 @@
-r"""Innovations of a slow observer around the plant: the residual that everything downstream looks at.
+r"""Innovations of a slow observer around the plant: the residual from which everything else is computed.
 
 The plant runs under the measured voltages and is corrected towards the measured angles y, per axis,
 

@@ -21,7 +21,7 @@ def described(model: Model, index: int) -> CurveShape | PeriodicShape:
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
     basis = unknown.curve(x)
     y = basis @ weights
-    silent = np.isinf(np.diag(covariance))  # splines of places that no record visits
+    silent = np.isinf(np.diag(covariance))  # splines where no record has values
     known = np.where(silent[:, None] | silent, 0.0, covariance)
     half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
     half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
@@ -45,10 +45,10 @@ def _periodic(frequency: float, weights: NDArray[np.float64], covariance: NDArra
 
 
 def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell where a curve's band, half as wide as ``half``, is narrow beside the swing of what is determined of it.
+    """Where the half width ``half`` of a curve's band is less than a quarter of the curve's range.
 
-    Without this the ends of a range, where a spline hangs on a few samples, would give a curve its size. All of it
-    counts where hardly any is narrow.
+    The range is that of the part that is determined itself, found by iteration. Otherwise the ends, where a spline
+    rests on a few samples, would decide the size of the curve. Where hardly any part is determined, all of it counts.
     """
     known = np.ones(len(y), dtype=bool)
     while True:
@@ -59,11 +59,11 @@ def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np
 
 
 def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
-    """Say what kind of curve it is where records have been; its size is that of the part that they determine."""
+    """Describe the curve where records have been; its size is that of the part that they determine."""
     known = _determined(y, half)
     words = [f"a torque of {unknown.variable}, {np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"]
     if len(y) < POINTS:
-        return words[0]  # a curve with holes has a size, but no shape that can be told
+        return words[0]  # a curve with gaps has a size, but its shape is not known
     if unknown.variable == "travel":
         spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
         waves = int(np.argmax(spectrum[1:9])) + 1
@@ -74,7 +74,7 @@ def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], hal
         level = float(np.median(y[known]))
         peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
         wide = np.abs(y - level) > 0.5 * abs(y[peak] - level)
-        # what reaches the end of the range may go on there: a parabola is not local
+        # a curve that is large at the end of the range may go on there: a parabola is not local
         inside = not (wide[known][0] or wide[known][-1])
         if inside and wide[known].mean() < 0.25:
             width = float(x[1] - x[0]) * int((wide & known).sum())

@@ -37,7 +37,7 @@ class Model:
         return unknown_columns(self.fit.problem, self.unknowns)
 
     def span(self, index: int) -> slice:
-        """Place of the coefficients of unknown torque number ``index`` among those of all."""
+        """Slice of the coefficients of unknown torque number ``index`` among those of all unknown torques."""
         first = sum(unknown.degrees for unknown in self.unknowns[:index])
         return slice(first, first + self.unknowns[index].degrees)
 
@@ -46,7 +46,7 @@ class Model:
         return self.fit.linear[self.span(index)]
 
     def weights_covariance(self, index: int) -> NDArray[np.float64]:
-        """Their covariance, shape (degrees, degrees); infinite for splines of places that no record visits."""
+        """Their covariance, shape (degrees, degrees); infinite for splines where no record has values."""
         own, first = self.span(index), len(self.fit.free)
         rows = slice(first + own.start, first + own.stop)
         return self.fit.covariance[rows, rows]

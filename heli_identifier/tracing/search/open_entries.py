@@ -1,7 +1,7 @@
 """The verdict on every entry of the catalogue that is not in the model: not shown with a bound, or not testable.
 
 An effect is not testable when less than one per cent of its signature is left after the fitted parameters have
-imitated it, or when the data could not tell even its largest plausible coefficient from zero.
+imitated it, or when the data could not distinguish even its largest plausible coefficient from zero.
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ def open_verdicts(scanned: Scan, threshold: float, suggestive_level: float) -> t
 def _verdict(
     scanned: Scan, effect: Effect, rows: list[int], threshold: float, suggestive_level: float
 ) -> CatalogueVerdict:
-    # of several shapes the likeliest speaks, and the one that leaves most room bounds the coefficient
+    # of several shapes, the one of the largest score gives the estimate and the one of the widest interval the bound
     index = max(rows, key=lambda i: (np.isfinite(scanned.standard_errors[i]), abs(scanned.scores[i])))
     estimate = _linear_estimate(scanned, index)
     score, visibility = float(scanned.scores[index]), float(max(scanned.visibility[i] for i in rows))
@@ -73,7 +73,7 @@ def _not_testable(effect: Effect, estimate: Estimate, score: float, visibility: 
 def upper_bound(effect: Effect, estimate: Estimate) -> float:
     """Largest abs(c) inside the 95 % interval; of a one-sided effect the upper end, never below one standard error.
 
-    The floor keeps a chance estimate far on the forbidden side from claiming more than the data can know.
+    The floor keeps a chance estimate far on the forbidden side from giving a bound tighter than the data allow.
     """
     low, high = estimate.interval
     if effect.lower >= 0.0:

@@ -71,7 +71,7 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """What stands in the place of a catalogue entry's name."""
+        """Name in place of that of a catalogue entry."""
         return "unknown"
 
     @property

@@ -10,12 +10,10 @@ from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.tracing.prediction.start import lagged_voltages
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.validation.bootstrap import rms_figures
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.tracing.validation.free_run import free_run, stable_axes
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.noise_floor import synthetic_pieces, synthetic_record
-from heli_identifier.tracing.validation.prediction import SPACING, ModelErrors
+from heli_identifier.tracing.validation.prediction import SPACING, ModelErrors, free_run, stable_axes
 from heli_identifier.tracing.validation.whiteness import input_correlation, ljung_box_p
 from heli_plant.effects import AXES
 

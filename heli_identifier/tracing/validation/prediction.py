@@ -1,4 +1,4 @@
-"""Errors of one model on logs: predictions some seconds ahead from the smoothed state, and reduced innovations.
+"""One model on logs: predictions some seconds ahead from the smoothed state, reduced innovations, free runs.
 
 Predictions run under the measured voltages. The damping ratio of the pitch is .04 and the travel integrates: a free run
 adds up the process noise for minutes and hides real improvements, a prediction over one or two seconds does not.
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted
+from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.validation.smoothed_state import WINDOW, smoothed_states
 from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import simulate
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next."""
@@ -59,3 +61,20 @@ class ModelErrors:
     def mean_squares(self) -> NDArray[np.float64]:
         """Mean squared prediction errors, shape (horizons, axes) [rad^2]."""
         return np.array([np.mean(np.concatenate(errors) ** 2, axis=0) for errors in self.predictions])
+
+
+def free_run(log: Log, parameters: PlantParameters) -> NDArray[np.float64]:
+    """Angles (N, 3) [rad] simulated from the state at the log's start, as its first samples give it."""
+    return simulate(log.voltages, log.step, observer_start(log), parameters)[1]
+
+
+def stable_axes(parameters: PlantParameters) -> tuple[bool, bool, bool]:
+    """Whether pitch, elevation, travel return by themselves: stiffness and damping both positive.
+
+    The travel has no stiffness unless a cable gives it one, so its free run drifts by whatever the pitch misses.
+    """
+    return (
+        parameters.a_th > 0.0 and parameters.a_wx > 0.0,
+        parameters.a_e > 0.0 and parameters.a_wz > 0.0,
+        parameters.cable_stiffness_travel > 0.0 and parameters.a_wy > 0.0,
+    )

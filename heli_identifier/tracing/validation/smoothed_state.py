@@ -1,4 +1,4 @@
-"""The motion along a record as a zero-phase smoother sees it: where predictions start from, for every model alike.
+"""Motion along a record from a zero-phase smoother: predictions of every model start from it.
 
 Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which keeps .99 of a motion at 1 Hz and
 .88 at 2 Hz; no model takes part. Motors and bending follow from the voltages by the plant's own step.
@@ -25,9 +25,9 @@ def smoothed_motion(record: Log, order: int = 0) -> NDArray[np.float64]:
 
 
 def as_smoothed(acceleration: NDArray[np.float64], record: Log) -> NDArray[np.float64]:
-    """Accelerations (N, 3) [rad/s^2] as :func:`smoothed_motion` of order 2 would give them had the rig moved so.
+    """Accelerations (N, 3) [rad/s^2] as :func:`smoothed_motion` of order 2 would give them.
 
-    They are summed up to angles, which the same local cubic differentiates again.
+    They are integrated to angles, which the same local cubic differentiates.
     """
     angles = np.zeros_like(acceleration)
     angles[1:] = record.step**2 * acceleration.cumsum(axis=0).cumsum(axis=0)[:-1]
