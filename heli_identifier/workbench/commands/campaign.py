@@ -79,8 +79,8 @@ def campaign(
     settings = DiagnosisSettings(
         motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
     )
-    with progress_bar() as tell:
-        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, tell=tell)
+    with progress_bar() as progress:
+        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
         print_json(asdict(summary) | {"coverage": summary.coverage})
