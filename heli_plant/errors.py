@@ -1,4 +1,8 @@
-"""Errors of the physics package."""
+"""Errors of the physics package, and the proposal of a known name that every package adds to its own errors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
 
 
 class PlantError(Exception):
@@ -7,3 +11,11 @@ class PlantError(Exception):
 
 class ParameterError(PlantError):
     """A parameter has an impossible value or a name that does not exist."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Return ``; did you mean 'x'?`` with the closest of the known names, or nothing if none is close."""
+    from difflib import get_close_matches  # only an error needs it
+
+    near = get_close_matches(name, list(known), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""

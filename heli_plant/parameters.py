@@ -7,12 +7,11 @@ an FMU) and the compiled one (over a NumPy record with the same fields) read the
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
 from math import isfinite, radians
 from typing import ClassVar, NamedTuple
 
 from .effects import CATALOGUE
-from .errors import ParameterError
+from .errors import ParameterError, did_you_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,9 +235,7 @@ def from_names(values: Mapping[str, float], start: PlantParameters = TABLE_2) ->
     """
     for name in values:
         if name not in BY_NAME:
-            near = get_close_matches(name, BY_NAME, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise ParameterError(f"unknown plant parameter {name!r}{hint}")
+            raise ParameterError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
     return checked(start._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))
 
 
