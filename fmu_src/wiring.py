@@ -20,8 +20,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heli_plant.errors import did_you_mean
+
 from .errors import WiringError
-from .variables import nearest
 
 AXES = ("pitch", "elevation", "travel")
 VOLTAGES = ("v_front", "v_rear")
@@ -132,5 +133,5 @@ def scenario(name: str) -> Scenario:
     """
     if name not in SCENARIOS:
         there = ", ".join(SCENARIOS)
-        raise WiringError(f"no scenario is called {name!r}{nearest(name, tuple(SCENARIOS))}; there are {there}")
+        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {there}")
     return SCENARIOS[name]

@@ -99,16 +99,6 @@ def test_an_unknown_unit_is_refused_with_the_nearest_name(tmp_path):
         build("HelicoperPlant", tmp_path)
 
 
-def test_a_build_that_fails_in_writing_leaves_the_old_file_and_no_part(monkeypatch, tmp_path):
-    path = build("Exciter", tmp_path)
-    before = path.read_bytes()
-    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
-    with pytest.raises(OSError, match="disk full"):
-        build("Exciter", tmp_path, {"excitation.base": 1.0})
-    assert path.read_bytes() == before
-    assert [file.name for file in tmp_path.iterdir()] == ["Exciter.fmu"]
-
-
 def test_a_unit_that_needs_more_than_the_standard_library_is_not_built(tmp_path):
     from fmu_src.slave_base import SlaveBase
 

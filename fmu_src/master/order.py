@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from heli_plant.errors import did_you_mean
+
 from ..errors import WiringError
-from ..variables import Value, nearest
+from ..variables import Value
 from ..wiring import Scenario
 
 
@@ -39,7 +41,7 @@ def parameters_by_unit(wiring: Scenario, parameters: Mapping[str, Value]) -> dic
         unit, _, name = full.partition(".")
         if unit not in sorted_out:
             raise WiringError(
-                f"parameter {full!r}: scenario {wiring.name} has no unit {unit!r}{nearest(unit, names)}; "
+                f"parameter {full!r}: scenario {wiring.name} has no unit {unit!r}{did_you_mean(unit, names)}; "
                 f"its units are {', '.join(names)}"
             )
         sorted_out[unit][name] = value

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from heli_identifier.files import write_atomically
+
 from ..builder import build, unit_class
 from ..errors import WiringError
 from ..master.order import parameters_by_unit
-from ..packaging.archive import write_atomically, zip_bytes
+from ..packaging.archive import zip_bytes
 from ..packaging.model_description import xml_text
 from ..variables import Value
 from ..wiring import Scenario, scenario
