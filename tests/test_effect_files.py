@@ -197,7 +197,7 @@ def test_blind_generator_and_plant_accelerate_alike(e, th, ep, la, w, w_e, w_l, 
         **{blind_field(x): 0.3 * x.upper for x in on},
     )  # fmt: skip
     expected = (
-        pitch_torque(th, ep, w, w_e, mu_s, mu_d, blind),
+        pitch_torque(th, ep, w, w_e, w_l, mu_s, mu_d, blind),
         elevation_torque(2.0, th, ep, w, w_e, w_l, mu_s, blind),
         travel_torque(th, ep, la, w_e, w_l, mu_s, blind),
     )
