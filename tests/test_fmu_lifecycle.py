@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.builder import UNITS, build
+from fmu_src import UNITS, build
 
 LOG_ROWS = 400
 

@@ -1,4 +1,4 @@
-"""A zip whose bytes follow from its content alone, written all or nothing."""
+"""A zip whose bytes depend on its content alone, and files that appear complete or not at all."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 EARLIEST = (1980, 1, 1, 0, 0, 0)
-"""The first time that a zip entry can carry."""
+"""The earliest time of a zip entry."""
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
@@ -27,7 +27,7 @@ def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
 
 
 def write_atomically(path: Path, content: bytes) -> Path:
-    """Write ``content`` to ``path``: a reader sees the old file or the new one, never a part."""
+    """Write ``content`` to ``path`` and return it; a reader sees the old file or the new one, never a part."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as temporary:
         try:
