@@ -1,22 +1,10 @@
-"""Bending of the arm.
+"""Bending of the arm: a mode that the rotors drive, so it takes its own Runge-Kutta step beside that of the axes.
 
-The elevation encoder reads the rigid angle plus q [rad], with
-
-    q'' + 2 zeta w_b q' + w_b^2 q = c w_b^2 mu_s,    w_b = 2 pi f_b
-
-with c [rad/V], the frequency f_b [Hz] and the damping ratio zeta [1]. The mode is driven by the rotors alone, so it
-takes its own classical Runge-Kutta step beside that of the axes.
+Its law is an effect of the catalogue, :mod:`heli_plant.effects.arm_bending`.
 """
 
-from math import pi
-
+from .laws import bending_acceleration
 from .parameters import PlantParameters
-
-
-def bending_acceleration(bending: float, bending_rate: float, mu_sum: float, p: PlantParameters) -> float:
-    """Acceleration q'' [rad/s^2] of the bending mode at q [rad], q' [rad/s] and mu_s [V]."""
-    w_b = 2.0 * pi * p.bending_frequency
-    return w_b * (w_b * (p.arm_bending_elevation * mu_sum - bending) - 2.0 * p.bending_damping * bending_rate)
 
 
 def bending_step(
@@ -32,3 +20,9 @@ def bending_step(
     w3 = w + h * a2
     a3 = bending_acceleration(q + h * w2, w3, s2, p)
     return q + h / 6.0 * (w + 2.0 * (w1 + w2) + w3), w + h / 6.0 * (a0 + 2.0 * (a1 + a2) + a3)
+
+
+def bending_at_rest(mu_sum: float, p: PlantParameters) -> float:
+    """Deflection [rad] at which the mode rests under ``mu_sum`` [V]: the law is linear in q, so two values tell."""
+    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)
+    return at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))

@@ -26,11 +26,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from .errors import PlantError
 from .parameters import PlantParameters
+from .specialised import specialised
+from .syntax import text_of
 
 PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
 """Record type of a parameter set."""
-
-Replaced = tuple[tuple[FunctionType, FunctionType], ...]
 
 _ROOTS = ("heli_plant", "heli_identifier")
 _LOCK = RLock()
@@ -53,7 +53,7 @@ def read_only(values: ArrayLike) -> NDArray[np.float64]:
     return view
 
 
-def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
+def compiled(function: Callable) -> Callable:
     """Return ``function`` compiled by numba, with every project function it calls.
 
     Parameters
@@ -61,8 +61,6 @@ def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
     function : FunctionType
         A function of plain floats, tuples, arrays and records that uses ``math`` and other such functions only. It
         releases the interpreter's lock, and divides by zero as IEEE 754 does.
-    replaced : tuple of (FunctionType, FunctionType), optional
-        Functions that are never called, each with a short one of the same form that is compiled in its place.
 
     Raises
     ------
@@ -70,13 +68,21 @@ def compiled(function: Callable, replaced: Replaced = ()) -> Callable:
         The folder of the cache cannot be written.
     """
     with _LOCK:
-        return _entry(function, replaced)
+        return _entry(function)
+
+
+def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
+    """Return ``function``, which steps a plant, compiled without the model that ``parameters`` do not choose.
+
+    The general model is a quarter of what there is to compile, and logs are identified with the simplified one.
+    """
+    return compiled(specialised(function, {"general_model": 1.0 if parameters.general_model > 0.5 else 0.0}))
 
 
 @cache
-def _entry(function, replaced):
+def _entry(function):
     """Dispatcher of a function that Python calls, kept on disk."""
-    directory = _cache_directory(function, replaced)
+    directory = _cache_directory(function)
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
@@ -86,44 +92,47 @@ def _entry(function, replaced):
         ) from problem
     outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(directory)
     try:
-        return _jit(function, replaced, cache=True)
+        return _jit(function, cache=True)
     finally:
         _CONFIG.CACHE_DIR = outer
 
 
 @cache
-def _callee(function, replaced):
+def _callee(function):
     """Dispatcher of a function that compiled functions alone call."""
-    return _jit(function, replaced, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    return _jit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-def _jit(function, replaced, **options):
+def _jit(function, **options):
     """Compile ``function`` over the compiled twins of the project functions it names."""
-    named = _named(function, replaced).items()
-    twins = {name: _callee(value, replaced) for name, value in named if isinstance(value, FunctionType)}
-    twin = FunctionType(function.__code__, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
+    named = _named(function).items()
+    twins = {name: _callee(value) for name, value in named if isinstance(value, FunctionType)}
+    code = function.__code__
+    if not Path(code.co_filename).is_file():  # of a function that was made: numba wants a file to keep its code beside
+        code = code.replace(co_filename=str(sys.modules[function.__module__].__file__))
+    twin = FunctionType(code, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
     twin.__qualname__ = function.__qualname__
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
-def _named(function, replaced: Replaced) -> dict[str, Any]:
+def _named(function) -> dict[str, Any]:
     """Return the project's functions and classes, and the constants, that ``function`` names among its globals."""
-    named, instead = {name: function.__globals__.get(name) for name in function.__code__.co_names}, dict(replaced)
+    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
     return {
-        name: instead.get(value, value) if isinstance(value, FunctionType) else value
+        name: value
         for name, value in named.items()
         if isinstance(value, int | float | tuple)
         or (isinstance(value, FunctionType | type) and value.__module__.split(".")[0] in _ROOTS)
     }
 
 
-def _ingredients(function, replaced: Replaced) -> set[bytes]:
+def _ingredients(function) -> set[bytes]:
     """Everything that the machine code of ``function`` depends on: sources and the values of constants."""
-    found = {Path(function.__code__.co_filename).read_bytes()}
-    for name, value in _named(function, replaced).items():
+    found = {text_of(function).encode()}
+    for name, value in _named(function).items():
         if isinstance(value, FunctionType):
             found.add(f"{name} = {value.__qualname__}".encode())
-            found |= _ingredients(value, replaced)
+            found |= _ingredients(value)
         elif isinstance(value, type):
             found.add(Path(str(sys.modules[value.__module__].__file__)).read_bytes())
         else:
@@ -131,10 +140,10 @@ def _ingredients(function, replaced: Replaced) -> set[bytes]:
     return found
 
 
-def _cache_directory(function, replaced: Replaced) -> Path:
+def _cache_directory(function) -> Path:
     """Folder of the disk cache, named by all ingredients and by the fields of a parameter set."""
     digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
-    for ingredient in sorted(_ingredients(function, replaced)):
+    for ingredient in sorted(_ingredients(function)):
         digest.update(hashlib.sha256(ingredient).digest())
     base = Path(os.environ.get("HELI_CACHE_DIR") or Path.home() / ".cache" / "heli-twin")
     return base / f"numba-{digest.hexdigest()[:16]}"

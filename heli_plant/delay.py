@@ -1,49 +1,51 @@
-"""A held voltage, delayed: the mean of v(t - c) over one step.
+"""Voltages held from instant to instant, and their mean over an earlier window: the input delay.
 
-On a uniform grid of step h with c = (n + f) h, 0 <= f < 1, the mean over step k is (1 - f) v[k - n] + f v[k - n - 1].
-Before the record begins the first voltage is taken to have been held.
+A delayed voltage changes within an integration step; the step takes its mean over [t - delay, t + h - delay]. Before
+the first instant the first voltage is taken to have been held. One function serves a record, whose instants are its
+samples, and a unit, whose history grows with its communication steps.
 """
 
-from collections.abc import Iterable
-from math import floor
+Held = list[tuple[float, float]]
+"""Front and rear voltage [V], one pair per instant."""
 
 
-def whole_and_fraction(delay: float, h: float) -> tuple[int, float]:
-    """Split ``delay`` [s] into whole steps of ``h`` [s] and the fraction of one: returns (n, f)."""
-    steps = delay / h
-    whole = int(floor(steps + 1e-9))
-    fraction = steps - whole
-    return whole, max(fraction, 0.0)
+def mean_held(since, voltages, last, start, end):
+    """Return the mean front and rear voltage [V] over [``start``, ``end``] [s].
 
-
-def delayed(recent: float, older: float, fraction: float) -> float:
-    """Mean voltage [V] over a step of which the ``older`` value fills the first ``fraction``."""
-    return (1.0 - fraction) * recent + fraction * older
-
-
-def arriving(voltages, k, whole, fraction):
-    """Mean front and rear voltage [V] that arrive over step ``k`` of a record ``voltages`` (N, 2)."""
-    recent, older = max(k - whole, 0), max(k - whole - 1, 0)
-    return (
-        delayed(voltages[recent, 0], voltages[older, 0], fraction),
-        delayed(voltages[recent, 1], voltages[older, 1], fraction),
-    )
-
-
-class DelayLine:
-    """Mutable edge around :func:`delayed` for a caller that steps one sample at a time.
-
-    The history is a list of past voltage pairs, newest last; it holds as many steps as the delay needs.
+    Parameters
+    ----------
+    since : sequence of float
+        Instants [s] from which the voltages are held, growing.
+    voltages : sequence of pairs, or array of shape (N, 2)
+        Front and rear [V].
+    last : int
+        Index of the last instant that counts; its voltage is held for good.
+    start, end : float
+        [s].
     """
+    i = last
+    while i > 0 and since[i] > start:
+        i -= 1
+    front, rear, begin = 0.0, 0.0, start
+    while begin < end:
+        until = end
+        if i < last and since[i + 1] < end:
+            until = since[i + 1]
+        front += (until - begin) * voltages[i][0]
+        rear += (until - begin) * voltages[i][1]
+        begin = until
+        i += 1
+    return front / (end - start), rear / (end - start)
 
-    def __init__(self, history: Iterable[tuple[float, float]] = ()):
-        self.history = [(front, rear) for front, rear in history]
 
-    def push(self, v_front: float, v_rear: float, delay: float, h: float) -> tuple[float, float]:
-        """Take in the voltages [V] of this step of ``h`` [s], return those that arrive after ``delay`` [s]."""
-        whole, fraction = whole_and_fraction(delay, h)
-        self.history.append((v_front, v_rear))
-        del self.history[: -(whole + 2)]
-        recent = self.history[max(len(self.history) - 1 - whole, 0)]
-        older = self.history[max(len(self.history) - 2 - whole, 0)]
-        return delayed(recent[0], older[0], fraction), delayed(recent[1], older[1], fraction)
+def remember(
+    since: list[float], voltages: Held, time: float, v_front: float, v_rear: float, reach: float
+) -> tuple[list[float], Held]:
+    """Return a history with the pair held from ``time`` [s] on, without what ended more than ``reach`` [s] ago.
+
+    What was held from ``time`` on or later is forgotten: a step may be taken anew after a state was set back.
+    """
+    kept = [i for i, instant in enumerate(since) if instant < time]
+    following = [*(since[i] for i in kept[1:]), time]
+    gone = sum(instant <= time - reach for instant in following[: len(kept)])
+    return [*(since[i] for i in kept[gone:]), time], [*(voltages[i] for i in kept[gone:]), (v_front, v_rear)]

@@ -15,7 +15,7 @@ def toward(nu: float, voltage: float, share: float) -> float:
     return voltage + (nu - voltage) * share
 
 
-def advance(nu: float, voltage: float, h: float, time_constant: float) -> float:
+def lagged(nu: float, voltage: float, h: float, time_constant: float) -> float:
     """Lagged voltage [V] after ``h`` [s] under a held ``voltage`` [V]; a ``time_constant`` of 0 s passes it through."""
     return toward(nu, voltage, kept(h, time_constant))
 

@@ -1,17 +1,27 @@
 """One step of the plant under held voltages: classical Runge-Kutta of order 4 on the three axes.
 
 The motors of eq. (9) are advanced exactly, so their voltages at the step's start, middle and end are known before
-the mechanical stages run. Whatever stays the same over the step is worked out once, before the stages: inside an FMU
-the interpreter runs this very source.
+the mechanical stages run. Whatever stays the same over the step is computed once, before the stages. A unit runs
+this source for its own parameter set (:mod:`heli_plant.specialised`), a diagnosis runs it compiled.
 """
 
 from .ado import ado_acceleration, mass_after
-from .bending import bending_step
+from .bending import bending_at_rest, bending_step
+from .delay import mean_held
 from .general_model import general_accelerations
+from .laws import (
+    added_elevation,
+    added_pitch,
+    added_travel,
+    bends,
+    input_delay,
+    motor_input,
+    motor_time_constant,
+    switched_on,
+    thrust_voltages,
+)
 from .motor import kept, toward
-from .neglected import neglected_elevation, neglected_pitch, neglected_travel, switched_on
 from .parameters import PlantParameters
-from .rotors import motor_input, thrust_voltages
 from .simplified_model import simplified_accelerations
 from .state import PlantState
 
@@ -46,7 +56,7 @@ def accelerations(
     cable_rest : float
         Travel at which the cable is slack [rad].
     switches : tuple of bool
-        From :func:`heli_plant.neglected.switched_on`.
+        From :func:`heli_plant.laws.switched_on`.
     p : PlantParameters
         Or a NumPy record with the same fields.
     """
@@ -56,13 +66,13 @@ def accelerations(
         a_th, a_ep, a_la = simplified_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
     if mass_position != 0.0:
         a_ep += ado_acceleration(ep, mass_position, p)
-    pitch_lacks, elevation_lacks, travel_lacks = switches
-    if pitch_lacks:
-        a_th += neglected_pitch(th, ep, w_th, w_ep, mu_sum, p)
-    if elevation_lacks:
-        a_ep += neglected_elevation(t, th, ep, w_th, w_ep, w_la, mu_sum, p)
-    if travel_lacks:
-        a_la += neglected_travel(th, ep, la, w_ep, w_la, cable_rest, mu_sum, p)
+    on_pitch, on_elevation, on_travel = switches
+    if on_pitch:
+        a_th += added_pitch(t, th, ep, la, w_th, w_ep, w_la, mu_sum, mu_diff, cable_rest, p)
+    if on_elevation:
+        a_ep += added_elevation(t, th, ep, la, w_th, w_ep, w_la, mu_sum, mu_diff, cable_rest, p)
+    if on_travel:
+        a_la += added_travel(t, th, ep, la, w_th, w_ep, w_la, mu_sum, mu_diff, cable_rest, p)
     return a_th, a_ep, a_la
 
 
@@ -75,8 +85,7 @@ def step(
     ----------
     state : PlantState
     v_front, v_rear : float
-        Voltages held over the step [V]; saturation is part of the plant, an input delay is the caller's
-        (:mod:`heli_plant.delay`).
+        Voltages that arrive, held over the step [V]: :func:`advance` delays them.
     mass_command : float
         Commanded position of the ADO's mass [m].
     t, h : float
@@ -89,7 +98,7 @@ def step(
     hh, t_mid, t_end = 0.5 * h, t + 0.5 * h, t + h
     x = mass_after(x, mass_command, h, p)
 
-    share = kept(hh, p.T_m + p.motor_lag_rotors)
+    share = kept(hh, motor_time_constant(p))
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
     if share == 0.0:  # without a lag the voltage jumps at the step's start, not during its first half
         nu_front, nu_rear = u_front, u_rear
@@ -114,7 +123,7 @@ def step(
         t_end, th + h * v1, ep + h * v2, la + h * v3, y1, y2, y3, d2, s2, x, rest, switches, p
     )  # fmt: skip
 
-    if p.arm_bending_elevation != 0.0:
+    if bends(p):
         bending, bending_rate = bending_step(bending, bending_rate, s0, s1, s2, h, p)
     sixth = h / 6.0
     return PlantState(
@@ -133,15 +142,50 @@ def step(
     )
 
 
+def arriving(since, voltages, last, t, h, p):
+    """Return the front and rear voltage [V] that arrive at the motors over [``t``, ``t + h``] [s], as a mean.
+
+    ``since``, ``voltages`` and ``last`` are those of :func:`heli_plant.delay.mean_held`, which the input delay needs.
+    """
+    delay = input_delay(p)
+    if delay > 0.0:
+        return mean_held(since, voltages, last, t - delay, t + h - delay)
+    return voltages[last][0], voltages[last][1]
+
+
+def advance(state, since, voltages, k, mass_command, h, p):
+    """Return the state one sample later, input delay included.
+
+    Parameters
+    ----------
+    state : PlantState
+        At the instant ``since[k]``.
+    since : sequence of float
+        Instants [s] of the record, uniform; the record begins at 0.
+    voltages : sequence of pairs, or array of shape (N, 2)
+        Front and rear voltage [V] held from each instant on.
+    k : int
+        The sample.
+    mass_command : float
+        Commanded position of the ADO's mass [m].
+    h : float
+        Sampling period and integration step [s].
+    p : PlantParameters
+        Or a NumPy record with the same fields.
+    """
+    v_front, v_rear = arriving(since, voltages, k, since[k], h, p)
+    return step(state, v_front, v_rear, mass_command, since[k], h, p)
+
+
 def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
     """``state`` with the bending mode settled at the motors' voltages, so that no ringing starts the record.
 
     The elevation given is what the encoder reads; the rigid angle is that less the bending.
     """
-    if p.arm_bending_elevation == 0.0:
+    if not bends(p):
         return state
     _, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, p)
-    bending = p.arm_bending_elevation * mu_sum
+    bending = bending_at_rest(mu_sum, p)
     return state._replace(elevation=state.elevation - bending, bending=bending, bending_rate=0.0)
 
 

@@ -1,28 +1,24 @@
-"""A record simulated off line: :func:`heli_plant.plant.step` looped over held voltages, compiled."""
+"""A record simulated off line: :func:`heli_plant.plant.advance` looped over held voltages, compiled."""
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .compiled import parameter_record, read_only
-from .delay import arriving, whole_and_fraction
+from .compiled import compiled_for, parameter_record, read_only
 from .parameters import PlantParameters
-from .plant import measured_angles, rigid_start, step
-from .specialised import compiled_for
+from .plant import advance, measured_angles, rigid_start
 from .state import PlantState
 
 STATES = len(PlantState._fields)
 
 
-def _loop(voltages, mass_commands, start, h, p, states, angles):
-    """Fill ``states`` (N, 12) and ``angles`` (N, 3); row k is the state at t_k = k h."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
+def _loop(time, voltages, mass_commands, start, h, p, states, angles):
+    """Fill ``states`` (N, 12) and ``angles`` (N, 3); row k is the state at ``time[k]``."""
     state = start
     for k in range(len(states)):
         for i in range(STATES):
             states[k, i] = state[i]
         angles[k, 0], angles[k, 1], angles[k, 2] = measured_angles(state)
-        v_front, v_rear = arriving(voltages, k, whole, fraction)
-        state = step(state, v_front, v_rear, mass_commands[k], k * h, h, p)
+        state = advance(state, time, voltages, k, mass_commands[k], h, p)
 
 
 def simulate(
@@ -68,5 +64,6 @@ def simulate(
     states, angles = np.empty((count, STATES)), np.empty((count, 3))
     start = rigid_start(PlantState(*(float(value) for value in start)), parameters)
     run = compiled_for(_loop, parameters)
-    run(voltages, commands, start, float(h), parameter_record(parameters), states, angles)
+    time = read_only(np.arange(count) * float(h))
+    run(time, voltages, commands, start, float(h), parameter_record(parameters), states, angles)
     return states, angles

@@ -12,10 +12,10 @@ from scipy.signal import lfilter
 
 from heli_identifier.tracing.prediction.record import Record
 from heli_plant.control import PidSettings, pid_step, start_pid
-from heli_plant.delay import DelayLine
 from heli_plant.parameters import TABLE_2, PlantParameters
-from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
+from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state
 from tests.blind.signals import multisines, square_and_chirp
 from tests.online_record import H, read
@@ -66,15 +66,16 @@ def pushed(
 
     Returns the voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
     """
-    state, line = rigid_start(rest(parameters, voltages), parameters), DelayLine()
+    state, held = rigid_start(rest(parameters, voltages), parameters), []
+    time, plant = [k * H for k in range(len(voltages))], specialised(advance, parameters._asdict())
     used, angles = np.array(voltages, dtype=float), np.empty((len(voltages), 3))
     for k in range(len(voltages)):
         angles[k] = measured_angles(state)
         if controller is not None:
             used[k] = controller(k, tuple(angles[k]))
-        v_front, v_rear = line.push(float(used[k, 0]), float(used[k, 1]), parameters.input_delay_rotors, H)
+        held.append((float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
-        moved = step(state, v_front, v_rear, 0.0, k * H, H, parameters)
+        moved = plant(state, time, held, k, 0.0, H, parameters)
         state = moved._replace(
             pitch=moved.pitch + 0.5 * H * H * d[0],
             elevation=moved.elevation + 0.5 * H * H * d[1],

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from textwrap import dedent
 from time import sleep
 
@@ -14,11 +13,13 @@ import pytest
 
 from heli_plant import compiled as module
 from heli_plant.compiled import PARAMETER_DTYPE, compiled, parameter_record
+from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
-from heli_plant.friction import friction
-from heli_plant.motor import advance
+from heli_plant.laws import added_pitch, thrust_voltages
+from heli_plant.motor import lagged
 from heli_plant.parameters import TABLE_2, PlantParameters
-from heli_plant.rotors import thrust_voltages
+
+ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
 
 
 def test_record_has_the_fields_of_a_parameter_set_in_its_order():
@@ -31,11 +32,11 @@ def test_compiled_function_gives_what_the_interpreted_one_gives():
     rng = np.random.default_rng(0)
     for _ in range(200):
         nu, v, h, T = rng.uniform(0.001, 3, 4)
-        assert compiled(advance)(nu, v, h, T) == pytest.approx(advance(nu, v, h, T), rel=1e-15)
-        w, dry, breakaway, stribeck, drag = rng.uniform(0.005, 1, 5)
+        assert compiled(lagged)(nu, v, h, T) == pytest.approx(lagged(nu, v, h, T), rel=1e-15)
+        motion = rng.uniform(-1, 1, 10).tolist()
         # tanh and exp may come from another mathematical library: a few units in the last place
-        expected = friction(w, dry, breakaway, stribeck, drag)
-        assert compiled(friction)(w, dry, breakaway, stribeck, drag) == pytest.approx(expected, rel=1e-14)
+        expected = added_pitch(*motion, ALL_ON)
+        assert compiled(added_pitch)(*motion, parameter_record(ALL_ON)) == pytest.approx(expected, abs=1e-14)
 
 
 def test_compiled_function_reads_a_parameter_record_as_the_interpreted_one_reads_a_set():
@@ -45,7 +46,7 @@ def test_compiled_function_reads_a_parameter_record_as_the_interpreted_one_reads
 
 
 def test_function_is_compiled_once():
-    assert compiled(advance) is compiled(advance)
+    assert compiled(lagged) is compiled(lagged)
 
 
 def test_threads_that_compile_at_once_leave_numbas_setting_as_it_was(monkeypatch, tmp_path):
@@ -89,9 +90,9 @@ def run(script, cache):
 def test_second_process_finds_the_machine_code_on_disk(tmp_path):
     script = """
         from heli_plant.compiled import compiled
-        from heli_plant.motor import advance
-        compiled(advance)(1.0, 2.0, 0.01, 0.08)
-        print(sum(compiled(advance).stats.cache_hits.values()))
+        from heli_plant.motor import lagged
+        compiled(lagged)(1.0, 2.0, 0.01, 0.08)
+        print(sum(compiled(lagged).stats.cache_hits.values()))
     """
     assert run(script, tmp_path) == ["0"]
     assert run(script, tmp_path) == ["1"]
@@ -134,18 +135,6 @@ def test_change_of_a_constant_elsewhere_makes_new_code(project):
     assert compiled(project(constant=5.0))(3.0) == 20.0
 
 
-def test_function_that_is_never_called_is_compiled_as_its_substitute_and_kept_apart(project):
-    outer = project("x + 1.0")
-    inner = outer.__globals__["inner"]
-    for _ in range(2):  # neither takes the other's code, compiled or kept
-        assert compiled(outer, ((inner, inner_instead),))(3.0) == 0.0
-        assert compiled(outer)(3.0) == 8.0
-
-
-def inner_instead(x):
-    return 0.0 * x
-
-
 def test_folder_that_cannot_be_written_is_named_with_the_remedy(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("")
@@ -166,9 +155,3 @@ def test_package_imports_no_numba_before_something_is_compiled():
     """
     done = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
-
-
-def test_only_the_projects_functions_are_compiled_along():
-    named = module._named(thrust_voltages, ())
-    assert set(named) == {"thrust_voltage"}
-    assert Path(named["thrust_voltage"].__code__.co_filename).name == "rotors.py"

@@ -1,69 +1,72 @@
-"""The delayed voltage: one sample at a time and over a record are the same."""
+"""The delayed voltage: the mean of what was held over an earlier window."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_plant.delay import DelayLine, delayed, whole_and_fraction
+from heli_plant.compiled import compiled, parameter_record
+from heli_plant.delay import mean_held, remember
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import arriving
 
-voltages = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=1, max_size=40)
-
-
-def over_record(record, delay, h):
-    """The formula over a whole record, as a compiled loop applies it."""
-    n, f = whole_and_fraction(delay, h)
-    V = np.array(record)
-    k = np.arange(len(V))
-    return (1 - f) * V[np.maximum(k - n, 0)] + f * V[np.maximum(k - n - 1, 0)]
+records = st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=1, max_size=40)
+H = 0.01
 
 
-@given(voltages, st.floats(0.0, 0.5))
-def test_delay_line_gives_what_the_formula_gives_over_a_record(record, delay):
-    line = DelayLine()
-    stepped = [line.push(*pair, delay, 0.01) for pair in record]
-    np.testing.assert_array_equal(stepped, over_record(record, delay, 0.01))
+def delayed(record, k, delay):
+    """What arrives over step ``k`` of a record that is sampled every 10 ms."""
+    p = TABLE_2._replace(input_delay_rotors=delay)
+    return arriving([H * i for i in range(len(record))], record, k, H * k, H, p)
+
+
+@given(records, st.floats(0.0, 0.5))
+def test_mean_is_the_integral_of_the_held_voltage(record, delay):
+    """Against a fine sum of 2000 points over the window; its points at jumps leave some 10 V / 2000."""
+    k = len(record) - 1
+    t = H * k - delay + H * (np.arange(2000) + 0.5) / 2000
+    held = np.array(record)[np.clip(np.floor(t / H).astype(int), 0, k)]
+    assert delayed(record, k, delay) == pytest.approx(tuple(held.mean(axis=0)), abs=0.02)
 
 
 @pytest.mark.parametrize("steps", [0, 1, 3, 7, 29])
 def test_delay_of_whole_steps_is_a_pure_shift_despite_rounding(steps):
-    """3 x .01 / .01 is 3.0000000000000004 or 2.9999999999999996 in floats: neither leaks a neighbour's voltage."""
-    assert whole_and_fraction(steps * 0.01, 0.01) == (steps, pytest.approx(0.0, abs=1e-12))
-    record = np.random.default_rng(0).uniform(-5, 5, (40, 2))
-    shifted = np.vstack([np.repeat(record[:1], steps, axis=0), record])[:40]
-    np.testing.assert_allclose(over_record(record, steps * 0.01, 0.01), shifted, atol=1e-11)
+    """3 x .01 / .01 is 3.0000000000000004 or 2.9999999999999996 in floats: hardly a neighbour's voltage leaks in."""
+    record = [tuple(pair) for pair in np.random.default_rng(0).uniform(-5, 5, (40, 2)).tolist()]
+    for k in range(40):
+        assert delayed(record, k, steps * H) == pytest.approx(record[max(k - steps, 0)], abs=1e-12)
 
 
 def test_delay_within_a_step_is_the_mean_of_a_held_voltage_over_it():
     """A step of 1 V arrives 4 ms into a step of 10 ms: on the mean .6 V, then all of it."""
-    line = DelayLine([(0.0, 0.0)])
-    assert line.push(1.0, 1.0, 0.004, 0.01)[0] == pytest.approx(0.6)
-    assert line.push(1.0, 1.0, 0.004, 0.01)[0] == pytest.approx(1.0)
+    record = [(0.0, 0.0), (1.0, 1.0), (1.0, 1.0)]
+    assert delayed(record, 1, 0.004)[0] == pytest.approx(0.6)
+    assert delayed(record, 2, 0.004)[0] == pytest.approx(1.0)
 
 
 def test_first_voltage_is_taken_as_held_before_the_record():
-    line = DelayLine()
-    assert [line.push(2.0, -1.0, 0.05, 0.01) for _ in range(3)] == [(2.0, -1.0)] * 3
+    assert [delayed([(2.0, -1.0)] * 3, k, 0.05) for k in range(3)] == [pytest.approx((2.0, -1.0))] * 3
 
 
-@given(voltages, st.floats(0.0, 0.1))
-def test_interrupted_delay_line_goes_on_from_its_history(record, delay):
-    whole, first = DelayLine(), DelayLine()
-    half = len(record) // 2
-    for pair in record[:half]:
-        whole.push(*pair, delay, 0.01), first.push(*pair, delay, 0.01)
-    second = DelayLine(first.history)
-    for pair in record[half:]:
-        assert second.push(*pair, delay, 0.01) == whole.push(*pair, delay, 0.01)
+@given(records, st.floats(0.0, 0.1))
+def test_compiled_code_and_a_growing_history_give_what_the_whole_record_gives(record, delay):
+    """A unit keeps only what its delay can reach back to; a diagnosis runs over arrays."""
+    p = parameter_record(TABLE_2._replace(input_delay_rotors=delay))
+    time, since, held = [H * i for i in range(len(record))], [], []
+    for k, pair in enumerate(record):
+        since, held = remember(since, held, H * k, *pair, delay)
+        expected = pytest.approx(delayed(record, k, delay), abs=1e-12)
+        assert mean_held(since, held, len(since) - 1, H * k - delay, H * (k + 1) - delay) == expected
+        assert compiled(arriving)(np.array(time), np.array(record), k, H * k, H, p) == expected
 
 
 def test_history_holds_no_more_than_the_delay_needs():
-    line = DelayLine()
+    since, held = [], []
     for k in range(1000):
-        line.push(float(k), 0.0, 0.035, 0.01)
-    assert len(line.history) == 5  # three whole steps, the fraction's neighbour, the present
+        since, held = remember(since, held, 0.01 * k, float(k), 0.0, 0.035)
+    assert len(since) == len(held) == 5  # three whole steps, the fraction's neighbour, the present
 
 
-@given(st.floats(-5, 5), st.floats(0, 1))
-def test_delay_of_a_constant_voltage_is_that_voltage(v, fraction):
-    assert delayed(v, v, fraction) == pytest.approx(v, abs=1e-14)
+def test_step_taken_anew_forgets_what_was_held_after_it():
+    since, held = remember([0.0, 0.01, 0.02], [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)], 0.01, 9.0, 9.0, 1.0)
+    assert (since, held) == ([0.0, 0.01], [(1.0, 1.0), (9.0, 9.0)])

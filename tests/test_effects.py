@@ -11,18 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_plant.delay import DelayLine
-from heli_plant.effects import AXES, CATALOGUE
-from heli_plant.friction import SMOOTHING_RATE, friction
-from heli_plant.neglected import switched_on
-from heli_plant.parameters import PARAMETERS, TABLE_2
-from heli_plant.plant import accelerations, rigid_start, step
-from heli_plant.rotors import motor_input, thrust_voltage
+from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, DELAY, LAG, ROTORS
+from heli_plant.effects.dry_friction import SMOOTHING_RATE
+from heli_plant.laws import motor_input, switched_on, thrust_voltage
+from heli_plant.parameters import TABLE_2
+from heli_plant.plant import accelerations, advance, rigid_start, step
 from heli_plant.simulation import simulate
+from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, start_state
 
-BY_AXIS = [e for e in CATALOGUE if e.axis != "rotors" and e.name != "arm_bending"]
-ROTORS = [e for e in CATALOGUE if e.axis == "rotors"]
+BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
+OF_ROTORS = [e for e in CATALOGUE if e.axis == ROTORS]
 ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
 h = 0.01
 
@@ -55,6 +54,18 @@ def added(s, p):
 
 
 RATE = {"pitch": "w_th", "elevation": "w_ep", "travel": "w_la"}
+
+
+def horizontal(s, p):
+    """Elevation from the horizontal arm."""
+    return s.ep + p.horizontal_offset
+
+
+def gravity(s, p):
+    """The arm's gravity [rad/s^2] with its sines, which for small angles is a_e eps + a_1."""
+    return p.a_e * sin(horizontal(s, p)) + (p.a_1 - p.a_e * p.horizontal_offset) * cos(horizontal(s, p))
+
+
 LAWS = {
     "dry_friction": lambda s, c, w, p: -c * tanh(w / 0.005),
     "breakaway_friction": lambda s, c, w, p: -c * tanh(w / 0.005) * exp(-((w / 0.05) ** 2)),
@@ -65,12 +76,12 @@ LAWS = {
     "airspeed_thrust_loss_elevation": lambda s, c, w, p: -c * s.mu_sum * s.w_ep * cos(s.th),
     "gyroscopic_coupling_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_ep,
     "gyroscopic_coupling_elevation": lambda s, c, w, p: c * s.mu_sum * s.w_th,
-    "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(s.ep),
+    "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(horizontal(s, p)),
     "cable_stiffness": lambda s, c, w, p: -c * (s.la - s.cable_rest),
-    "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * s.ep) * s.w_la**2,
-    "inertial_coupling_travel": lambda s, c, w, p: 2 * c * tan(s.ep) * s.w_ep * s.w_la,
-    "large_angle_gravity": lambda s, c, w, p: c * ((p.a_e * s.ep + p.a_1) - (p.a_e * sin(s.ep) + p.a_1 * cos(s.ep))),
-    "pitch_gravity_coupling": lambda s, c, w, p: c * p.a_th * sin(s.th - p.theta0) * (1 - cos(s.ep)),
+    "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * horizontal(s, p)) * s.w_la**2,
+    "inertial_coupling_travel": lambda s, c, w, p: 2 * c * tan(horizontal(s, p)) * s.w_ep * s.w_la,
+    "large_angle_gravity": lambda s, c, w, p: c * (p.a_e * s.ep + p.a_1 - gravity(s, p)),
+    "pitch_gravity_coupling": lambda s, c, w, p: c * p.a_th * sin(s.th - p.theta0) * (1 - cos(horizontal(s, p))),
     "ground_effect": lambda s, c, w, p: p.k_z * s.mu_sum * cos(s.th) * c * exp(-(s.ep + 0.5) / 0.15),
     "moving_mass": lambda s, c, w, p: -c if s.t >= 30.0 else 0.0,
 }
@@ -81,30 +92,23 @@ LAWS = {
 
 
 @pytest.mark.parametrize("e", BY_AXIS, ids=by_id)
-@given(s=situations())
-def test_effect_adds_its_law_to_its_axis_and_nothing_to_the_others(e, s):
+@given(s=situations(), offset=st.floats(-0.3, 0.3))
+def test_effect_adds_its_law_to_its_axis_and_nothing_to_the_others(e, s, offset):
+    """Every law with a sine of the elevation counts it from the horizontal arm."""
     c = 0.3 * e.upper
     shapes = {"moving_mass_time": 30.0} if e.name == "moving_mass" else {}
+    p = on(e, c, horizontal_offset=offset, **shapes)
     law = LAWS.get(e.field) or LAWS[e.name]
-    expected = law(s, c, getattr(s, RATE[e.axis]), TABLE_2)
-    change = added(s, on(e, c, **shapes))
+    expected = law(s, c, getattr(s, RATE[e.axis]), p)
+    change = added(s, p)
     # the difference of two sums of terms up to 30 rad/s^2
     assert change.pop(e.axis) == pytest.approx(expected, rel=1e-12, abs=1e-13)
     assert set(change.values()) == {0.0}
 
 
-@given(s=situations())
-def test_horizontal_offset_moves_the_elevation_that_inertial_coupling_sees(s):
-    on_both = TABLE_2._replace(inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0)
-    offset = on_both._replace(horizontal_offset=0.1)
-    moved = SimpleNamespace(**{**vars(s), "ep": s.ep + 0.1})
-    for axis in ("elevation", "travel"):
-        assert added(s, offset)[axis] == pytest.approx(added(moved, on_both)[axis], rel=1e-9, abs=1e-13)
-
-
 @given(st.floats(-5, 5), st.floats(0, 100))
 def test_rotors_chain_follows_the_catalogues_laws(v, t):
-    rotor = {e.name: e for e in ROTORS}
+    rotor = {e.name: e for e in OF_ROTORS}
     assert thrust_voltage(v, t, on(rotor["quadratic_thrust"], 0.1)) == pytest.approx(v + 0.1 * v * abs(v))
     assert thrust_voltage(v, t, on(rotor["reverse_thrust_loss"], 0.6)) == pytest.approx(0.4 * v if v < 0 else v)
     assert thrust_voltage(v, t, on(rotor["thrust_fade"], 0.001)) == pytest.approx((1 - 0.001 * t) * v)
@@ -271,28 +275,40 @@ def test_effect_of_position_is_zero_where_it_has_its_rest():
     assert added(s, TABLE_2._replace(pitch_gravity_coupling_pitch=1.0))["pitch"] == 0.0
 
 
-@pytest.mark.parametrize("e", [e for e in ROTORS if e.name not in ("motor_lag", "input_delay")], ids=by_id)
+@pytest.mark.parametrize("e", [e for e in OF_ROTORS if e.place not in (LAG, DELAY)], ids=by_id)
 def test_rotor_that_stands_still_gives_no_thrust(e):
     p = on(e, e.upper)
     assert motor_input(0.0, p) == 0.0 and thrust_voltage(0.0, 50.0, p) == 0.0
 
 
-@given(st.floats(-2, 2), st.floats(0, 1), st.floats(0, 1), st.floats(0.005, 1), st.floats(0, 10))
-def test_friction_of_the_opposite_rate_is_the_opposite(w, dry, breakaway, stribeck, drag):
-    assert friction(-w, dry, breakaway, stribeck, drag) == -friction(w, dry, breakaway, stribeck, drag)
+@pytest.mark.parametrize("e", DISSIPATIVE, ids=by_id)
+@given(w=st.floats(-2, 2), c=st.floats(0, 1))
+def test_friction_of_the_opposite_rate_is_the_opposite(e, w, c):
+    shapes = [shape.default for shape in e.shapes]
+    assert e.function(-w, c, *shapes) == -e.function(w, c, *shapes)
 
 
 # --- both ways of running ----------------------------------------------------------------------------------------
 
 
-def interpreted(V, start, p):
-    """What a unit does: step by step, in plain Python."""
-    state, line, states = rigid_start(start, p), DelayLine(), []
-    for k, (v_front, v_rear) in enumerate(V.tolist()):
+def interpreted(V, start, p, stepping=advance):
+    """Step by step, in plain Python."""
+    state, states = rigid_start(start, p), []
+    pairs, time = [tuple(pair) for pair in V.tolist()], [k * h for k in range(len(V))]
+    for k in range(len(V)):
         states.append(state)
-        late = line.push(v_front, v_rear, p.input_delay_rotors, h)
-        state = step(state, *late, 0.1, k * h, h, p)
+        state = stepping(state, time, pairs, k, 0.1, h, p)
     return np.array(states)
+
+
+@pytest.mark.parametrize("general", [0.0, 1.0], ids=["simplified", "general"])
+@pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
+def test_plant_made_for_its_parameters_moves_as_the_plant_that_reads_them_to_the_bit(e, general):
+    """What a unit runs once its parameters are fixed."""
+    p = (on(e, 0.2 * e.upper) if e else ALL_ON)._replace(general_model=general)
+    V = np.random.default_rng(3).uniform(-5.5, 5.5, (60, 2))
+    fixed = specialised(advance, p._asdict())
+    np.testing.assert_array_equal(interpreted(V, START, p, fixed), interpreted(V, START, p))
 
 
 @pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
@@ -303,8 +319,3 @@ def test_batch_equals_single(e, general):
     batch, _ = simulate(V, h, START, p, mass_commands=np.full(150, 0.1))
     # the bar is 1e-12; the compiler may reorder nothing, so that only functions of libm could differ
     np.testing.assert_allclose(batch, interpreted(V, START, p), rtol=0, atol=1e-12)
-
-
-def test_every_coefficient_of_the_parameter_list_belongs_to_an_effect():
-    coefficients = {row.field for row in PARAMETERS if row.symbol == "c"}
-    assert coefficients == {e.field for e in CATALOGUE}

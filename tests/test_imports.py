@@ -32,7 +32,7 @@ FILES = (
 ARRAYS = ("numpy", "numba", "scipy", "pandas", "control", "matplotlib", "statsmodels")
 PARTS_OF_THE_PLANT = tuple(
     f"heli_plant.{module}"
-    for module in ("simplified_model", "general_model", "neglected", "friction", "rotors", "bending", "ado")
+    for module in ("simplified_model", "general_model", "effects", "bending", "ado")
 )
 MATHEMATICS = tuple(
     f"math.{name}" for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt", "atan2", "log", "hypot")
@@ -164,7 +164,7 @@ def run_by_units(modules):
 
 def test_what_an_fmu_runs_needs_the_standard_library_alone():
     reached, allowed = run_by_units(PROJECT), {*sys.stdlib_module_names, *PACKAGES, "pythonfmu"}
-    assert {"heli_plant.plant", "heli_plant.neglected", "heli_plant.control"} <= reached
+    assert {"heli_plant.plant", "heli_plant.laws", "heli_plant.control"} <= reached
     for module in reached:
         tops = {top_level(node) for node in ast.walk(ast.parse(source_of(module))) if is_absolute_import(node)}
         assert tops <= allowed, f"{module} imports {tops - allowed}"

@@ -17,9 +17,9 @@ from heli_identifier.online.score import NOTHING, projection, scores
 from heli_identifier.online.signals import advance_signals, settled_signals
 from heli_identifier.online.watch import advance_watch, rate, settled_watch, watch_coefficients
 from heli_plant.effects import effect
+from heli_plant.laws import thrust_voltages
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations
-from heli_plant.rotors import thrust_voltages
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
 from tests.online_record import multisines, read, record

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from heli_plant.ado import mass_after
-from heli_plant.neglected import switched_on
+from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations, measured_angles, rigid_start, step
-from heli_plant.rotors import motor_input, thrust_voltages
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 

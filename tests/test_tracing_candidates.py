@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.tracing.prediction.record import Record
-from heli_identifier.tracing.search.candidates import candidates, moving_mass_at, shape_fields
+from heli_identifier.tracing.search.candidates import candidates, shape_fields, stepping_at
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2, checked
 from tests.simulated import drive, exact
@@ -39,7 +39,7 @@ def test_an_effect_that_is_on_is_not_offered_again():
     assert {c.effect.field for c in candidates([RECORD], on)} == {c.effect.field for c in OFFERED} - {
         "dry_friction_pitch"
     }
-    assert moving_mass_at((10.0, 20.0), on) == []
+    assert stepping_at((10.0, 20.0), on) == []
 
 
 def test_a_motor_faster_than_no_lag_at_all_is_not_offered():
@@ -48,7 +48,7 @@ def test_a_motor_faster_than_no_lag_at_all_is_not_offered():
 
 
 def test_a_mass_may_move_at_any_time_that_is_asked_for():
-    moves = moving_mass_at((10.0, 42.5), TABLE_2)
+    moves = stepping_at((10.0, 42.5), TABLE_2)
     assert [m.shapes["moving_mass_time"] for m in moves] == [10.0, 42.5]
     assert {m.effect.field for m in moves} == {"moving_mass_elevation"}
 

@@ -6,7 +6,7 @@ import pytest
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
-from heli_identifier.tracing.search.candidates import STEP_SPACING, candidates, moving_mass_at
+from heli_identifier.tracing.search.candidates import STEP_SPACING, candidates, stepping_at
 from heli_identifier.tracing.search.noise import CONTRACTION, noise_whitener
 from heli_identifier.tracing.search.scan import scan, scored
 from heli_identifier.tracing.search.steps import step_times
@@ -57,7 +57,7 @@ def test_a_step_does_not_teach_the_whitening_to_hide_it(moved, clean):
 
 def test_the_step_scores_higher_under_the_noise_proper(moved):
     fitted, colour = moved
-    moves = moving_mass_at((MOVED_AT,), fitted.parameters)
+    moves = stepping_at((MOVED_AT,), fitted.parameters)
     own = scan(fitted, moves)
     sharp = scored(fitted, colour, moves, own.raw)
     assert sharp.scores[0] > max(own.scores[0], 8.0)

@@ -10,7 +10,7 @@ from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.whitening import fit_whitener
-from heli_identifier.tracing.search.candidates import Candidate, candidates, moving_mass_at
+from heli_identifier.tracing.search.candidates import Candidate, candidates, stepping_at
 from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE
 from heli_identifier.tracing.search.scan import admissible, basis_of, extended, raw_columns, scan, scored, subset
 from heli_identifier.tracing.search.verdicts import LEAST_VISIBILITY, open_verdicts
@@ -139,7 +139,7 @@ def test_what_the_data_bound_is_not_shown_with_a_bound(clean):
 
 
 def test_further_candidates_join_as_if_all_had_been_scored_at_once(clean):
-    masses = moving_mass_at((20.0, 40.0), TABLE_2)
+    masses = stepping_at((20.0, 40.0), TABLE_2)
     more, at_once = extended(clean, masses), scan(clean.fit, [*clean.candidates, *masses])
     assert more.candidates == at_once.candidates
     assert len(more.candidates) == len(clean.candidates) + 2

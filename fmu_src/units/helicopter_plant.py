@@ -5,16 +5,18 @@ from __future__ import annotations
 from math import ceil, isfinite
 from typing import Any, ClassVar
 
+from heli_plant.delay import remember
 from heli_plant.encoders import EncoderCounts, quantise
 from heli_plant.errors import ParameterError
+from heli_plant.laws import input_delay
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
-from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.plant import arriving, measured_angles, rigid_start, step
+from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state, start_state
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, boolean_parameter, integer_parameter, real_input, real_output, real_parameter
-from .held_voltages import Held, mean_between, remember
 from .signals import ANGLE_BOUND, AXES, PAPER, RATE_BOUND, VOLTAGE_BOUND, voltage_inputs
 
 _INPUTS = (
@@ -98,6 +100,9 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
             self.parameters = checked(PlantParameters(**{row.field: values[at[row.name]] for row in PARAMETERS}))
         except ParameterError as problem:
             raise Refusal(str(problem)) from problem
+        known = self.parameters._asdict()  # fixed from here on: what is off leaves the step
+        self.step, self.arriving = specialised(step, known), specialised(arriving, known)
+        self.delay = input_delay(self.parameters)
         self.inner_step = values[at["solver.step"]]
         pitch, elevation, travel = (values[at[f"initial.{axis}"]] for axis in AXES)
         pitch_rate, elevation_rate, travel_rate = (values[at[f"initial.{axis}_rate"]] for axis in AXES)
@@ -107,29 +112,30 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         self.state: PlantState = rigid_start(first, self.parameters)
         enabled = values[at["encoder.enabled"]]
         self.counts = tuple(values[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)
-        self.history: Held = []
+        self.since: list[float] = []
+        self.held: list[tuple[float, float]] = []
         self._publish()
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
         p, state = self.parameters, self.state
         v_front, v_rear, command = self.values[:3]  # the first three of ``variables``
-        delay, history = p.input_delay_rotors, self.history
+        delay, since, held, step = self.delay, self.since, self.held, self.step
         if delay > 0.0:
-            history = remember(history, time, v_front, v_rear, delay)
+            since, held = remember(since, held, time, v_front, v_rear, delay)
         steps = max(ceil(step_size / self.inner_step - 1e-9), 1)
         h = step_size / steps
         record_time = time - self.start_time
         try:
             for k in range(steps):
                 if delay > 0.0:
-                    v_front, v_rear = mean_between(history, time + k * h - delay, time + (k + 1) * h - delay)
+                    v_front, v_rear = self.arriving(since, held, len(since) - 1, time + k * h, h, p)
                 state = step(state, v_front, v_rear, command, record_time + k * h, h, p)
         except (ValueError, OverflowError):  # the sine of an infinite angle
             state = state._replace(pitch=float("nan"))
         if not isfinite(sum(state)):
             raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.state}")
-        self.state, self.history = state, history
+        self.state, self.since, self.held = state, since, held
         self._publish()
 
     def _publish(self) -> None:
@@ -147,10 +153,10 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
 
     def freeze(self) -> Any:
         """State and delayed voltages; everything else follows from the parameters."""
-        return [list(self.state), [list(row) for row in self.history]]
+        return [list(self.state), list(self.since), [list(pair) for pair in self.held]]
 
     def thaw(self, frozen: Any) -> None:
         """Take them back."""
-        state, history = frozen
-        self.state = PlantState(*state)
-        self.history = [(since, v_front, v_rear) for since, v_front, v_rear in history]
+        state, since, held = frozen
+        self.state, self.since = PlantState(*state), list(since)
+        self.held = [(v_front, v_rear) for v_front, v_rear in held]

@@ -28,7 +28,7 @@ __all__ = [
     "experiment_for",
     "fit",
     "hold_to",
-    "moving_mass_at",
+    "stepping_at",
     "run_start",
     "scan",
     "sign_notes",
@@ -45,7 +45,7 @@ from .prediction.problem import Problem
 from .prediction.record import Record
 from .prediction.torque import torque_filter
 from .prediction.workers import use_threads
-from .search.candidates import candidates, moving_mass_at
+from .search.candidates import candidates, stepping_at
 from .search.experiments import experiment_for
 from .search.findings import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, CatalogueVerdict, FoundEffect
 from .search.scan import Scan, scan

@@ -24,17 +24,6 @@ BINS = 32
 SHOWN_ON = {"rotors": "elevation"}
 """Axis on which an effect of the rotors is drawn."""
 
-VARIABLE = {
-    "dry_friction": "rate", "breakaway_friction": "rate", "quadratic_drag": "rate", "airspeed_thrust_loss": "rate",
-    "cable_stiffness": "travel", "large_angle_gravity": "elevation", "pitch_gravity_coupling": "elevation",
-    "ground_effect": "elevation", "quadratic_thrust": "mu_sum", "reverse_thrust_loss": "mu_sum", "dead_zone": "mu_sum",
-    "rotor_mismatch": "mu_sum", "rotor_drag_torque": "mu_sum", "thrust_fade": "time", "moving_mass": "time",
-    "gyroscopic_coupling": "other_rate", "inertial_coupling": "other_rate", "motor_lag": "mu_rate",
-    "input_delay": "mu_rate", "constant_torque": "time",
-}  # fmt: skip
-"""What each effect is drawn against; the bending mode, which acts through no torque, is not drawn."""
-
-
 def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
     return accelerations_at(record, np.column_stack((smoothed_motion(record), smoothed_motion(record, 1))), parameters)
@@ -42,7 +31,7 @@ def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[ND
 
 def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> EffectCurve | None:
     """Draw one named effect of a model; None for the bending mode."""
-    if effect.name not in VARIABLE:
+    if effect.drawn_against is None:
         return None
     shown = SHOWN_ON.get(effect.axis, effect.axis)
     axis = AXES.index(shown)
@@ -54,7 +43,7 @@ def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> Eff
         with_effect, _ = accelerations_along(record, parameters)
         without, with_effect = as_smoothed(without, record), as_smoothed(with_effect, record)
         cut = slice(int(1.0 / record.step), -int(1.0 / record.step))
-        xs.append(_variable(record, VARIABLE[effect.name], axis, mu)[cut])
+        xs.append(_variable(record, effect.drawn_against, axis, mu)[cut])
         points.append((smoothed_motion(record, 2)[:, axis] - without[:, axis])[cut])
         laws.append((with_effect[:, axis] - without[:, axis])[cut])
     x, point, law = (np.concatenate(parts) for parts in (xs, points, laws))
@@ -64,7 +53,7 @@ def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> Eff
     spread = 1.96 * abs(error / value)
     centres = np.array([x[b].mean() for b in bins])
     drawn = np.array([law[b].mean() for b in bins])
-    name, unit = _label(VARIABLE[effect.name], axis)
+    name, unit = _label(effect.drawn_against, axis)
     return EffectCurve(
         effect.name,
         shown,

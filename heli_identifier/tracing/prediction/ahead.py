@@ -4,23 +4,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.record import Record
-from heli_plant.compiled import parameter_record
-from heli_plant.delay import arriving, whole_and_fraction
+from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, step
-from heli_plant.specialised import compiled_for
+from heli_plant.plant import advance, measured_angles
 from heli_plant.state import PlantState
 
 
-def _predict(voltages, states, starts, steps, h, p, angles):
+def _predict(time, voltages, states, starts, steps, h, p, angles):
     """Fill ``angles`` (S, 3) [rad] with the prediction ``steps`` samples after each of ``starts``."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
     for i in range(len(starts)):
         s = states[starts[i]]
         state = PlantState(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11])
         for k in range(starts[i], starts[i] + steps):
-            v_front, v_rear = arriving(voltages, k, whole, fraction)
-            state = step(state, v_front, v_rear, 0.0, k * h, h, p)
+            state = advance(state, time, voltages, k, 0.0, h, p)
         angles[i, 0], angles[i, 1], angles[i, 2] = measured_angles(state)
 
 
@@ -47,6 +43,6 @@ def predicted(
     """
     angles = np.empty((len(starts), 3))
     compiled_for(_predict, parameters)(
-        record.voltages, states, starts, steps, record.step, parameter_record(parameters), angles
+        record.time, record.voltages, states, starts, steps, record.step, parameter_record(parameters), angles
     )
     return angles

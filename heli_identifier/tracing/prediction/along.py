@@ -4,32 +4,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.record import Record
-from heli_plant.compiled import parameter_record
-from heli_plant.delay import arriving, whole_and_fraction
-from heli_plant.motor import advance
-from heli_plant.neglected import switched_on
+from heli_plant.compiled import compiled_for, parameter_record
+from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
+from heli_plant.motor import lagged
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import accelerations
-from heli_plant.rotors import motor_input, thrust_voltage
-from heli_plant.specialised import compiled_for
+from heli_plant.plant import accelerations, arriving
 
 
 def _along(time, motion, voltages, h, p, out, mu):
     """Fill ``out`` (N, 3) [rad/s^2] with accelerations at a given motion and ``mu`` (N, 2) with mu_d, mu_s [V]."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
     nu_front, nu_rear = voltages[0, 0], voltages[0, 1]
-    time_constant = p.T_m + p.motor_lag_rotors
+    time_constant = motor_time_constant(p)
     switches = switched_on(p)
     for k in range(len(time)):
-        front, rear = thrust_voltage(nu_front, time[k], p), thrust_voltage(nu_rear, time[k], p)
-        mu[k, 0], mu[k, 1] = front - rear, front + rear
+        mu_diff, mu_sum = thrust_voltages(nu_front, nu_rear, time[k], p)
+        mu[k, 0], mu[k, 1] = mu_diff, mu_sum
         m = motion[k]
         out[k, 0], out[k, 1], out[k, 2] = accelerations(
-            time[k], m[0], m[1], m[2], m[3], m[4], m[5], front - rear, front + rear, 0.0, motion[0, 2], switches, p
+            time[k], m[0], m[1], m[2], m[3], m[4], m[5], mu_diff, mu_sum, 0.0, motion[0, 2], switches, p
         )
-        v_front, v_rear = arriving(voltages, k, whole, fraction)
-        nu_front = advance(nu_front, motor_input(v_front, p), h, time_constant)
-        nu_rear = advance(nu_rear, motor_input(v_rear, p), h, time_constant)
+        v_front, v_rear = arriving(time, voltages, k, time[k], h, p)
+        nu_front = lagged(nu_front, motor_input(v_front, p), h, time_constant)
+        nu_rear = lagged(nu_rear, motor_input(v_rear, p), h, time_constant)
 
 
 def accelerations_at(
@@ -52,7 +48,6 @@ def accelerations_at(
         mu_d and mu_s [V].
     """
     out, mu = np.empty((record.samples, 3)), np.empty((record.samples, 2))
-    time = np.arange(record.samples) * record.step
     run = compiled_for(_along, parameters)
-    run(time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
+    run(record.time, motion, record.voltages, record.step, parameter_record(parameters), out, mu)
     return out, mu

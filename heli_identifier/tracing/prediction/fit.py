@@ -15,6 +15,7 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.tracing.prediction.covariance import block_covariance
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.prediction.whitening import Whitener, fit_whitener
+from heli_plant.effects import CATALOGUE, Effect, Shape
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
 BASE = ModelParameters._fields
@@ -23,7 +24,8 @@ BASE = ModelParameters._fields
 OUTDATED = 3.0
 """Sensitivities serve until a parameter has moved by more standard errors than this from where they were taken."""
 
-DIFFERENCE_STEPS = {"moving_mass_time": 0.3, "input_delay_rotors": 2e-3, "dead_zone_rotors": 5e-3}
+_PARTS: list[Effect | Shape] = [*CATALOGUE, *(shape for effect in CATALOGUE for shape in effect.shapes)]
+DIFFERENCE_STEPS = {part.field: part.difference_step for part in _PARTS if part.difference_step is not None}
 """Difference steps of parameters whose response has corners: wide enough to average over several samples."""
 
 

@@ -8,24 +8,20 @@ from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.observer import corrected, gains
 from heli_identifier.tracing.prediction.record import Record
-from heli_plant.compiled import parameter_record
-from heli_plant.delay import arriving, whole_and_fraction
+from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, step
-from heli_plant.specialised import compiled_for
+from heli_plant.plant import advance, measured_angles
 from heli_plant.state import PlantState
 
 
-def _generate(voltages, noise, start, h, p, l1, l2, angles):
+def _generate(time, voltages, noise, start, h, p, l1, l2, angles):
     """Fill ``angles`` (N, 3) [rad] of the innovations form driven by ``noise`` (N, 3) [rad]."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
     state = start
     for k in range(len(angles)):
         pitch, elevation, travel = measured_angles(state)
         e1, e2, e3 = noise[k, 0], noise[k, 1], noise[k, 2]
         angles[k, 0], angles[k, 1], angles[k, 2] = pitch + e1, elevation + e2, travel + e3
-        v_front, v_rear = arriving(voltages, k, whole, fraction)
-        state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
+        state = advance(corrected(state, e1, e2, e3, l1, l2), time, voltages, k, 0.0, h, p)
 
 
 def generated(
@@ -49,5 +45,6 @@ def generated(
     """
     angles, h = np.empty_like(record.angles), record.step
     p, on_angle_and_rate = parameter_record(parameters), gains(bandwidth, h)
-    compiled_for(_generate, parameters)(record.voltages, innovations, start, h, p, *on_angle_and_rate, angles)
+    run = compiled_for(_generate, parameters)
+    run(record.time, record.voltages, innovations, start, h, p, *on_angle_and_rate, angles)
     return Record(record.name, h, record.voltages, angles)

@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.record import Record
-from heli_plant.compiled import parameter_record
-from heli_plant.delay import arriving, whole_and_fraction
+from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, rigid_start, step
-from heli_plant.specialised import compiled_for
+from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState, start_state
 
 DAMPING = 0.7
@@ -49,9 +47,8 @@ def corrected(state, e1, e2, e3, l1, l2):
     )
 
 
-def _observe(voltages, angles, start, h, p, l1, l2, innovations, motion):
+def _observe(time, voltages, angles, start, h, p, l1, l2, innovations, motion):
     """Fill ``innovations`` (N, 3) [rad] and ``motion`` (N, 8), the predicted angles, rates and lagged voltages."""
-    whole, fraction = whole_and_fraction(p.input_delay_rotors, h)
     state = start
     for k in range(len(angles)):
         pitch, elevation, travel = measured_angles(state)
@@ -59,8 +56,7 @@ def _observe(voltages, angles, start, h, p, l1, l2, innovations, motion):
         innovations[k, 0], innovations[k, 1], innovations[k, 2] = e1, e2, e3
         for i in range(8):
             motion[k, i] = state[i]
-        v_front, v_rear = arriving(voltages, k, whole, fraction)
-        state = step(corrected(state, e1, e2, e3, l1, l2), v_front, v_rear, 0.0, k * h, h, p)
+        state = advance(corrected(state, e1, e2, e3, l1, l2), time, voltages, k, 0.0, h, p)
 
 
 def observer_start(record: Record) -> PlantState:
@@ -100,6 +96,6 @@ def observe(
     h, on_angle_and_rate = record.step, gains(bandwidth, record.step)
     p, start = parameter_record(parameters), rigid_start(start, parameters)
     run = compiled_for(_observe, parameters)
-    run(record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
+    run(record.time, record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
     out *= bandwidth * bandwidth
     return out, motion

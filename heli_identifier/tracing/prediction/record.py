@@ -37,6 +37,11 @@ class Record:
         object.__setattr__(self, "angles", read_only(self.angles))
 
     @property
+    def time(self) -> NDArray[np.float64]:
+        """Instants k h [s] of the samples, shape (N,)."""
+        return read_only(np.arange(self.samples) * self.step)
+
+    @property
     def samples(self) -> int:
         """Number of samples N."""
         return len(self.angles)

@@ -19,7 +19,7 @@ from heli_identifier.tracing.prediction.fit import Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.prediction.workers import beside
-from heli_identifier.tracing.search.candidates import KIN, candidates, companions, moving_mass_at
+from heli_identifier.tracing.search.candidates import candidates, companions, stepping_at
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
 from heli_identifier.tracing.search.scan import Scan, extended, scan, scored
@@ -79,7 +79,7 @@ def looked_at(model: Model, settings: SelectionSettings) -> Round:
     scanned = scan(model.fit, candidates(problem.records, parameters))
     colour = noise_whitener(model.fit, scanned.raw)
     times = {t for whitener in (colour, model.fit.whitener) for t in step_times(model.fit, whitener)}
-    scanned = extended(scanned, moving_mass_at(sorted(times), parameters))
+    scanned = extended(scanned, stepping_at(sorted(times), parameters))
     surrogates = largest_scores(scanned)
     threshold, hint = (quantile(surrogates, p * settings.significance) for p in (1.0, 10.0))
     return Round(model, scanned, colour, threshold, hint)
@@ -91,7 +91,7 @@ def is_material(bare: Fit, model: Model, tried: Trial, settings: SelectionSettin
         share = settings.share_beside_named
         if any(unknown.axis == axis for unknown in model.unknowns):
             share = max(share, settings.share_beside_unknown)
-        if tried.effect.name in KIN and any(e.name in KIN and e.axis == axis for e in model.effects):
+        if any(e.family == tried.effect.family and e.axis == axis for e in model.effects):
             share = max(share, settings.share_beside_kin)
         if tried.gain < share * gained(bare, model.fit, AXES.index(axis)):
             return False

@@ -12,7 +12,7 @@ from heli_identifier.tracing.search.candidates import Candidate, shape_fields
 from heli_identifier.tracing.search.model import Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import Scan, admissible
 from heli_identifier.tracing.search.settings import SelectionSettings
-from heli_plant.effects import AXES, Effect
+from heli_plant.effects import AXES, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
 
 
@@ -125,6 +125,6 @@ def smallest(fit_: Fit, effect: Effect) -> float:
 
     Below that the instant at which a log's row was taken is not known well enough.
     """
-    if effect.name in ("motor_lag", "input_delay"):
+    if effect.place in (LAG, DELAY):
         return 0.5 * min(record.step for record in fit_.problem.records)
     return 0.0

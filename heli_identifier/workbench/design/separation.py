@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heli_identifier.tracing import Problem, Scan, candidates, fit, moving_mass_at, scan
+from heli_identifier.tracing import Problem, Scan, candidates, fit, scan, stepping_at
 from heli_identifier.workbench.design.excitations import Proposal, proposals
 from heli_identifier.workbench.design.rehearsal import Room, rehearsed, rehearsed_voltages
 from heli_plant.effects import Effect
@@ -80,7 +80,7 @@ def outlook(
     fields = {effect.field for effect in effects}
     moves = [c for c in candidates((record,), off) if c.effect.field in fields]
     if any(effect.name == "moving_mass" for effect in effects):
-        moves += moving_mass_at((duration / 3.0, duration / 2.0), off)
+        moves += stepping_at((duration / 3.0, duration / 2.0), off)
     scanned = scan(here, moves)
     rows = [_rows(scanned, effect) for effect in effects]
     best = [max(own, key=lambda i: -scanned.standard_errors[i]) for own in rows]

@@ -21,7 +21,8 @@ from scipy.linalg import logm
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.workbench.linearise.operating_point import OperatingPoint
-from heli_plant.effects import AXES, CATALOGUE
+from heli_plant.effects import AXES, CATALOGUE, FRICTION
+from heli_plant.laws import motor_time_constant
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, rigid_start, step
 from heli_plant.state import PlantState
@@ -38,7 +39,7 @@ _MOVE = 1e-4
 _NOISE = 1e-6
 """Entries of A and B below this are rounding."""
 
-NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.name in ("dry_friction", "breakaway_friction"))
+NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRICTION)
 """Coefficients that a linear model leaves out."""
 
 
@@ -101,7 +102,7 @@ def linear_model(parameters: PlantParameters, point: OperatingPoint, period: flo
     ConfigurationError
         The motors have no lag: their voltages are then no states.
     """
-    if parameters.T_m + parameters.motor_lag_rotors <= 0.0:
+    if motor_time_constant(parameters) <= 0.0:
         raise ConfigurationError("motor.time_constant with its effect motor_lag is 0 s, a positive lag is needed.")
     smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
     bends = smooth.arm_bending_elevation != 0.0

@@ -10,10 +10,9 @@ import numpy as np
 from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError
-from heli_plant.neglected import switched_on
+from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, rigid_start
-from heli_plant.rotors import motor_input, thrust_voltages
 from heli_plant.state import PlantState, start_state
 
 BALANCED = 1e-9

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from heli_identifier.workbench.linearise.operating_point import OperatingPoint
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
-from heli_plant.delay import DelayLine
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, rigid_start, step
+from heli_plant.plant import advance, measured_angles, rigid_start
 
 SETTLED = 0.05
 """Share of the step within which a response counts as settled."""
@@ -72,9 +71,10 @@ def step_response(
     """
     index = AXES.index(axis)
     state = rigid_start(point.state(parameters), parameters)
-    held, line = (point.v_front, point.v_rear), DelayLine()
+    held = point.v_front, point.v_rear
     pid = _carrying(point, settings, start_pid(point.pitch, point.elevation, 0.0))
     lead, count = round(LEAD / period), round((LEAD + duration) / period)
+    time = np.arange(count, dtype=np.float64) * period
     angles, voltages = np.empty(count), np.empty((count, 2))
     for k in range(count):
         measured = measured_angles(state)
@@ -83,12 +83,10 @@ def step_response(
         if k >= lead:
             reference[index] += size
         following, wanted = pid_step(pid, *measured, (reference[0], reference[1], 0.0), period, settings)
-        arriving = line.push(*held, parameters.input_delay_rotors, period)
-        state = step(state, *arriving, 0.0, k * period, period, parameters)
+        state = advance(state, time, voltages, k, 0.0, period, parameters)
         pid, held = following, wanted
     base = (point.pitch, point.elevation)[index]
-    time = np.arange(count, dtype=np.float64) * period - LEAD
-    return StepResponse(axis, time, angles - base, voltages, size)
+    return StepResponse(axis, time - LEAD, angles - base, voltages, size)
 
 
 def _carrying(point: OperatingPoint, settings: PidSettings, pid: PidState) -> PidState:

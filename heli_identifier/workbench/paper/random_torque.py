@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_plant.compiled import parameter_record, read_only
+from heli_plant.compiled import compiled_for, parameter_record, read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
-from heli_plant.specialised import compiled_for
 from heli_plant.state import PlantState
 
 

@@ -1,0 +1,27 @@
+"""A constant torque: a cable under tension, a table out of level, a rotor mounted askew."""
+
+from .definition import SISTER_RIGS, Effect
+
+
+def law(c: float) -> float:
+    """Acceleration [rad/s^2] of an axis by a constant torque c [rad/s^2]."""
+    return c
+
+
+EFFECTS = tuple(
+    Effect(
+        name="constant_torque",
+        axis=axis,
+        function=law,
+        law="c",
+        unit="rad/s^2",
+        lower=-1.0,
+        upper=1.0,
+        source=SISTER_RIGS,
+        family="constant torque",
+        experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
+        drawn_against="time",
+        watchable=True,
+    )
+    for axis in ("pitch", "travel")
+)

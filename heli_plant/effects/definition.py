@@ -1,0 +1,144 @@
+"""What a file of this folder says of its effect.
+
+A law is a function of plain floats with a docstring and one ``return``. Its arguments are ``c``, the names of the
+effect's shapes, names of :data:`VOCABULARY`, symbols of the simplified model's parameters (``a_e``, ``theta0``, ...)
+and ``horizontal_offset``.
+
+What a law returns depends on its place. ACCELERATION [rad/s^2]: it is added to the axis. VOLTAGE, THRUST, LAG, DELAY:
+it takes the place of the argument ``voltage``, ``nu``, ``time_constant``, ``delay``. BENDING [rad/s^2]: it accelerates
+the bending mode.
+
+A published law writes the symbols of the vocabulary and of the shapes, a product without a sign between the factors,
+``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+AXES = ("pitch", "elevation", "travel")
+ROTORS = "rotors"
+
+ACCELERATION, VOLTAGE, THRUST, LAG, DELAY, BENDING = "acceleration", "voltage", "thrust", "lag", "delay", "bending"
+"""Places at which a law enters the plant."""
+
+VOCABULARY = {
+    "time": ("t", "s", "since the record began"),
+    "pitch": ("theta", "rad", "angle of the pitch"),
+    "elevation": ("eps", "rad", "angle of the elevation, as its encoder counts it"),
+    "travel": ("lambda", "rad", "angle of the travel"),
+    "horizontal_elevation": ("eps_h", "rad", "elevation from the horizontal arm, eps + eps_0"),
+    "travel_rest": ("lambda(0)", "rad", "travel at the record's start"),
+    "pitch_rate": ("theta'", "rad/s", "rate of the pitch"),
+    "elevation_rate": ("eps'", "rad/s", "rate of the elevation"),
+    "travel_rate": ("lambda'", "rad/s", "rate of the travel"),
+    "rate": ("w", "rad/s", "rate of the axis that the effect acts on"),
+    "mu_sum": ("mu_s", "V", "sum of the rotors' thrust voltages"),
+    "mu_diff": ("mu_d", "V", "difference of the rotors' thrust voltages, front less rear"),
+    "voltage": ("v", "V", "one rotor's voltage between saturation and motor lag, at the place VOLTAGE"),
+    "nu": ("nu", "V", "one rotor's voltage behind the motor lag, at the place THRUST"),
+    "time_constant": ("T_m", "s", "time constant of the motors, at the place LAG"),
+    "delay": ("tau", "s", "delay of the voltages, at the place DELAY"),
+    "bending": ("q", "rad", "deflection of the arm's bending mode, at the place BENDING"),
+    "bending_rate": ("q'", "rad/s", "its rate"),
+}
+"""What the argument of a law may be called: its symbol in the published law, unit and meaning."""
+
+GRID, STEP_TIMES, LOWEST_ELEVATION = "grid", "step times", "lowest elevation"
+"""Where a search takes a shape's first values from: its grid; the times at which a step of the axis's torque would
+explain most; the lowest elevation in the logs."""
+
+FRICTION = "friction of a bearing"
+"""Family of the laws that a linear model leaves out: their slope at rest is that of the smoothing."""
+
+PAPER_NEGLECTS = "paper, section 2.3 (neglected)"
+SISTER_RIGS = "reports on sister rigs"
+THRUST_MAP = "LAAS report 18040, thrust map"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A parameter of a law beside its coefficient.
+
+    ``field`` names it in :class:`heli_plant.parameters.PlantParameters`, ``symbol`` in the published law. A search
+    starts from the values of ``grid`` (the default if it is empty), or from what ``start`` says. ``estimated``: a fit
+    estimates it beside the coefficient; else it is given. ``difference_step`` is the width of its numerical derivative
+    where the response has corners.
+    """
+
+    name: str
+    field: str
+    symbol: str
+    unit: str
+    default: float
+    lower: float
+    upper: float
+    description: str
+    grid: tuple[float, ...] = ()
+    start: str = GRID
+    estimated: bool = True
+    difference_step: float | None = None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect on one axis, or on the rotors.
+
+    Attributes
+    ----------
+    name, axis : str
+        The contract: they stand in parameter sets, FMU variables and reports.
+    function : callable
+        The law, of arguments of the vocabulary.
+    law : str
+        The same as it is published.
+    unit : str
+        Of the coefficient c.
+    lower, upper : float
+        Bounds of c: what is physically plausible, the sign rule among them.
+    source, family, experiment : str
+        Where the law comes from; the mechanism that it is a law of; what to measure to see it.
+    drawn_against : str or None
+        Variable of its curve: "rate", "other_rate" (of the axis that it couples with), "pitch", "elevation", "travel",
+        "mu_sum", "mu_rate", "time"; None if it acts through no torque.
+    place : str
+    shapes : tuple of Shape
+    grid : tuple of float
+        Coefficients that a search starts from where the law is not linear in c.
+    watchable : bool
+        Whether the on-line identifier can watch it: its signal follows from the motion at one instant.
+    share_of_lift : bool
+        Whether c is a share of the axis's lift, so that a regression finds c times the axis's gain.
+    coupled : bool
+        Whether the effect is expected on its other axes once it is found on one.
+    difference_step : float or None
+        Width of the numerical derivative by c where the response has corners.
+    """
+
+    name: str
+    axis: str
+    function: Callable[..., float]
+    law: str
+    unit: str
+    lower: float
+    upper: float
+    source: str
+    family: str
+    experiment: str
+    drawn_against: str | None
+    place: str = ACCELERATION
+    shapes: tuple[Shape, ...] = ()
+    grid: tuple[float, ...] = ()
+    watchable: bool = False
+    share_of_lift: bool = False
+    coupled: bool = False
+    difference_step: float | None = None
+
+    @property
+    def field(self) -> str:
+        """Name of the coefficient in :class:`heli_plant.parameters.PlantParameters`."""
+        return f"{self.name}_{self.axis}"
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes whose motion it changes."""
+        return AXES if self.axis == ROTORS else (self.axis,)

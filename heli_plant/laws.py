@@ -1,0 +1,148 @@
+"""The laws of the catalogue put together: for each place one function of what enters there.
+
+    added_pitch(time, pitch, ..., p)        sum of the laws at the place ACCELERATION of an axis [rad/s^2]
+    motor_input(voltage, p)                 saturation, then the laws at VOLTAGE, one after the other [V]
+    thrust_voltage(nu, time, p)             the laws at THRUST, one after the other [V]
+    motor_time_constant(p)                  T_m, then the laws at LAG [s]
+    input_delay(p)                          the laws at DELAY [s]
+    bending_acceleration(...)               sum of the laws at BENDING [rad/s^2]
+
+No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
+behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
+``switched_on`` answers once for a step whether an axis has any effect at all.
+"""
+
+import ast
+import math
+from collections.abc import Iterable
+from types import FunctionType
+
+from .effects import ACCELERATION, AXES, BENDING, DELAY, LAG, THRUST, VOLTAGE, Effect, at
+from .errors import PlantError
+from .motor import saturate
+from .syntax import definition_of, made
+
+_MOTION = (
+    "time", "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "mu_sum", "mu_diff",
+    "travel_rest",
+)  # fmt: skip
+"""Arguments of the sums on the axes, from the laws' vocabulary (:mod:`heli_plant.effects.definition`)."""
+
+_DERIVED = {"horizontal_elevation": "elevation + p.horizontal_offset"}
+"""Arguments of the vocabulary that follow from others."""
+
+
+class _Expression(ast.NodeTransformer):
+    """A law's expression with its arguments put in place, and the constants of its module as numbers."""
+
+    def __init__(self, entry: Effect, given: tuple[str, ...]):
+        self.arguments = {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate", **_DERIVED}
+        self.arguments |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
+        self.arguments |= {name: name for name in given}
+        self.names = entry.function.__globals__
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self.wanted:
+            return ast.parse(self.arguments.get(node.id, f"p.{node.id}"), mode="eval").body
+        if isinstance(self.names.get(node.id), float):
+            return ast.Constant(self.names[node.id])
+        return node
+
+    def of(self, function: FunctionType) -> str:
+        definition = definition_of(function)
+        self.wanted = {argument.arg for argument in definition.args.args}
+        statement = definition.body[0]
+        if not isinstance(statement, ast.Return) or statement.value is None:
+            raise PlantError(f"{function.__module__}.{function.__name__}: a law is a docstring and one return")
+        return ast.unparse(self.visit(statement.value))
+
+
+def _expression(entry: Effect, given: tuple[str, ...]) -> str:
+    return _Expression(entry, given).of(entry.function)  # type: ignore[arg-type]
+
+
+def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: str) -> FunctionType:
+    """Make a function of ``p`` and other arguments from its lines."""
+    text = "\n    ".join((f"def {name}({', '.join((*arguments, 'p'))}):", *lines))
+    definition = ast.parse(text).body[0]
+    assert isinstance(definition, ast.FunctionDef)
+    function = made(definition, {**vars(math), "saturate": saturate, "__name__": __name__})
+    function.__doc__ = doc
+    return function
+
+
+def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str) -> FunctionType:
+    """Make a function that adds the laws of ``entries`` that are on."""
+    lines = ["total = 0.0"]
+    for entry in entries:
+        lines.append(f"if p.{entry.field} != 0.0: total = total + ({_expression(entry, arguments)})")
+    return _function(name, arguments, (*lines, "return total"), doc)
+
+
+def _chain(name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str) -> FunctionType:
+    """Make a function that passes a value, at first ``first``, through the laws that are on."""
+    value = first.partition(" ")[0]
+    lines = [first] if first != value else []
+    for entry in entries:
+        lines.append(f"if p.{entry.field} != 0.0: {value} = {_expression(entry, (*arguments, value))}")
+    return _function(name, arguments, (*lines, f"return {value}"), doc)
+
+
+def _any_on(entries: tuple[Effect, ...]) -> str:
+    return " or ".join(f"p.{entry.field} != 0.0" for entry in entries) or "False"
+
+
+added_pitch, added_elevation, added_travel = (
+    _sum(
+        f"added_{axis}",
+        at(ACCELERATION, axis),
+        _MOTION,
+        f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on.",
+    )
+    for axis in AXES
+)
+switched_on = _function(
+    "switched_on",
+    (),
+    [f"return {', '.join(_any_on(at(ACCELERATION, axis)) for axis in AXES)}"],
+    "Return for pitch, elevation and travel whether any of the effects that accelerate it is on.",
+)
+motor_input = _chain(
+    "motor_input",
+    "voltage = saturate(voltage, p.v_max)",
+    at(VOLTAGE),
+    ("voltage",),
+    "Return the voltage [V] that drives the lag of eq. (9) under an applied ``voltage`` [V].",
+)
+thrust_voltage = _chain(
+    "thrust_voltage",
+    "nu",
+    at(THRUST),
+    ("nu", "time"),
+    "Return the thrust-equivalent voltage [V] of a lagged voltage ``nu`` [V] at ``time`` [s].",
+)
+motor_time_constant = _chain(
+    "motor_time_constant",
+    "time_constant = p.T_m",
+    at(LAG),
+    (),
+    "Return the time constant [s] of the motors with the effects that are on.",
+)
+input_delay = _chain(
+    "input_delay", "delay = 0.0", at(DELAY), (), "Return the time [s] that a voltage takes to the motors."
+)
+bending_acceleration = _sum(
+    "bending_acceleration",
+    at(BENDING, "elevation"),
+    ("bending", "bending_rate", "mu_sum"),
+    "Return the acceleration q'' [rad/s^2] of the bending mode at q [rad], q' [rad/s] and mu_s [V].",
+)
+bends = _function(
+    "bends", (), [f"return {_any_on(at(BENDING, 'elevation'))}"], "Return whether the arm's bending mode is on."
+)
+
+
+def thrust_voltages(nu_front, nu_rear, time, p):
+    """Return (mu_d, mu_s) [V], difference and sum of the rotors' thrust-equivalent voltages at ``time`` [s]."""
+    front, rear = thrust_voltage(nu_front, time, p), thrust_voltage(nu_rear, time, p)
+    return front - rear, front + rear
