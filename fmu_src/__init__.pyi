@@ -1,7 +1,7 @@
 from .builder import UNITS, build, build_all, unit_class
 from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
 from .units.signals import AXES
-from .variables import Value, Variable, nearest, problem_with
+from .variables import Value, Variable, problem_with
 from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Connection, Scenario, scenario
 
 __all__ = [
@@ -22,7 +22,6 @@ __all__ = [
     "WiringError",
     "build",
     "build_all",
-    "nearest",
     "problem_with",
     "scenario",
     "unit_class",

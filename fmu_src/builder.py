@@ -14,6 +14,9 @@ from importlib.metadata import distribution
 from pathlib import Path
 from uuid import UUID, uuid5
 
+from heli_identifier.files import write_atomically
+from heli_plant.errors import did_you_mean
+
 from .errors import BuildError, WiringError
 from .packaging import (
     content_hash,
@@ -23,13 +26,12 @@ from .packaging import (
     needed_sources,
     renamed,
     slave_script,
-    write_atomically,
     xml_text,
     zip_bytes,
 )
 from .slave_base import SlaveBase
 from .value_table import TYPES
-from .variables import Value, nearest, problem_with
+from .variables import Value, problem_with
 from .wiring import Scenario
 
 UNITS: dict[str, str] = {
@@ -54,7 +56,7 @@ def unit_class(name: str) -> type[SlaveBase]:
         No unit has this name.
     """
     if name not in UNITS:
-        raise BuildError(f"no unit is called {name!r}{nearest(name, tuple(UNITS))}; there are {', '.join(UNITS)}")
+        raise BuildError(f"no unit is called {name!r}{did_you_mean(name, tuple(UNITS))}; there are {', '.join(UNITS)}")
     return getattr(import_module(UNITS[name]), name)
 
 
@@ -70,7 +72,7 @@ def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value])
     values: dict[str, Value] = {}
     for name, value in parameters.items():
         if name not in known:
-            raise BuildError(f"{unit.__name__} has no parameter {name!r}{nearest(name, tuple(known))}")
+            raise BuildError(f"{unit.__name__} has no parameter {name!r}{did_you_mean(name, tuple(known))}")
         problem = problem_with(known[name], value)
         if problem is not None:
             raise BuildError(problem)

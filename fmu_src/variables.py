@@ -94,11 +94,3 @@ def problem_with(variable: Variable, value: object) -> str | None:
     elif variable.type == "String" and not isinstance(value, str):
         return f"{variable.name} = {value!r} must be text"
     return None
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """Return '; did you mean ...?' with the closest known name, or an empty string if none is close."""
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, known, n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""

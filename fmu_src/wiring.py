@@ -22,9 +22,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 
+from heli_plant.errors import did_you_mean
+
 from .errors import WiringError
 from .units.signals import AXES
-from .variables import Value, nearest
+from .variables import Value
 
 VOLTAGES = ("v_front", "v_rear")
 
@@ -91,7 +93,7 @@ class Scenario:
             unit, _, name = full.partition(".")
             if unit not in by_unit:
                 raise WiringError(
-                    f"parameter {full!r}: scenario {self.name} has no unit {unit!r}{nearest(unit, names)}; "
+                    f"parameter {full!r}: scenario {self.name} has no unit {unit!r}{did_you_mean(unit, names)}; "
                     f"its units are {', '.join(names)}"
                 )
             by_unit[unit][name] = value
@@ -166,7 +168,7 @@ def scenario(name: str | Scenario) -> Scenario:
         return name
     if name not in SCENARIOS:
         there = ", ".join(SCENARIOS)
-        raise WiringError(f"no scenario is called {name!r}{nearest(name, tuple(SCENARIOS))}; there are {there}")
+        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {there}")
     return SCENARIOS[name]
 
 

@@ -7,7 +7,6 @@ import pytest
 
 from fmu_src import BuildError, MasterError, Scenario, WiringError
 from fmu_src.master import Result, run_apart
-from fmu_src.units.held_voltages import mean_between, remember
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_plant.control import PidSettings, pid_step, start_pid
@@ -162,17 +161,6 @@ def test_a_long_communication_step_keeps_the_inner_step(fmus, log):
     _, angles = simulate(stretched, H, rest_state(TABLE_2), TABLE_2)
     # inner steps are H/3: t + .03/3 is .01 to one rounding error
     assert np.abs(seen.columns(*ANGLES) - angles[::3]).max() < 1e-10
-
-
-def test_a_held_voltages_mean_is_exact_for_uneven_steps():
-    history = []
-    for time, front in ((0.0, 1.0), (0.01, 2.0), (0.04, 4.0)):
-        history = remember(history, time, front, -front, reach=0.1)
-    # over [-.01, .05]: .02 s of 1 (held before the record as well), .03 s of 2, .01 s of 4
-    front, rear = mean_between(history, -0.01, 0.05)
-    assert front == pytest.approx((0.02 * 1.0 + 0.03 * 2.0 + 0.01 * 4.0) / 0.06, rel=1e-14)
-    assert rear == -front
-    assert remember(history, 0.2, 0.0, 0.0, reach=0.1)[0][0] == 0.04  # older rows ended before .1 s
 
 
 def test_results_read_back_from_csv_to_the_bit(open_loop, tmp_path):

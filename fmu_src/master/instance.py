@@ -27,8 +27,10 @@ from fmpy.fmi2 import (
 from fmpy.logging import addLoggerProxy
 from numpy.typing import NDArray
 
+from heli_plant.errors import did_you_mean
+
 from ..errors import MasterError
-from ..variables import Value, nearest
+from ..variables import Value
 from .tape import Call, Clock
 from .unit_log import UnitLog
 
@@ -121,7 +123,7 @@ class Instance:
             The unit has no such variable.
         """
         if name not in self.variables:
-            raise MasterError(f"unit {self.name} has no variable {name!r}{nearest(name, tuple(self.variables))}")
+            raise MasterError(f"unit {self.name} has no variable {name!r}{did_you_mean(name, tuple(self.variables))}")
         return self.variables[name]
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_plant.errors import did_you_mean
+
 from ..errors import WiringError
-from ..variables import nearest
 from ..wiring import Scenario
 
 
@@ -53,7 +54,7 @@ def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Col
     feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
     for name in (*feeding, *(record or ())):
         if name not in every:
-            raise WiringError(f"scenario {wiring.name} has no output {name!r}{nearest(name, every)}")
+            raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
     wanted = set(every) if record is None else {*record, *feeding}
     names = tuple(name for name in every if name in wanted)
     place = {name: index for index, name in enumerate(names)}

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.files import write_atomically
+from heli_plant.errors import did_you_mean
+
 from ..errors import WiringError
-from ..packaging import write_atomically
-from ..variables import nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Result:
             No output has this name.
         """
         if name not in self.names:
-            raise WiringError(f"the run has no output {name!r}{nearest(name, self.names)}")
+            raise WiringError(f"the run has no output {name!r}{did_you_mean(name, self.names)}")
         return self.values[:, self.names.index(name)]
 
     def columns(self, *names: str) -> NDArray[np.float64]:

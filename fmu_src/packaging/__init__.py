@@ -1,6 +1,6 @@
 """The parts of an FMU's zip: vendored sources, model description, documentation, icon."""
 
-from .archive import write_atomically, zip_bytes
+from .archive import zip_bytes
 from .documentation import index_html
 from .icon import icon
 from .model_description import AUTHOR, DATE, LICENSE, model_description, value_text, xml_text
@@ -21,7 +21,6 @@ __all__ = [
     "slave_script",
     "unit_definitions",
     "value_text",
-    "write_atomically",
     "xml_text",
     "zip_bytes",
 ]

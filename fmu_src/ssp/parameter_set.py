@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
+from heli_identifier.files import write_atomically
+
 from ..builder import checked_start_values, unit_class
 from ..errors import BuildError
-from ..packaging import value_text, write_atomically, xml_text
+from ..packaging import value_text, xml_text
 from ..slave_base import SlaveBase
 from ..variables import Value
 from .namespaces import NAMESPACES, child, tag, units

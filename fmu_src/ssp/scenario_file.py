@@ -12,8 +12,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from xml.etree.ElementTree import Element
 
+from heli_identifier.files import write_atomically
+
 from ..builder import scenario_fmus, unit_class
-from ..packaging import AUTHOR, DATE, LICENSE, write_atomically, xml_text, zip_bytes
+from ..packaging import AUTHOR, DATE, LICENSE, xml_text, zip_bytes
 from ..variables import Value
 from ..wiring import Scenario, scenario
 from .namespaces import child, tag, units

@@ -12,7 +12,7 @@ from .format import CONTRACT, LogFormat
 from .log import Log, log_from_samples
 from .reading import read_log
 from .template import write_template
-from .writing import write_log, write_whole
+from .writing import write_log
 
 __all__ = [
     "CONFIGURATION_NAME",
@@ -33,5 +33,4 @@ __all__ = [
     "read_logs",
     "write_log",
     "write_template",
-    "write_whole",
 ]

@@ -8,6 +8,7 @@ from math import isfinite
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError
+from heli_plant.errors import did_you_mean
 
 Value = float | str
 
@@ -33,11 +34,11 @@ def unit_value(unit: str, name: str, text: str, said: str) -> Value:
     ConfigurationError
         The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
     """
-    from fmu_src import nearest, problem_with, unit_class
+    from fmu_src import problem_with, unit_class
 
     known = {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
     if name not in known:
-        raise ConfigurationError(f"--set {said}: the {unit} has no parameter {name!r}{nearest(name, tuple(known))}")
+        raise ConfigurationError(f"--set {said}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
     variable = known[name]._replace(name=said)
     value = text if variable.type == "String" else number_or_text(text)
     if _is_other_type(variable.type, value):
