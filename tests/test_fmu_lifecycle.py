@@ -1,4 +1,4 @@
-"""What every unit must bear from a host: each test runs the real binary in a process of its own."""
+"""Every unit under a real host: each test runs the real binary in a process of its own."""
 
 import json
 import os

@@ -81,7 +81,7 @@ def test_outputs_are_right_at_the_start_time_and_follow_a_parameter_set_in_initi
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 10.5])
-def test_a_bad_input_is_named_with_value_and_bound_and_steps_are_refused_until_it_is_mended(unit, bad):
+def test_a_bad_input_is_named_with_value_and_bound_and_steps_are_refused_until_it_is_corrected(unit, bad):
     unit.set_real([U], [1.0])
     assert unit.do_step(0.0, 0.1)
     unit.set_real([U], [bad])
