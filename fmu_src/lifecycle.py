@@ -3,8 +3,8 @@
 A unit is instantiated, initialising, stepping, terminated. Parameters may be set up to the end of the initialisation;
 outputs are right from the start time on, also while the unit is initialising.
 
-A unit class gives its ``variables`` and four methods: ``initialise``, ``advance``, ``freeze`` and ``thaw``. Its
-``values`` lie in one flat list by value reference (:mod:`fmu_src.value_table`).
+A unit class gives its ``variables``, the methods ``initialise`` and ``advance``, and, if it has a hidden state,
+``freeze`` and ``thaw``. Its ``values`` lie in one flat list by value reference (:mod:`fmu_src.value_table`).
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ class Lifecycle:
 
     def freeze(self) -> Any:
         """Return the hidden state as a copy made of lists, numbers, texts and None."""
+        return None
 
     def thaw(self, frozen: Any) -> None:
         """Restore what :meth:`freeze` returned; parameters and outputs are restored by :meth:`restore`."""

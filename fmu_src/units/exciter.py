@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_excitation, voltages
@@ -33,7 +33,7 @@ _PARAMETERS = (
 
 
 class Exciter(SlaveBase):
-    """Both voltages as a function of the time since the start."""
+    """Both voltages as a function of the time since the start; there is no hidden state."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *(
@@ -85,10 +85,3 @@ log-spaced on the harmonics of one period, with the random phases of least crest
 
     def _show(self, time: float) -> None:
         self.values[:2] = voltages(time, self.excitation)  # the first two of ``variables``
-
-    def freeze(self) -> Any:
-        """No hidden state: the voltages depend on the time only."""
-        return None
-
-    def thaw(self, frozen: Any) -> None:
-        """No hidden state."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -18,7 +18,10 @@ _DEPENDS = ("log.path", "log.start")
 
 
 class LogPlayer(SlaveBase):
-    """Shows at each time the log's latest row up to that time; after the end, the last row."""
+    """Shows at each time the log's latest row up to that time; after the end, the last row.
+
+    There is no hidden state: the outputs depend on the parameters and the time only.
+    """
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *(variable._replace(initial_dependencies=_DEPENDS) for variable in voltage_outputs()),
@@ -57,10 +60,3 @@ and steps are refused.</p>"""
         since_first = time - self.start_time + self.values[self.references["log.start"]]
         index = bisect_right(self.recording.times, since_first + _EARLY) - 1
         self.values[:5] = self.recording.rows[max(index, 0)]  # the first five of ``variables``
-
-    def freeze(self) -> Any:
-        """No hidden state: the outputs depend on the parameters and the time only."""
-        return None
-
-    def thaw(self, frozen: Any) -> None:
-        """No hidden state."""
