@@ -21,7 +21,7 @@ def unit_value(unit: str, name: str, text: str, said: str) -> Value:
     Parameters
     ----------
     unit : str
-        A key of :data:`fmu_src.builder.UNITS`.
+        A key of :data:`fmu_src.UNITS`.
     name : str
         Structured name of the parameter.
     text : str
@@ -34,8 +34,7 @@ def unit_value(unit: str, name: str, text: str, said: str) -> Value:
     ConfigurationError
         The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
     """
-    from fmu_src.builder import unit_class
-    from fmu_src.variables import problem_with
+    from fmu_src import problem_with, unit_class
 
     known = {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
     if name not in known:
@@ -68,7 +67,7 @@ def number_or_text(text: str) -> Value:
 
 
 def _wanted(variable: Any) -> str:
-    """Say what a parameter (a :class:`fmu_src.variables.Variable`) takes: type, bounds and unit, where it has any."""
+    """Say what a parameter (a :class:`fmu_src.Variable`) takes: type, bounds and unit, where it has any."""
     parts = [_WANTED[variable.type]]
     if variable.minimum is not None and variable.maximum is not None:
         parts.append(f"in [{variable.minimum:.6g}, {variable.maximum:.6g}]")

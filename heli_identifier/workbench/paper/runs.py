@@ -23,8 +23,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
 
 if TYPE_CHECKING:
-    from fmu_src.variables import Value
-    from fmu_src.wiring import Scenario
+    from fmu_src import Scenario, Value
 
 STEP = 0.01
 """Control and communication period [s]."""
@@ -90,7 +89,7 @@ class Run:
 
 def _scenario(kind: Kind) -> "Scenario":
     """Open-loop identification with the identifiers of ``kind`` beside each other."""
-    from fmu_src.wiring import OPEN_LOOP, Connection, Scenario
+    from fmu_src import OPEN_LOOP, Connection, Scenario
 
     shared = [wire for wire in OPEN_LOOP.connections if wire.target_unit != "identifier"]
     heard = [wire for wire in OPEN_LOOP.connections if wire.target_unit == "identifier"]
@@ -130,7 +129,7 @@ def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be built or stepped.
     """
     from fmu_src.master import run_apart
@@ -166,7 +165,7 @@ def run_all(
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         Of the first run that fails; the others are not begun.
     """
     listed = list(jobs)
