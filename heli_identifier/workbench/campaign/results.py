@@ -4,13 +4,14 @@ A file appears whole or not at all, and a rig has the same file name however oft
 killed campaign therefore leaves neither half a row nor two rows of one rig.
 """
 
-import os
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import write_atomically
 from heli_identifier.tracing import BASE
 from heli_identifier.workbench.campaign.row import STAGES, Row, error_column
 from heli_plant.effects import AXES
@@ -121,16 +122,12 @@ def write_table(content: "pyarrow.Table", path: Path) -> Path:
     """
     import pyarrow.parquet as pq
 
-    # In the same folder, as only there a rename is one step; the process id keeps two writers apart.
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    buffer = io.BytesIO()
+    pq.write_table(content, buffer, compression="zstd")
     try:
-        pq.write_table(content, draft, compression="zstd")
-        draft.replace(path)
+        return write_atomically(path, buffer.getvalue())
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be written: {error}.") from error
-    finally:
-        draft.unlink(missing_ok=True)
-    return path
 
 
 def _struct(fields: dict) -> "pyarrow.DataType":

@@ -32,7 +32,8 @@ def check(
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger.
     """
-    from heli_identifier.records import read_logs, write_whole
+    from heli_identifier.files import write_atomically
+    from heli_identifier.records import read_logs
     from heli_identifier.tracing import hold_to
     from heli_identifier.workbench.commands.logs import found_configuration, say_notes
     from heli_identifier.workbench.commands.parameter_file import parameter_set
@@ -45,7 +46,7 @@ def check(
     say_notes(recorded)
     outcomes = hold_to(expected.plant(), expected.limits(factor), recorded)
     if junit is not None:
-        write_whole(junit, junit_text("heli check", outcomes))
+        write_atomically(junit, junit_text("heli check", outcomes))
     passed = all(outcome.passed for outcome in outcomes)
     if json:
         print_json(

@@ -21,8 +21,8 @@ def demo(
     from multiprocessing import get_context
     from time import perf_counter
 
-    from fmu_src.builder import UNITS
-    from fmu_src.builder import build as build_unit
+    from fmu_src import UNITS
+    from fmu_src import build as build_unit
     from heli_identifier.workbench.commands.terminal import progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
 

@@ -71,7 +71,7 @@ def in_scenario(
     ConfigurationError, WiringError
         The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
-    from fmu_src.wiring import scenario as wiring
+    from fmu_src import scenario as wiring
 
     values: dict[str, Value] = {}
     units = dict(wiring(scenario).units)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.records import write_whole
+from heli_identifier.files import write_atomically
 from heli_identifier.workbench.design.rehearsal import STEP, rehearsed_voltages
 from heli_identifier.workbench.design.separation import Outlook
 from heli_plant.effects import Effect
@@ -79,4 +79,4 @@ def write_voltages(outlook: Outlook, path: Path) -> None:
     time = np.arange(len(signal)) * STEP
     lines = ["time [s],v_front [V],v_rear [V]"]
     lines += [f"{t:.2f},{front:.5f},{rear:.5f}" for t, (front, rear) in zip(time, signal, strict=True)]
-    write_whole(path, "\n".join(lines) + "\n")
+    write_atomically(path, "\n".join(lines) + "\n")
