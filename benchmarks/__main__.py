@@ -12,7 +12,7 @@ from time import perf_counter
 
 from benchmarks.machine import load
 from benchmarks.page import BENCHMARKS, assembled
-from heli_identifier.records import write_whole
+from heli_identifier.files import write_atomically
 
 MODULES = {
     "commands": "benchmarks.commands",
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str]) -> None:
         measure: Callable[[float], str] = import_module(MODULES[name]).section
         text = f"{measure(busy)}\n\n`python -m benchmarks {name}`"
         page = BENCHMARKS.read_text(encoding="utf-8") if BENCHMARKS.exists() else ""
-        write_whole(BENCHMARKS, assembled(HEAD, tuple(MODULES), page, {name: text}))
+        write_atomically(BENCHMARKS, assembled(HEAD, tuple(MODULES), page, {name: text}))
         print(f"{name}: {perf_counter() - began:.0f} s, written to {BENCHMARKS.name}", file=sys.stderr, flush=True)
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from heli_identifier.records import write_whole
+from heli_identifier.files import write_atomically
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "results.md"
@@ -22,7 +22,7 @@ def write_section(page: Path, name: str, section: str) -> None:
     before, begin, rest = text.partition(first)
     _, end, after = rest.partition(last)
     own = marked(name, section)
-    write_whole(page, f"{before}{own}{after}" if begin and end else f"{text.rstrip()}\n\n{own}\n")
+    write_atomically(page, f"{before}{own}{after}" if begin and end else f"{text.rstrip()}\n\n{own}\n")
 
 
 def marked(name: str, section: str) -> str:

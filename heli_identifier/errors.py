@@ -1,10 +1,13 @@
-"""What can go wrong in identification, as one root with a few leaves.
+"""Errors of identification: one root with two leaves, and the checks of ranges that raise them.
 
-Each message is one sentence for the person at the rig: which file or value, where, what it is, what bound
-it breaks and what to do. The command line prints an `IdentifierError` as it stands and exits with 2.
+A message is one sentence for the person at the rig: which file or setting, where, its value, the bound that it breaks,
+and what to do. The command line prints an `IdentifierError` as it stands and exits with 2.
 """
 
 from math import inf, isfinite
+
+HELI_TOML = "heli.toml (written by `heli init`)"
+"""The configuration of a rig, as messages name it."""
 
 
 class IdentifierError(Exception):
@@ -16,7 +19,7 @@ class LogError(IdentifierError):
 
 
 class ConfigurationError(IdentifierError):
-    """A rig's configuration says something that is unknown, of the wrong type or out of bounds."""
+    """A setting is unknown, of the wrong type or out of bounds."""
 
 
 def require_range(name: str, value: float, unit: str, lower: float = -inf, upper: float = inf) -> float:

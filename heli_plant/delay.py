@@ -27,15 +27,14 @@ def mean_held(since, voltages, last, start, end):
     while i > 0 and since[i] > start:
         i -= 1
     front, rear, begin = 0.0, 0.0, start
-    while begin < end:
-        until = end
-        if i < last and since[i + 1] < end:
-            until = since[i + 1]
-        front += (until - begin) * voltages[i][0]
-        rear += (until - begin) * voltages[i][1]
-        begin = until
+    while i < last and since[i + 1] < end:
+        held = since[i + 1] - begin
+        front += held * voltages[i][0]
+        rear += held * voltages[i][1]
+        begin = since[i + 1]
         i += 1
-    return front / (end - start), rear / (end - start)
+    length = end - start
+    return (front + (end - begin) * voltages[i][0]) / length, (rear + (end - begin) * voltages[i][1]) / length
 
 
 def remember(
@@ -45,7 +44,9 @@ def remember(
 
     What was held from ``time`` on or later is forgotten: a step may be taken anew after a state was set back.
     """
-    kept = [i for i, instant in enumerate(since) if instant < time]
-    following = [*(since[i] for i in kept[1:]), time]
-    gone = sum(instant <= time - reach for instant in following[: len(kept)])
-    return [*(since[i] for i in kept[gone:]), time], [*(voltages[i] for i in kept[gone:]), (v_front, v_rear)]
+    since, voltages = [*since, time], [*voltages, (v_front, v_rear)]
+    while len(since) > 1 and since[-2] >= time:
+        del since[-2], voltages[-2]
+    while len(since) > 1 and since[1] <= time - reach:
+        del since[0], voltages[0]
+    return since, voltages

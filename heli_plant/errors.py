@@ -1,7 +1,8 @@
-"""Errors of the physics package, and the one way to propose a name."""
+"""Errors of the physics package, and the proposal of a known name that every package adds to its own errors."""
+
+from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 
 class PlantError(Exception):
@@ -13,6 +14,8 @@ class ParameterError(PlantError):
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" with the known name that is closest, or nothing if none is close."""
+    """Return ``; did you mean 'x'?`` with the closest of the known names, or nothing if none is close."""
+    from difflib import get_close_matches  # only an error needs it
+
     near = get_close_matches(name, list(known), n=1)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -43,7 +43,7 @@ def imported_by(path):
 
 def test_generator_imports_nothing_of_what_it_judges():
     allowed = {"numpy", "numba"} | (sys.stdlib_module_names - {"importlib", "runpy"})
-    for path in sorted((HERE / "blind").glob("*.py")):
+    for path in sorted((HERE / "blind").rglob("*.py")):
         for module in imported_by(path):
             assert module.startswith("tests.blind.") or module.split(".")[0] in allowed, f"{path.name}: {module}"
 

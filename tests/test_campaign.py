@@ -19,18 +19,18 @@ from heli_identifier.workbench.campaign import (
     folder_rigs,
     generated_rigs,
 )
-from heli_identifier.workbench.campaign.against_truth import (
+from heli_identifier.workbench.campaign.key import result_key, source_digest
+from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
+from heli_identifier.workbench.campaign.row import truth_columns
+from heli_identifier.workbench.campaign.summary import (
     all_named,
     coverage,
     false_entries,
     named_first,
     right,
+    summarised,
     unknown_recognised,
 )
-from heli_identifier.workbench.campaign.key import result_key, source_digest
-from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
-from heli_identifier.workbench.campaign.row import truth_columns
-from heli_identifier.workbench.campaign.summary import summarised
 
 SETTINGS = DiagnosisSettings()
 

@@ -10,7 +10,7 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
-from fmu_src.wiring import SCENARIOS
+from fmu_src import SCENARIOS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fmu_src.builder import build
+from fmu_src import build
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.workbench.commands.app import app

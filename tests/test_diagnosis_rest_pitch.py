@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 from heli_identifier.records import RigConfiguration, demo_logs, read_log
 from heli_identifier.tracing import DiagnosisSettings, diagnose, use_threads
 from heli_identifier.workbench.campaign import Rig
-from heli_identifier.workbench.campaign.work import diagnosed
+from heli_identifier.workbench.campaign.row import diagnosed
 from heli_identifier.workbench.commands.app import app
 from heli_plant.parameters import TABLE_2
 

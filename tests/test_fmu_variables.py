@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from fmu_src.errors import BuildError
-from fmu_src.packaging.unit_definitions import base_exponents, unit_definitions
-from fmu_src.variables import boolean_parameter, integer_parameter, nearest, problem_with, real_parameter
+from fmu_src import UNITS, BuildError, problem_with, unit_class
+from fmu_src.packaging import base_exponents, unit_definitions
+from fmu_src.variables import boolean_parameter, integer_parameter, real_parameter
 
 DAMPING = real_parameter("pitch.damping", "1/s", 0.06, -10.0, 10.0, "damping")
 
@@ -25,11 +25,6 @@ def test_whole_numbers_and_truth_values_are_told_from_others():
     assert problem_with(integer_parameter("n", 1, 0, 9, ""), 2.5) == "n = 2.5 must be a whole number"
     assert problem_with(boolean_parameter("b", True, ""), 0.5) == "b = 0.5 must be 0 or 1"
     assert problem_with(boolean_parameter("b", True, ""), 1.0) is None
-
-
-def test_a_near_miss_is_proposed():
-    assert nearest("pitch.dampling", ("pitch.damping", "trim")) == "; did you mean 'pitch.damping'?"
-    assert nearest("xyz", ("pitch.damping",)) == ""
 
 
 @pytest.mark.parametrize(
@@ -59,8 +54,6 @@ def test_radians_are_shown_in_degrees():
 
 
 def test_every_unit_of_every_fmu_variable_resolves():
-    from fmu_src.builder import UNITS, unit_class
-
     for name in UNITS:
         for variable in unit_class(name).variables:
             if variable.unit:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_plant.effects import CATALOGUE, effect
-from heli_plant.errors import ParameterError
+from heli_plant.errors import ParameterError, did_you_mean
 from heli_plant.parameters import (
     BY_FIELD,
     BY_NAME,
@@ -106,6 +106,11 @@ def test_each_parameter_is_refused_beyond_either_bound(row):
 def test_motor_lag_may_not_make_the_time_constant_negative():
     with pytest.raises(ParameterError, match=r"effects\.motor_lag\.rotors = -0\.01 s must not be negative"):
         checked(TABLE_2._replace(T_m=0.04, motor_lag_rotors=-0.05))
+
+
+def test_a_close_name_is_proposed_and_a_distant_one_is_not():
+    assert did_you_mean("pitch.dampling", ("pitch.damping", "trim")) == "; did you mean 'pitch.damping'?"
+    assert did_you_mean("xyz", ("pitch.damping",)) == ""
 
 
 def test_unknown_name_is_refused_with_the_nearest_one():

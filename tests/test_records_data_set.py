@@ -128,7 +128,7 @@ def test_an_open_loop_log_beyond_the_amplifiers_limit_is_read_and_the_fact_is_sa
     log = read_log(REAL / f"ctu-{number}.csv")
     assert log.rate_hz == 500.0
     assert 5.0 < np.abs(log.voltages).max() < 6.5
-    assert any("goes beyond +-5 V" in note for note in log.notes)
+    assert any("exceeds +-5 V" in note for note in log.notes)
 
 
 @needs_real

@@ -190,7 +190,7 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path, truth):
     columns[3] = 4.0 * np.sin(columns[0])
     columns[4] = 0.25
     log = read_log(written(tmp_path, rewritten(columns, CONTRACT_HEADERS)))
-    assert log.notes[0].startswith("v_front goes beyond +-5 V in 10 of 1001 samples (up to 6 V)")
+    assert log.notes[0].startswith("v_front exceeds +-5 V in 10 of 1001 samples (up to 6 V)")
     assert log.notes[1].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
     assert log.notes[2].startswith("elevation never changes")
     assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == log.notes[1:]

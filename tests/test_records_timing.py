@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.timing import GAP_STEPS, check_forward, find_sampling, interpolated, mean_of_held
+from heli_identifier.records.timing import GAP_STEPS, check_forward, find_sampling, mean_of_held
 
 
 def row(sample):
@@ -147,12 +147,3 @@ def test_a_constant_voltage_stays_constant_when_resampled():
     time = np.array([0.0, 0.012, 0.019, 0.031, 0.04])
     resampled = mean_of_held(time, np.full(5, 1.7), np.arange(5) * 0.01)
     assert np.allclose(resampled, 1.7, rtol=1e-13)
-
-
-def test_resampling_a_moving_angle_errs_by_its_curvature_only():
-    time = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 2000))
-    time = np.concatenate(([0.0], time, [10.0]))
-    grid = np.linspace(0.0, 10.0, 1001)
-    error = np.abs(interpolated(time, np.sin(2.0 * time), grid) - np.sin(2.0 * grid)).max()
-    # Linear interpolation is off by at most h^2/8 times the second derivative, which is 4 here.
-    assert error <= np.diff(time).max() ** 2 / 8.0 * 4.0

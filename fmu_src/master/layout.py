@@ -1,4 +1,4 @@
-"""Where every output and input lies in the master's two arrays, and which output feeds which input."""
+"""The place of every output and input in the master's two arrays, and the output that feeds each input."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_plant.errors import did_you_mean
+
 from ..errors import WiringError
-from ..variables import nearest
 from ..wiring import Scenario
 
 
@@ -20,9 +21,9 @@ class Layout:
     Attributes
     ----------
     names : tuple of str
-        ``unit.variable`` of every output that is fetched, unit by unit; their order in the array of outputs.
+        ``unit.variable`` of every output that is read, in the order of the array of outputs.
     outputs, inputs : mapping
-        For each unit the variables that are fetched and fed, in the order of the arrays.
+        For each unit the variables that are read and set, in the order of the arrays.
     sources : ndarray, shape (number of inputs,)
         For each input, the place of the output that feeds it.
     """
@@ -40,9 +41,9 @@ def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Col
     ----------
     wiring : Scenario
     shown : mapping
-        For each unit the outputs that it has.
+        The Real outputs of each unit.
     record : collection of str, optional
-        ``unit.variable`` of the outputs that are wanted; those that feed an input are fetched as well. All by default.
+        ``unit.variable`` of the outputs to record; outputs that feed an input are read as well. All by default.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Col
     feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
     for name in (*feeding, *(record or ())):
         if name not in every:
-            raise WiringError(f"scenario {wiring.name} has no output {name!r}{nearest(name, every)}")
+            raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
     wanted = set(every) if record is None else {*record, *feeding}
     names = tuple(name for name in every if name in wanted)
     place = {name: index for index, name in enumerate(names)}

@@ -1,16 +1,13 @@
-"""A zip whose bytes follow from its content alone, written all or nothing."""
+"""A zip whose bytes depend on its content alone."""
 
 from __future__ import annotations
 
 import io
-import os
 import zipfile
 from collections.abc import Mapping
-from pathlib import Path
-from tempfile import NamedTemporaryFile
 
 EARLIEST = (1980, 1, 1, 0, 0, 0)
-"""The first time that a zip entry can carry."""
+"""The earliest time of a zip entry."""
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
@@ -24,18 +21,3 @@ def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
             info.create_system = 3  # the same on every system that builds
             archive.writestr(info, entries[name], compresslevel=9)
     return buffer.getvalue()
-
-
-def write_atomically(path: Path, content: bytes) -> Path:
-    """Write ``content`` to ``path``: a reader sees the old file or the new one, never a part."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as temporary:
-        try:
-            temporary.write(content)
-            temporary.close()
-            os.chmod(temporary.name, 0o644)
-            os.replace(temporary.name, path)
-        except BaseException:
-            Path(temporary.name).unlink(missing_ok=True)
-            raise
-    return path

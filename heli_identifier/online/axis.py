@@ -38,16 +38,8 @@ def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> 
     n = len(omega)
     certainty = (gain**0.5,) * n
     size = n + candidates + 1
-    return AxisState(
-        tuple(initial_factor(n, gain)),
-        omega,
-        0.0,
-        (0.0,) * size,
-        no_moments(size),
-        certainty,
-        0.0,
-        (NOTHING,) * candidates,
-    )
+    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
+    return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
 def adapt_axis(
@@ -68,10 +60,9 @@ def adapt_axis(
 
 def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
     """Return ``axis`` with the mean of z over the last ``samples`` added to its moments."""
-    factor, omega, sigma, sums, moments, errors, excitation, last_scores = axis
     share = 1.0 / samples
-    moments = add_sample(moments, tuple([share * x for x in sums]), c)
-    return AxisState(factor, omega, sigma, (0.0,) * len(sums), moments, errors, excitation, last_scores)
+    mean = tuple([share * x for x in axis.sums])
+    return axis._replace(sums=(0.0,) * len(mean), moments=add_sample(axis.moments, mean, c))
 
 
 def evaluate_axis(
@@ -81,15 +72,10 @@ def evaluate_axis(
 
     ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments.
     """
-    factor, omega, sigma, sums, moments, _, _, last_scores = axis
-    n, candidates = len(omega), len(last_scores)
-    return AxisState(
-        factor,
-        omega,
-        sigma,
-        sums,
-        moments,
-        standard_errors(moments, gain_matrix(factor, n), omega, combinations, alpha, interval),
-        excitation_level(moments.window, n + candidates + 1, n),
-        scores(moments, n, candidates, alpha, interval),
+    moments, omega = axis.moments, axis.omega
+    n, candidates = len(omega), len(axis.scores)
+    return axis._replace(
+        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval),
+        excitation=excitation_level(moments.window, n + candidates + 1, n),
+        scores=scores(moments, n, candidates, alpha, interval),
     )

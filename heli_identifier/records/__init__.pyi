@@ -1,18 +1,19 @@
 from .configuration import CONFIGURATION_NAME, RigConfiguration, read_configuration
 from .data_set import (
+    DEMO_RIGS,
     check_apart,
     check_excitation,
     check_moving,
+    demo_logs,
     named_apart,
     read_data_set,
     read_logs,
 )
-from .demo import DEMO_RIGS, demo_logs
 from .format import CONTRACT, LogFormat
 from .log import Log
 from .reading import read_log
 from .template import write_template
-from .writing import write_log, write_whole
+from .writing import write_log
 
 __all__ = [
     "CONFIGURATION_NAME",
@@ -32,5 +33,4 @@ __all__ = [
     "read_logs",
     "write_log",
     "write_template",
-    "write_whole",
 ]

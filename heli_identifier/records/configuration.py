@@ -1,27 +1,31 @@
-"""What is known of a rig besides its logs, and how it writes them, from a TOML file.
+"""What is known of a rig besides its logs, and how it writes them: the file ``heli.toml``.
 
-`template` writes the file with every key explained; all keys are optional.
+The file has two sections, ``[rig]`` and ``[log]``; every key is optional, and `template` writes the file with every
+key explained. The structures below are the file's schema: msgspec refuses unknown keys and wrong types by them.
+`RigConfiguration` and `LogFormat` check the bounds of the values.
 """
 
-import difflib
 import tomllib
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import reduce
+from operator import getitem
 from os import PathLike
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any
+from typing import Any, Generic, TypeVar
+
+import msgspec
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.records.format import CONTRACT, LogFormat
-from heli_identifier.records.units import ANGLES, SIGNALS
+from heli_plant.errors import did_you_mean
 
 CONFIGURATION_NAME = "heli.toml"
-# The paper's eq. (9). It is an assumption that the log may refute: a wrong one shows as the effect motor_lag.
-MOTOR_TIME_CONSTANT = 0.08
-# From a tenth of the shortest step of a log to more than any bench motor; outside, the unit was mistaken.
 _TIME_CONSTANT_BOUNDS = (5e-5, 5.0)
-_REST_PITCH_BOUND = 1.6  # a quarter of a turn; beyond it the value is in degrees
+"""Time constants of motors [s]: from a tenth of a log's shortest step to far above any bench motor. A value outside
+is in another unit."""
+_REST_PITCH_BOUND = 1.6
+"""Largest rest pitch [rad], a quarter of a turn. A larger value is in degrees."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +35,14 @@ class RigConfiguration:
     Attributes
     ----------
     name : str
-        What to call the rig in reports.
+        Name of the rig in reports.
     motor_time_constant : float
-        Assumed lag T_m of the motors, eq. (9) [s].
+        Assumed time constant T_m of the motors, eq. (9) of the paper [s]. The logs may refute it: a wrong one shows
+        as the effect motor_lag.
     rest_pitch : float or None
-        Pitch θ₀ at which gravity pulls neither way [rad]; None lets it be estimated.
+        Pitch θ₀ at which gravity exerts no torque [rad]; None if it is to be estimated.
     format : LogFormat
-        How the rig writes its logs; holds its voltage limit and encoder counts as well.
+        How the rig writes its logs, with its encoder counts and voltage limit.
 
     Raises
     ------
@@ -46,9 +51,9 @@ class RigConfiguration:
     """
 
     name: str = "rig"
-    motor_time_constant: float = MOTOR_TIME_CONSTANT
+    motor_time_constant: float = 0.08
     rest_pitch: float | None = None
-    format: LogFormat = field(default=CONTRACT)
+    format: LogFormat = CONTRACT
 
     def __post_init__(self) -> None:
         require_range("rig.motor_time_constant", self.motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
@@ -56,28 +61,57 @@ class RigConfiguration:
             require_range("rig.rest_pitch", self.rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
 
 
-# Every key that a configuration may hold, and the type of its value.
-KEYS: Mapping[str, type] = MappingProxyType(
-    {
-        "rig.name": str,
-        "rig.motor_time_constant": float,
-        "rig.rest_pitch": float,
-        "rig.voltage_limit": float,
-        **{f"rig.encoder_counts.{angle}": int for angle in ANGLES},
-        "log.start": float,
-        "log.end": float,
-        "log.decimal": str,
-        "log.swap_rotors": bool,
-        **{f"log.columns.{signal}": str for signal in SIGNALS},
-        **{f"log.units.{signal}": str for signal in SIGNALS},
-        **{f"log.signs.{signal}": int for signal in SIGNALS[1:]},
-    }
-)
-_TYPE_NAMES = {str: "a text in quotes", float: "a number", int: "a whole number", bool: "true or false"}
+class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A section of the file; it knows its keys, their types and their defaults."""
+
+
+Value = TypeVar("Value")
+
+
+class _Signals(_Section, Generic[Value], frozen=True):
+    time: Value | None = None
+    v_front: Value | None = None
+    v_rear: Value | None = None
+    pitch: Value | None = None
+    elevation: Value | None = None
+    travel: Value | None = None
+
+    def given(self) -> dict[str, Value]:
+        """Values of the signals that the section names."""
+        return {signal: value for signal, value in msgspec.structs.asdict(self).items() if value is not None}
+
+
+class _EncoderCounts(_Section, frozen=True):
+    pitch: int = CONTRACT.counts_per_turn("pitch")
+    elevation: int = CONTRACT.counts_per_turn("elevation")
+    travel: int = CONTRACT.counts_per_turn("travel")
+
+
+class _Rig(_Section, frozen=True):
+    name: str = RigConfiguration.name
+    motor_time_constant: float = RigConfiguration.motor_time_constant
+    rest_pitch: float | None = None
+    voltage_limit: float = CONTRACT.voltage_limit
+    encoder_counts: _EncoderCounts = _EncoderCounts()
+
+
+class _Log(_Section, frozen=True):
+    start: float | None = None
+    end: float | None = None
+    decimal: str = CONTRACT.decimal
+    swap_rotors: bool = CONTRACT.swap_rotors
+    columns: _Signals[str] = _Signals()
+    units: _Signals[str] = _Signals()
+    signs: _Signals[int] = _Signals()
+
+
+class _File(_Section, frozen=True):
+    rig: _Rig = _Rig()
+    log: _Log = _Log()
 
 
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
-    """Read a rig's configuration.
+    """Read the configuration of a rig.
 
     Parameters
     ----------
@@ -87,68 +121,54 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     Raises
     ------
     ConfigurationError
-        If the file is missing or no TOML, a key is unknown (the nearest known one is named), or a value is of the
+        If the file is missing or not TOML, a key is unknown (the closest known one is proposed), or a value is of the
         wrong type or out of bounds.
     """
+    advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
     try:
         content = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
-        raise ConfigurationError(f"{path} does not exist; `heli init` writes a commented one.") from None
+        raise ConfigurationError(f"{path} does not exist; {advice}.") from None
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{path} is no UTF-8 text; `heli init` writes a commented configuration.") from error
+        raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
     except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(f"{path} is no TOML: {error}.") from error
-    values = {key: _typed(key, value, path) for key, value in _leaves(content)}
+        raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
     try:
-        return _configuration(values)
+        file = msgspec.convert(content, _File)
+    except msgspec.ValidationError as error:
+        raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
+    rig, log = file.rig, file.log
+    try:
+        format = LogFormat(
+            columns=log.columns.given(),
+            units=log.units.given(),
+            signs=log.signs.given(),
+            swap_rotors=log.swap_rotors,
+            start=log.start,
+            end=log.end,
+            decimal=log.decimal,
+            encoder_counts=msgspec.structs.astuple(rig.encoder_counts),
+            voltage_limit=rig.voltage_limit,
+        )
+        return RigConfiguration(rig.name, rig.motor_time_constant, rig.rest_pitch, format)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Give every value with its dotted key."""
-    for name, value in table.items():
-        if isinstance(value, dict):
-            yield from _leaves(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
+_TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false"}
 
 
-def _typed(key: str, value: Any, path: str | PathLike[str]) -> Any:
-    if any(known.startswith(f"{key}.") for known in KEYS):
-        raise ConfigurationError(f"{path}: {key} = {value!r} must be a section that begins with [{key}].")
-    if key not in KEYS:
-        near = difflib.get_close_matches(key, KEYS, n=1, cutoff=0.0)
-        raise ConfigurationError(f"{path}: key {key} is unknown, the nearest known one is {near[0]}.")
-    wanted = KEYS[key]
-    if type(value) is wanted:
-        return value
-    if wanted is float and type(value) is int:
-        return float(value)
-    raise ConfigurationError(f"{path}: {key} = {value!r} must be {_TYPE_NAMES[wanted]}.")
-
-
-def _configuration(values: Mapping[str, Any]) -> RigConfiguration:
-    def given(prefix: str) -> dict[str, Any]:
-        return {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
-
-    default = RigConfiguration()
-    counts = dict(zip(ANGLES, CONTRACT.encoder_counts, strict=True)) | given("rig.encoder_counts.")
-    return RigConfiguration(
-        name=values.get("rig.name", default.name),
-        motor_time_constant=values.get("rig.motor_time_constant", default.motor_time_constant),
-        rest_pitch=values.get("rig.rest_pitch"),
-        format=LogFormat(
-            columns=given("log.columns."),
-            units=given("log.units."),
-            signs=given("log.signs."),
-            swap_rotors=values.get("log.swap_rotors", CONTRACT.swap_rotors),
-            start=values.get("log.start"),
-            end=values.get("log.end"),
-            decimal=values.get("log.decimal", CONTRACT.decimal),
-            encoder_counts=(counts["pitch"], counts["elevation"], counts["travel"]),
-            voltage_limit=values.get("rig.voltage_limit", CONTRACT.voltage_limit),
-        ),
-    )
+def _explained(problem: str, content: Mapping[str, Any]) -> str:
+    """Say in the file's words what msgspec found, such as "Expected `float`, got `str` - at `$.rig.rest_pitch`"."""
+    what, _, place = problem.partition(" - at ")
+    key = place.strip("`").removeprefix("$.")
+    section = key.split(".") if key else []
+    name = what.split("`")[1].split()[0]  # of the unknown key, or of the type that is expected
+    if "unknown field" in what:
+        known = reduce(getitem, section, msgspec.to_builtins(_File()))
+        advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
+        return f"key {'.'.join([*section, name])} is unknown{advice}"
+    wanted = _TYPES.get(name, f"a section that begins with [{key}]")
+    return f"{key} = {reduce(getitem, section, content)!r} must be {wanted}."

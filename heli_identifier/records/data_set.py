@@ -1,4 +1,4 @@
-"""Several logs of one rig as one data set: some to fit, some held out to judge by."""
+"""Several logs of one rig as one data set: some to fit, some held out; and the data sets that come with the package."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -13,10 +13,14 @@ from heli_identifier.errors import LogError
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
+from heli_identifier.records.plausibility import STANDING_STILL
 from heli_identifier.records.reading import read_log
 from heli_identifier.records.units import ANGLES, VOLTAGES
 
-CONSTANT_V = 1e-3  # a voltage that moves by less than this moves no propeller
+DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
+_DEMO_FOLDER = Path(__file__).resolve().parent.parent / "demo_logs"
+CONSTANT_V = 1e-3
+"""A voltage that varies by less than this moves no propeller [V]."""
 
 
 def read_logs(
@@ -25,7 +29,7 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Read several logs of one rig; names that two files share get what tells them apart, as :func:`named_apart` does.
+    """Read several logs of one rig and make their names unique, as :func:`named_apart` does.
 
     Parameters
     ----------
@@ -49,7 +53,7 @@ def read_data_set(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Read the logs to fit and the logs to judge by, and check that they can serve.
+    """Read training logs and held-out logs, and check that they can serve a diagnosis.
 
     Parameters
     ----------
@@ -66,39 +70,66 @@ def read_data_set(
     Raises
     ------
     LogError
-        As `read_log`; also if no voltage moves in any training log, an angle never changes in one of the logs, or two
-        logs share samples.
+        As `read_log`; also if a voltage is constant in all training logs, an angle never changes in one of the logs,
+        or two logs share samples.
     """
     logs = read_logs((*training, *held_out), format, start, end)
-    seen, judges = logs[: len(training)], logs[len(training) :]
-    check_excitation(seen)
-    check_apart(seen, judges)
+    fitted, kept_apart = logs[: len(training)], logs[len(training) :]
+    check_excitation(fitted)
+    check_apart(fitted, kept_apart)
     check_moving(logs)
-    return seen, judges
+    return fitted, kept_apart
+
+
+def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
+    """Give the files of a demonstration rig, with which the loop can be tried without a rig.
+
+    Parameters
+    ----------
+    rig : str
+        One of `DEMO_RIGS`; the README.md beside the files says what each holds.
+
+    Returns
+    -------
+    tuple
+        Training logs and held-out logs.
+
+    Raises
+    ------
+    LogError
+        If there is no such rig, or its files are missing from the installation.
+    """
+    if rig not in DEMO_RIGS:
+        raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
+    training = tuple(sorted((_DEMO_FOLDER / rig).glob("train*.csv")))
+    held_out = tuple(sorted((_DEMO_FOLDER / rig).glob("held*.csv")))
+    if not training or not held_out:
+        raise LogError(f"the demonstration logs are missing from {_DEMO_FOLDER / rig}; install the package again.")
+    return training, held_out
 
 
 def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
-    """Give the logs with names of which no two are alike.
+    """Give the logs with unique names.
 
-    A name that files in several folders share gets as many folders before it as tell them apart; what is then still
-    alike, as the same file twice or logs that were computed, is numbered.
+    A name that files in several folders share is preceded by as many folders as make it unique. Names that are still
+    equal then, as of one file given twice or of computed logs, are numbered.
     """
     names = [log.name for log in logs]
     for name in {name for name, times in Counter(names).items() if times > 1}:
         shared = [index for index, log in enumerate(logs) if log.name == name]
         folders = {logs[index].path: _folders(logs[index]) for index in shared}
-        depth = next(d for d in count() if len({way[:d] for way in folders.values()}) == len(set(folders.values())))
+        depth = next(d for d in count() if len({above[:d] for above in folders.values()}) == len(set(folders.values())))
         for index in shared:
             names[index] = "/".join((*reversed(folders[logs[index].path][:depth]), name))
-    seen: Counter[str] = Counter()
+    times_given: Counter[str] = Counter()
     for index, name in enumerate(names):
-        seen[name] += 1
-        names[index] = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        times_given[name] += 1
+        names[index] = name if times_given[name] == 1 else f"{name} ({times_given[name]})"
     return tuple(replace(log, name=name) if log.name != name else log for log, name in zip(logs, names, strict=True))
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Refuse a data set that cannot identify anything since no voltage ever moves.
+    """Refuse a data set in which a voltage never moves, since nothing can be identified from it.
 
     Raises
     ------
@@ -116,7 +147,7 @@ def check_excitation(logs: Sequence[Log]) -> None:
 
 
 def check_moving(logs: Sequence[Log]) -> None:
-    """Refuse a log in which an axis stands still: a model of three free axes cannot be judged by it.
+    """Refuse a log in which an axis stands still, since it cannot judge a model of three free axes.
 
     Raises
     ------
@@ -126,20 +157,19 @@ def check_moving(logs: Sequence[Log]) -> None:
     for log in logs:
         still = [name for name, angle in zip(ANGLES, log.angles.T, strict=True) if np.ptp(angle) == 0.0]
         if still:
-            stand = f"{' and '.join(still)} never change{'s' if len(still) == 1 else ''}"
             raise LogError(
-                f"{log.path or log.name}: {stand}: a clamped axis or a dead encoder tells "
-                "nothing about itself, and a diagnosis needs all three axes to move; leave the log out."
+                f"{log.path or log.name}: {' and '.join(still)} never change{'s' if len(still) == 1 else ''}: "
+                f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out."
             )
 
 
 def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
-    """Refuse logs that share samples: one given twice counts double, one fitted and held out judges itself.
+    """Refuse logs that share samples: a log given twice counts double, and a model may not be judged by its own data.
 
     Raises
     ------
     LogError
-        If two logs are cut from the same bytes and their stretches overlap.
+        If two logs come from files with the same bytes and their stretches overlap.
     """
     for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
         if not _share_samples(one, other):
@@ -160,5 +190,5 @@ def _share_samples(one: Log, other: Log) -> bool:
 
 
 def _folders(log: Log) -> tuple[str, ...]:
-    """Names of the folders that a log's file lies in, the nearest first; none if it was computed."""
+    """Names of the folders above a log's file, the closest first; none if the log was computed."""
     return tuple(folder.name for folder in Path(log.path).resolve().parents) if log.path else ()

@@ -7,25 +7,23 @@ from math import isfinite
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records.units import ANGLES, SI_UNIT, SIGNALS, known_units
 
-DECIMAL_MARKS = (".", ",")
-
 
 @dataclass(frozen=True)
 class LogFormat:
-    """Where a log's signals are and what turns them into the project's units and signs.
+    """Where a log's signals stand, and how they become SI units with the project's signs.
 
-    The default is the contract: header ``time [s],v_front [V],...``, nothing flipped, nothing cut.
+    The default is the contract: header ``time [s],v_front [V],...``, no sign changed, nothing cut.
 
     Attributes
     ----------
     columns : Mapping[str, str]
-        Header of a signal's column in the file, for signals that are not called as the contract calls them.
+        Header of a signal's column, for signals whose header differs from the contract's.
     units : Mapping[str, str]
-        Unit of a signal; outranks the unit in the header.
+        Unit of a signal; overrides the unit in the header.
     signs : Mapping[str, int]
-        +1 or -1 per voltage and angle; signals not named keep their sign.
+        +1 or -1 of a voltage or angle; signals that are not named keep their sign.
     swap_rotors : bool
-        Front and rear voltage change places (after the columns were found).
+        Front and rear voltage change places, after columns and signs were applied.
     start, end : float or None
         First and last instant kept, in the file's own time [s].
     decimal : str
@@ -33,12 +31,12 @@ class LogFormat:
     encoder_counts : tuple[int, int, int]
         Counts per turn of the pitch, elevation and travel encoders.
     voltage_limit : float
-        Bound on the amplifiers' voltage [V]; a log that goes beyond is read and the fact is noted.
+        Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so.
 
     Raises
     ------
     ConfigurationError
-        If a field names no signal, an unknown unit, or a value out of bounds.
+        If a field names no signal, an unknown unit, or a value out of bounds. The message names the key of heli.toml.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -55,30 +53,32 @@ class LogFormat:
         for name in ("columns", "units", "signs"):
             for signal in getattr(self, name):
                 if signal not in SIGNALS:
-                    raise ConfigurationError(f"{name}.{signal} names no signal, choose one of {', '.join(SIGNALS)}.")
+                    raise ConfigurationError(
+                        f"log.{name}.{signal} is not a signal; choose one of {', '.join(SIGNALS)}."
+                    )
         for signal, unit in self.units.items():
             if unit not in known_units(signal):
                 raise ConfigurationError(
-                    f"units.{signal} = {unit!r} is unknown, choose one of {', '.join(known_units(signal))}."
+                    f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
                 )
         for signal, sign in self.signs.items():
             if signal == "time" or sign not in (-1, 1):
                 raise ConfigurationError(
-                    f"signs.{signal} = {sign} is refused: a voltage or an angle takes 1 or -1, time takes none."
+                    f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
                 )
         for name, instant in (("start", self.start), ("end", self.end)):
             if instant is not None and not isfinite(instant):
-                raise ConfigurationError(f"{name} = {instant} s must be finite.")
+                raise ConfigurationError(f"log.{name} = {instant} s must be finite.")
         if self.start is not None and self.end is not None and self.end <= self.start:
-            raise ConfigurationError(f"end = {self.end:g} s must come after start = {self.start:g} s.")
-        if self.decimal not in DECIMAL_MARKS:
-            raise ConfigurationError(f"decimal = {self.decimal!r} is unknown, choose '.' or ','.")
+            raise ConfigurationError(f"log.end = {self.end:g} s must come after log.start = {self.start:g} s.")
+        if self.decimal not in (".", ","):
+            raise ConfigurationError(f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
         if len(self.encoder_counts) != len(ANGLES) or min(self.encoder_counts) < 1:
             raise ConfigurationError(
-                f"encoder_counts = {self.encoder_counts} must be counts per turn > 0 of {', '.join(ANGLES)}."
+                f"rig.encoder_counts = {self.encoder_counts} must be counts per turn > 0 of {', '.join(ANGLES)}."
             )
         if not self.voltage_limit > 0.0:
-            raise ConfigurationError(f"voltage_limit = {self.voltage_limit:g} V must be positive.")
+            raise ConfigurationError(f"rig.voltage_limit = {self.voltage_limit:g} V must be positive.")
 
     def sign(self, signal: str) -> int:
         """Give +1 or -1, the factor from the file's sign to the project's."""

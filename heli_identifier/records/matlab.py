@@ -1,8 +1,8 @@
 """A MATLAB file (version 7 or older) as a table.
 
-Read are column or row vectors at the top level, or as fields of a struct (``log.pitch_rad``). A name in MATLAB holds
-no brackets, so ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the contract's headers; `header`
-splits them.
+Column and row vectors are read at the top level and as fields of a struct (``log.pitch_rad``). A name in MATLAB holds
+no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the contract's headers, and
+`find_columns` splits them.
 """
 
 import io
@@ -36,7 +36,7 @@ def read_matlab_table(data: bytes, file: str) -> Table:
     Raises
     ------
     LogError
-        If the bytes are no MATLAB file, are version 7.3 (HDF5), or hold no vector.
+        If the bytes are not a MATLAB file, are of version 7.3 (HDF5), or hold no vector.
     """
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
@@ -45,9 +45,11 @@ def read_matlab_table(data: bytes, file: str) -> Table:
         raise LogError(f"{file} is a MATLAB 7.3 file (HDF5); save it with save(..., '-v7') and try again.")
     try:
         variables = loadmat(io.BytesIO(data), squeeze_me=True)
-    # What the reader raises on foreign or truncated bytes depends on where it stumbles.
+    # The reader raises any of these on foreign or truncated bytes.
     except (MatReadError, ValueError, TypeError, KeyError, IndexError, OSError, EOFError, zlib.error) as error:
-        raise LogError(f"{file} is no readable MATLAB file ({str(error).strip() or type(error).__name__}).") from error
+        raise LogError(
+            f"{file} is not a readable MATLAB file ({str(error).strip() or type(error).__name__}); save it again."
+        ) from error
     found = {name: value for name, value in variables.items() if not name.startswith("__")}
     vectors = _vectors(found)
     if not vectors:

@@ -1,4 +1,4 @@
-"""From a file to a `Log`: columns found, cut, checked, converted, made uniform, and all of it said."""
+"""From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
 
 import hashlib
 from collections.abc import Sequence
@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.checks import check_extent, instants, numbers, value_notes
+from heli_identifier.records.columns import Column, find_columns
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
-from heli_identifier.records.header import Column, find_columns
 from heli_identifier.records.log import Log
 from heli_identifier.records.matlab import read_matlab_table
-from heli_identifier.records.plausibility import check_plausible
-from heli_identifier.records.table import Table, read_text_table
-from heli_identifier.records.timing import Sampling, check_forward, find_sampling, interpolated, mean_of_held
+from heli_identifier.records.plausibility import check_plausible, unwrapped, value_notes
+from heli_identifier.records.table import Table
+from heli_identifier.records.text import read_text_table
+from heli_identifier.records.timing import Sampling, check_extent, check_forward, find_sampling, mean_of_held
 from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES
-from heli_identifier.records.unwrapping import unwrapped
 
 
 def read_log(
@@ -37,12 +36,12 @@ def read_log(
     format : LogFormat or RigConfiguration
         How the rig writes its logs.
     start, end : float, optional
-        First and last instant kept, in the file's own time [s]; outrank those of `format`.
+        First and last instant kept, in the file's own time [s]; they override those of `format`.
 
     Returns
     -------
     Log
-        Uniform, in SI units and the project's signs; its notes say what was done to get there.
+        Sampled uniformly, in SI units, with the project's signs; its notes list every conversion and repair.
 
     Raises
     ------
@@ -59,7 +58,7 @@ def read_log(
     start, end = (format.start if start is None else start), (format.end if end is None else end)
     kept, cut = _cut(table, columns[0], start, end)
 
-    values = {column.signal: numbers(table, column, kept) for column in columns}
+    values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
     first = kept.start
 
@@ -67,7 +66,7 @@ def read_log(
         return table.place(sample + first)
 
     if len(time) < 2:
-        raise LogError(f"{table.file}: {len(time)} sample is no log; give at least 5 s.")
+        raise LogError(f"{table.file}: {len(time)} sample is not a log; log at least 5 s.")
     check_forward(time, place)
     sampling = find_sampling(time, place)
     check_extent(sampling.rate_hz, sampling.samples, table.file)
@@ -143,14 +142,14 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
         return slice(0, count), ()
     if start is not None and end is not None and end <= start:
         raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
-    time = instants(table, column)
+    time = table.instants(column)
     if not np.isfinite(time).any():
-        return slice(0, count), ()  # no instant to cut at; reading the cells says what they hold instead
-    # A printed instant may miss the wanted one by the last bit, which must not cost a sample.
+        return slice(0, count), ()  # there is no instant to cut at; reading the cells reports what they hold
+    # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
     slack = 1e-9 * max(1.0, abs(start or 0.0), abs(end or 0.0))
     late_enough = time >= (-np.inf if start is None else start - slack)
     if not late_enough.any():
-        raise LogError(f"{table.file}: start = {start:g} s lies behind the log's end, {np.nanmax(time):g} s.")
+        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
     first = int(late_enough.argmax())
     too_late = time[first:] > (np.inf if end is None else end + slack)
     last = first + int(too_late.argmax()) if too_late.any() else count
@@ -178,7 +177,7 @@ def _conversions(columns: Sequence[Column], format: LogFormat) -> tuple[str, ...
 def _extra(
     table: Table, columns: Sequence[Column], kept: slice
 ) -> tuple[dict[str, NDArray[np.float64]], tuple[str, ...]]:
-    """Keep further numeric columns aside, and say which columns could not be kept."""
+    """Keep further numeric columns, and name those that could not be kept."""
     taken = {column.index for column in columns}
     others = [
         (name, values)
@@ -194,9 +193,10 @@ def _extra(
 def _uniform(
     time: NDArray[np.float64], values: NDArray[np.float64], sampling: Sampling, held: bool = False
 ) -> NDArray[np.float64]:
-    """Bring columns, shape (N, k), to the uniform grid."""
+    """Resample columns, shape (N, k), to the uniform grid."""
     if not sampling.resample:
         return values
     grid = time[0] + np.arange(sampling.samples) / sampling.rate_hz
-    bring = mean_of_held if held else interpolated
-    return np.column_stack([bring(time, column, grid) for column in values.T])
+    if held:
+        return np.column_stack([mean_of_held(time, column, grid) for column in values.T])
+    return np.column_stack([np.interp(grid, time, column) for column in values.T])

@@ -1,15 +1,15 @@
-"""From the instants a log states to a uniform rate.
+"""From the instants that a log states to a uniform rate.
 
-Identification wants samples at i/rate. Three kinds of time column are told apart:
+Identification needs samples at i/rate. There are three kinds of time column:
 
-* uniform within a thousandth of a step: taken as it is;
-* printed too coarsely for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, the print is
-  not, and the sampling interval is the mean;
-* really uneven (jitter, or lost samples, which leave steps that are whole multiples of the usual one): resampled to
-  the rate at which most samples came. Angles are interpolated linearly; a voltage is held between samples, so each
-  new sample is the mean of the held voltage over its step, which keeps the impulse ∫ v dt that the motors saw.
+* Uniform within a thousandth of a step: taken as it is.
+* Printed too coarsely for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, only the print
+  is not. The sampling interval is the mean.
+* Uneven, by jitter or by lost samples, which leave steps that are whole multiples of the usual one: resampled to the
+  rate at which most samples came. Angles are interpolated linearly. A voltage is held between samples, so that each
+  new sample is the mean of the held voltage over its step; this keeps the impulse ∫ v dt that the motors received.
 
-A stretch without samples longer than `GAP_STEPS` median steps is no jitter; nothing is known of it: refused.
+A gap of more than `GAP_STEPS` median steps is refused, because nothing is known of the rig during it.
 """
 
 from collections.abc import Callable
@@ -20,9 +20,14 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-GAP_STEPS = 5  # at the lowest rate .1 s, still short against a pitch period of 7.7 s
-_UNIFORM_STEPS = 1e-3  # an angle moving at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
-_OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print to one step is coarse: up to 800 Hz (.25) in ms
+LOWEST_RATE_HZ = 50.0
+HIGHEST_RATE_HZ = 2000.0
+SHORTEST_S = 5.0
+GAP_STEPS = 5
+"""Longest gap that is bridged, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
+_RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz logger
+_UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
+_OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,14 +53,14 @@ class Sampling:
 
 
 def check_forward(time: NDArray[np.float64], place: Callable[[int], str]) -> None:
-    """Refuse a time that stands still or runs back.
+    """Refuse a time that does not increase.
 
     Parameters
     ----------
     time : NDArray, shape (N,)
         Instants [s].
     place : Callable[[int], str]
-        Names the row of a sample.
+        Gives file and row of a sample, for messages.
 
     Raises
     ------
@@ -65,21 +70,21 @@ def check_forward(time: NDArray[np.float64], place: Callable[[int], str]) -> Non
     wrong = np.diff(time) <= 0.0
     if wrong.any():
         at = int(wrong.argmax()) + 1
-        now, before = time[at], time[at - 1]
-        stuck = f"time stands still at {now:g} s"
-        what = stuck if now == before else f"time runs back from {before:g} s to {now:g} s"
-        raise LogError(f"{place(at)}: {what}; it must grow from row to row, cut the log or mend its clock.")
+        instant, before = time[at], time[at - 1]
+        stuck = f"time stands still at {instant:g} s"
+        what = stuck if instant == before else f"time runs back from {before:g} s to {instant:g} s"
+        raise LogError(f"{place(at)}: {what}; it must increase from row to row, cut the log or correct its clock.")
 
 
 def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sampling:
-    """Find the uniform rate behind a growing time column.
+    """Find the uniform rate behind a time column.
 
     Parameters
     ----------
     time : NDArray, shape (N,), N >= 2
-        Growing instants [s].
+        Increasing instants [s].
     place : Callable[[int], str]
-        Names the row of a sample.
+        Gives file and row of a sample, for messages.
 
     Raises
     ------
@@ -94,7 +99,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         at = int(gaps.argmax()) + 1
         raise LogError(
             f"{place(at)}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
-            f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log there into two with --from and --to."
+            f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
     duration = float(time[-1] - time[0])
     mean = duration / (len(time) - 1)
@@ -110,7 +115,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
             f"{1e3 / rate:.5g} ms ({rate:g} Hz)"
         )
         return Sampling(rate, len(time), False, note)
-    # The median tells a lost sample from jitter, but jitters itself; the count of steps between the ends does not.
+    # The median separates lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
     note = (
@@ -121,10 +126,11 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
 
 
 def _samples_lost(intervals: NDArray[np.float64], median: float, digit: float) -> bool:
-    """Whether all steps of instants on a line are the usual one or whole multiples of it: 10 and 20 ms, not 3 and 4 ms.
+    """Whether every step is the usual one or a whole multiple of it: 10 and 20 ms, not 3 and 4 ms.
 
-    Where the usual step is the print's own digit, both readings are open: 700 Hz in whole milliseconds shows 1 and 2 ms
-    in turns, as would 1 kHz without every third sample. A logger that loses samples so evenly loses few of them.
+    Where the usual step equals the last printed digit, both readings are possible: 700 Hz in whole milliseconds shows
+    1 and 2 ms in turns, and so would 1 kHz without every third sample. A logger that loses samples so evenly loses few
+    of them, so that many doubled steps mean a coarse print.
     """
     steps = np.round(intervals / median)
     whole = bool(steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median)
@@ -147,23 +153,38 @@ def _last_digit(time: NDArray[np.float64]) -> float:
     return 0.0
 
 
-def interpolated(
-    time: NDArray[np.float64], values: NDArray[np.float64], grid: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Interpolate a sampled signal linearly.
+def check_extent(rate_hz: float, samples: int, file: str) -> None:
+    """Refuse a rate or a length that identification cannot use.
 
     Parameters
     ----------
-    time, values : NDArray, shape (N,)
-        Instants [s] and samples.
-    grid : NDArray, shape (M,)
-        New instants [s].
+    rate_hz : float
+        Sampling rate [Hz].
+    samples : int
+        Number of samples.
+    file : str
+        Name of the file for messages.
 
-    Returns
-    -------
-    NDArray, shape (M,)
+    Raises
+    ------
+    LogError
+        If the rate is outside 50 Hz to 2 kHz or the log is shorter than 5 s.
     """
-    return np.interp(grid, time, values)
+    if rate_hz < LOWEST_RATE_HZ * (1.0 - _RATE_TOLERANCE):
+        raise LogError(
+            f"{file}: the rate of {rate_hz:.4g} Hz is below {LOWEST_RATE_HZ:g} Hz; log faster, or check "
+            "the unit of time."
+        )
+    if rate_hz > HIGHEST_RATE_HZ * (1.0 + _RATE_TOLERANCE):
+        raise LogError(
+            f"{file}: the rate of {rate_hz:.4g} Hz is above {HIGHEST_RATE_HZ:g} Hz; keep every n-th row, "
+            "or check the unit of time."
+        )
+    # Half a sample of tolerance: a log is not refused for whether the last sample's hold counts.
+    if samples < SHORTEST_S * rate_hz - 0.5:
+        raise LogError(
+            f"{file}: {samples / rate_hz:.3g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less."
+        )
 
 
 def mean_of_held(

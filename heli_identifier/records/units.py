@@ -1,4 +1,4 @@
-"""Units in which a log may state its signals, and the factor that brings each to SI.
+"""The six signals of a log, the units in which it may state them, and their factors to SI: degrees become radians here.
 
 | quantity | SI | also read |
 |---|---|---|
@@ -51,12 +51,12 @@ def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
     unit : str
         One of `known_units(signal)`.
     counts_per_turn : int
-        Counts of the signal's encoder per turn; matters for the unit ``counts`` only.
+        Counts per turn of the signal's encoder, for the unit ``counts``.
 
     Raises
     ------
     KeyError
-        If the unit is none of `known_units(signal)`; callers check first and name the file.
+        If the unit is not one of `known_units(signal)`; `find_columns` checks first and names the file.
     """
     if unit == ENCODER_UNIT and signal in ANGLES:
         return 2.0 * math.pi / counts_per_turn

@@ -17,5 +17,6 @@ the only thing the two sides have in common.
 `kinds`             the kinds of rig that the battery holds, with their strengths
 `generator`         logs in memory or as CSV files
 `battery`           which kinds, how many rigs of each, at which scale
+`field`             rigs flown in closed loop, as laboratories log them, and their battery
 ==================  ====================================================================
 """

@@ -52,6 +52,7 @@ class Coefficients(NamedTuple):
     airspeed_thrust_loss_elevation: float = 0.0
     gyroscopic_coupling_pitch: float = 0.0
     gyroscopic_coupling_elevation: float = 0.0
+    speed_stability: float = 0.0
     rotor_drag_torque: float = 0.0
     cable_stiffness: float = 0.0
     inertial_coupling_elevation: float = 0.0

@@ -28,9 +28,10 @@ STEPS_PER_SAMPLE = 10
 
 
 @njit
-def _accelerations(t, q, w, mu_s, mu_d, p, u, room):
+def accelerations(t, q, w, mu_s, mu_d, p, u, room):
+    """Smooth accelerations of the three axes, the unknown torque u and the added torques `room` among them."""
     a = np.empty(3)
-    a[0] = pitch_torque(q[0], q[1], w[0], w[1], mu_s, mu_d, p)
+    a[0] = pitch_torque(q[0], q[1], w[0], w[1], w[2], mu_s, mu_d, p)
     a[1] = elevation_torque(t, q[0], q[1], w[0], w[1], w[2], mu_s, p)
     a[2] = travel_torque(q[0], q[1], q[2], w[1], w[2], mu_s, p)
     for i in range(3):
@@ -41,7 +42,7 @@ def _accelerations(t, q, w, mu_s, mu_d, p, u, room):
 
 
 @njit
-def _kicked(w, a, coulomb, breakaway, z, at_rate, h, p):
+def kicked(w, a, coulomb, breakaway, z, at_rate, h, p):
     """Rates after h of the accelerations a and of dry friction, whose level is that at `at_rate`."""
     w_next = w + h * a
     for i in range(3):
@@ -94,10 +95,10 @@ def _make_loop(fingerprint: int):
                 z_m = z
                 if p.presliding > 0.0:
                     z_m = np.array([bent(z[i], w[i], p.presliding, h / 2) for i in range(3)])
-                a = _accelerations(middle, q_m, w, mu_s, mu_d, p, u, room)
-                w_m = _kicked(w, a, coulomb, breakaway, z, w, h / 2, p)
-                a = _accelerations(middle, q_m, w_m, mu_s, mu_d, p, u, room)
-                w = _kicked(w, a, coulomb, breakaway, z_m, w_m, h, p)
+                a = accelerations(middle, q_m, w, mu_s, mu_d, p, u, room)
+                w_m = kicked(w, a, coulomb, breakaway, z, w, h / 2, p)
+                a = accelerations(middle, q_m, w_m, mu_s, mu_d, p, u, room)
+                w = kicked(w, a, coulomb, breakaway, z_m, w_m, h, p)
                 q = q_m + h / 2 * w
                 if p.presliding > 0.0:
                     z = np.array([bent(z_m[i], w[i], p.presliding, h / 2) for i in range(3)])

@@ -16,13 +16,14 @@ DRAWN = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_
 SPREAD = 0.20
 """Each drawn parameter lies within this share of its nominal value, uniformly."""
 
-_SHAPE_FIELDS = {
+SHAPE_FIELDS = {
     "w_s": "stribeck_rate",
     "t_1": "mass_time",
     "w_b": "bending_frequency",
     "zeta": "bending_damping",
     "eps_ground": "ground_angle",
     "eps_g": "ground_length",
+    "eps_0": "elevation_zero",
 }
 
 
@@ -37,7 +38,8 @@ class Effect:
     coefficient
         Its strength, in the catalogue's unit.
     shape
-        Further numbers of its law: w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground and eps_g [rad].
+        Further numbers of its law: w_s [rad/s], t_1 [s], w_b [Hz], zeta [1], eps_ground, eps_g and
+        eps_0 [rad].
     """
 
     name: str
@@ -126,7 +128,7 @@ class Rig:
         numbers = {"presliding": self.presliding, "elevation_zero": self.room.elevation_zero}
         for effect in self.effects:
             numbers[effect.field] = effect.coefficient
-            numbers |= {_SHAPE_FIELDS[name]: value for name, value in effect.shape.items()}
+            numbers |= {SHAPE_FIELDS[name]: value for name, value in effect.shape.items()}
         return self.base._replace(**numbers)
 
     def strange(self, phase: float) -> Strange:

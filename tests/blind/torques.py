@@ -18,7 +18,9 @@ from tests.blind.coefficients import Coefficients
 
 
 @njit
-def pitch_torque(th: float, e: float, w: float, w_e: float, mu_s: float, mu_d: float, p: Coefficients) -> float:
+def pitch_torque(
+    th: float, e: float, w: float, w_e: float, w_l: float, mu_s: float, mu_d: float, p: Coefficients
+) -> float:
     """Angular acceleration of pitch but for dry friction [rad/s^2]."""
     horizon = 1.0 + p.pitch_gravity_coupling * (math.cos(e + p.elevation_zero) - 1.0)
     return (
@@ -30,6 +32,7 @@ def pitch_torque(th: float, e: float, w: float, w_e: float, mu_s: float, mu_d: f
         + p.rotor_mismatch * mu_s
         - p.airspeed_thrust_loss_pitch * mu_s * w
         - p.gyroscopic_coupling_pitch * mu_s * w_e
+        + p.speed_stability * w_l
     )
 
 

@@ -9,7 +9,7 @@ from heli_identifier.workbench.commands.options import Json, Parameters, Scenari
 
 
 def _units() -> list[str]:
-    from fmu_src.builder import UNITS
+    from fmu_src import UNITS
 
     return list(UNITS)
 
@@ -28,7 +28,7 @@ def build(
 
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
-    from fmu_src.builder import unit_class
+    from fmu_src import unit_class
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.parameters import by_unit, of_unit
     from heli_identifier.workbench.commands.terminal import print_json, progress_bar

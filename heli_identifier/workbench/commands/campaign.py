@@ -77,8 +77,8 @@ def campaign(
     from heli_identifier.workbench.campaign.summary import summarised
 
     settings = DiagnosisSettings.from_rig(configuration)
-    with progress_bar() as tell:
-        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, tell=tell)
+    with progress_bar() as progress:
+        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
         print_json(asdict(summary) | {"coverage": summary.coverage})

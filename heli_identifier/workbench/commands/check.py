@@ -32,7 +32,8 @@ def check(
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger.
     """
-    from heli_identifier.records import read_logs, write_whole
+    from heli_identifier.files import write_atomically
+    from heli_identifier.records import read_logs
     from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
@@ -43,7 +44,7 @@ def check(
     print_notes(recorded)
     outcome = check_logs(recorded, expected, factor)
     if junit is not None:
-        write_whole(junit, outcome.junit())
+        write_atomically(junit, outcome.junit())
     if json:
         print_json(outcome.to_dict())
     else:

@@ -31,7 +31,7 @@ def demo(
     from multiprocessing import get_context
     from time import perf_counter
 
-    from fmu_src.builder import UNITS
+    from fmu_src import UNITS
     from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build

@@ -58,7 +58,7 @@ ScenarioName = Annotated[
 
 def scenario_names() -> list[str]:
     """Names of the scenarios, for completion."""
-    from fmu_src.wiring import SCENARIOS
+    from fmu_src import SCENARIOS
 
     return list(SCENARIOS)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError
+from heli_plant.errors import did_you_mean
 
 Value = float | str
 
@@ -80,7 +81,7 @@ def in_scenario(
     ConfigurationError, WiringError
         The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
-    from fmu_src.wiring import scenario as wiring
+    from fmu_src import scenario as wiring
 
     values: dict[str, Value] = {}
     units = dict(wiring(scenario).units)
@@ -104,7 +105,7 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
     Parameters
     ----------
     unit : str
-        A key of :data:`fmu_src.builder.UNITS`.
+        A key of :data:`fmu_src.UNITS`.
     name : str
         Structured name of the parameter.
     text : str
@@ -117,12 +118,11 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
     ConfigurationError
         The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
     """
-    from fmu_src.builder import unit_class
-    from fmu_src.variables import nearest, problem_with
+    from fmu_src import problem_with, unit_class
 
     known = {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
     if name not in known:
-        raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{nearest(name, tuple(known))}")
+        raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
     variable = known[name]._replace(name=label)
     value = text if variable.type == "String" else number_or_text(text)
     if _is_other_type(variable.type, value):
@@ -151,7 +151,7 @@ def number_or_text(text: str) -> Value:
 
 
 def _wanted(variable: Any) -> str:
-    """Say what a parameter (a :class:`fmu_src.variables.Variable`) takes: type, bounds and unit, where it has any."""
+    """Say what a parameter (a :class:`fmu_src.Variable`) takes: type, bounds and unit, where it has any."""
     parts = [_WANTED[variable.type]]
     if variable.minimum is not None and variable.maximum is not None:
         parts.append(f"in [{variable.minimum:.6g}, {variable.maximum:.6g}]")

@@ -122,7 +122,7 @@ def _played(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
     """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
-    from fmu_src.wiring import scenario as wiring
+    from fmu_src import scenario as wiring
     from heli_identifier.errors import ConfigurationError
 
     units = dict(wiring(scenario).units)

@@ -135,8 +135,7 @@ def _check_unit(file: Path, parameters: ParameterSet) -> None:
     ConfigurationError
         The first value that is not, and the unit that has them if there is one; or its bounds and unit.
     """
-    from fmu_src.builder import UNITS, unit_class
-    from fmu_src.variables import problem_with
+    from fmu_src import UNITS, problem_with, unit_class
 
     if parameters.unit not in UNITS:
         raise ConfigurationError(f"{file} names the unit {parameters.unit!r}; there are {', '.join(UNITS)}.")

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.records import write_whole
 from heli_identifier.tracing import Diagnosis, ErrorFigure
 from heli_identifier.workbench.delivery.diagnosis_document import document_text, plain
 from heli_identifier.workbench.report.rounding import unit_text, with_interval
@@ -144,8 +144,7 @@ class ParameterSet(Tabular):
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a parameters.json; gives its path."""
-        write_whole(path, document_text(self.to_dict()))
-        return Path(path)
+        return write_atomically(path, document_text(self.to_dict()))
 
     def __repr__(self) -> str:
         count = len(self.values)

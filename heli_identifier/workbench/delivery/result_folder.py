@@ -55,7 +55,7 @@ def write_results(
 
 def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
     """Build the corrected unit into ``folder`` and check it."""
-    from fmu_src.builder import build
+    from fmu_src import build
 
     check_free_run(build(PLANT, folder, parameters.start_values), diagnosis)
 

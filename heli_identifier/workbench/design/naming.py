@@ -1,10 +1,10 @@
-"""Effects by the words of a command line: NAME, or NAME:AXIS where the catalogue has the effect on several axes."""
+"""Effects by their names on a command line: NAME, or NAME:AXIS for an effect that the catalogue has on several axes."""
 
 from collections.abc import Sequence
-from difflib import get_close_matches
 
 from heli_identifier.errors import ConfigurationError
 from heli_plant.effects import CATALOGUE, Effect
+from heli_plant.errors import did_you_mean
 
 
 def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
@@ -25,9 +25,8 @@ def _entry(word: str) -> Effect:
     name, _, axis = word.partition(":")
     of_name = [entry for entry in CATALOGUE if entry.name == name]
     if not of_name:
-        near = get_close_matches(name, {entry.name for entry in CATALOGUE}, n=1)
-        hint = f" Did you mean {near[0]}?" if near else " heli effects lists them."
-        raise ConfigurationError(f"no effect is called {name!r}.{hint}")
+        hint = did_you_mean(name, {entry.name for entry in CATALOGUE}) or "; `heli effects` lists them."
+        raise ConfigurationError(f"no effect is called {name!r}{hint}")
     fitting = [entry for entry in of_name if axis in ("", entry.axis)]
     if len(fitting) != 1:
         choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)

@@ -34,7 +34,7 @@ def build(
     BuildError
         There is no such unit, or it does not take a parameter or its value.
     """
-    from fmu_src.builder import build as build_unit
+    from fmu_src import build as build_unit
 
     if isinstance(parameters, ParameterSet):
         if parameters.unit != unit:

@@ -21,7 +21,7 @@ from heli_identifier.workbench.paper.tables import write_table
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, THIRD, canvas, key, styled, thinned
 
 if TYPE_CHECKING:
-    from fmu_src.variables import Value
+    from fmu_src import Value
 
 STEP_SIZE = 0.3
 """Of the reference [rad]."""
@@ -57,11 +57,11 @@ def closed_loops(
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be stepped.
     """
+    from fmu_src import AXES, VOLTAGES, Connection, Scenario
     from fmu_src.master import run_apart
-    from fmu_src.wiring import AXES, VOLTAGES, Connection, Scenario
 
     rigs = (PLANT, *estimates)
     units, wires, record = [], [], []

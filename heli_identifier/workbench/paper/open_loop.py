@@ -48,11 +48,11 @@ def side_by_side(
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be stepped.
     """
+    from fmu_src import Connection, Scenario
     from fmu_src.master import run_apart
-    from fmu_src.wiring import Connection, Scenario
 
     units = (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("model", "HelicopterPlant"))
     wires = [Connection("exciter", v, unit, v) for unit in ("plant", "model") for v in ("v_front", "v_rear")]

@@ -97,10 +97,10 @@ def reproduce(output: Path, progress: Progress | None = None, extent: Extent | N
     ------
     ConfigurationError
         The folder cannot be written to.
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be built or stepped.
     """
-    from fmu_src.builder import build
+    from fmu_src import build
 
     began = time.monotonic()
     extent = extent or Extent()

@@ -26,8 +26,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
 
 if TYPE_CHECKING:
-    from fmu_src.variables import Value
-    from fmu_src.wiring import Scenario
+    from fmu_src import Scenario, Value
 
 STEP = 0.01
 """Control and communication period [s]."""
@@ -139,7 +138,7 @@ def twelve_starts(experiment: int) -> tuple[Start, ...]:
 
 def _scenario(kind: Kind) -> "Scenario":
     """Return the open-loop identification with the identifiers of ``kind`` side by side."""
-    from fmu_src.wiring import OPEN_LOOP, Connection, Scenario
+    from fmu_src import OPEN_LOOP, Connection, Scenario
 
     shared = [wire for wire in OPEN_LOOP.connections if wire.target_unit != "identifier"]
     heard = [wire for wire in OPEN_LOOP.connections if wire.target_unit == "identifier"]
@@ -179,7 +178,7 @@ def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be built or stepped.
     """
     from fmu_src.master import run_apart
@@ -215,8 +214,8 @@ def run_all(
 
     Raises
     ------
-    fmu_src.errors.FmuError
-        The first run that fails ends them all.
+    fmu_src.FmuError
+        Of the first run that fails; the remaining runs are cancelled.
     """
     listed = list(jobs)
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:

@@ -1,0 +1,214 @@
+"""What a file of the catalogue says: its published law is its function, in any units; and the blind rigs agree.
+
+Three descriptions of a law are held against each other: the function that the plant runs, the text that reports and
+documentation print, and the blind generator's own equations, which share no code with the plant.
+"""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from heli_plant.effects import ACCELERATION, AXES, BENDING, CATALOGUE, THRUST, VOLTAGE
+from heli_plant.effects.definition import VOCABULARY
+from heli_plant.laws import motor_input, switched_on, thrust_voltage
+from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.plant import accelerations
+from tests.blind import rotors as blind_rotors
+from tests.blind.coefficients import Coefficients
+from tests.blind.torques import elevation_torque, pitch_torque, travel_torque
+
+BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
+FAST = 30.0
+"""Rates [rad/s] at which the smoothed sign of dry friction is the sign to the last bit, in milliseconds as well."""
+
+
+def arguments(e):
+    """Names of a law's arguments, in order."""
+    code = e.function.__code__
+    return code.co_varnames[: code.co_argcount]
+
+
+def unit_of(e, name):
+    """Unit of an argument, as the catalogue or the list of parameters states it."""
+    shapes = {shape.name: shape.unit for shape in e.shapes}
+    if name == "c":
+        return e.unit
+    if name in shapes:
+        return shapes[name]
+    return VOCABULARY[name][1] if name in VOCABULARY else BY_FIELD[name].unit
+
+
+def drawn(e, seed):
+    """Values of a law's arguments, of the order of a fast flight; every sign occurs."""
+    random = np.random.default_rng(seed)
+    values = {}
+    for name in arguments(e):
+        shape = {shape.name: shape for shape in e.shapes}.get(name)
+        if name == "c":
+            low = max(e.lower, -0.9 * e.upper)
+            values[name] = float(random.uniform(low, e.upper))
+        elif shape is not None:
+            values[name] = float(random.uniform(0.3, 1.0)) * shape.upper
+        elif name in VOCABULARY and VOCABULARY[name][1] == "rad/s":
+            values[name] = float(random.choice([-1.0, 1.0]) * random.uniform(0.5, 1.0) * FAST)
+        else:
+            values[name] = float(random.uniform(-1.5, 1.5))
+    return values
+
+
+@pytest.mark.parametrize("e", CATALOGUE, ids=lambda e: e.field)
+def test_arguments_of_a_law_are_of_the_documented_vocabulary(e):
+    known = {"c", "horizontal_offset", *VOCABULARY, *BASE, *(shape.name for shape in e.shapes)}
+    assert set(arguments(e)) <= known
+
+
+# --- the published law ----------------------------------------------------------------------------------------------
+
+OPERATORS = ("**", "<=", ">=", "<", ">", "+", "-", "*", "/", "(", ")", "=")
+FUNCTIONS = {
+    "sin": math.sin, "cos": math.cos, "tan": math.tan, "exp": math.exp, "abs": abs,
+    "sign": lambda x: math.copysign(1.0, x),
+}  # fmt: skip
+
+
+def expression(text, values):
+    """Value of a published expression: factors stand side by side, symbols may hold primes and (0)."""
+    words = sorted([*values, *FUNCTIONS, *OPERATORS], key=len, reverse=True)
+    tokens = re.findall("|".join(map(re.escape, words)) + r"|\d+\.?\d*|\S", text)
+    program, before = [], ""
+    for token in tokens:
+        starts = token in values or token in FUNCTIONS or token == "(" or token[0].isdigit()
+        if before and starts and (before in values or before == ")" or before[0].isdigit()):
+            program.append("*")
+        program.append(repr(values[token]) if token in values else token)
+        before = token
+    return eval("".join(f"({p})" if p[:1] == "-" and p != "-" else p for p in program), dict(FUNCTIONS))
+
+
+def published(law, values):
+    """Value of a published law: ``condition: law, else law``, and ``x -> law``."""
+    text = law.replace("^", "**")
+    if ":" in text:
+        condition, _, rest = text.partition(":")
+        then, _, otherwise = rest.partition(", else ")
+        if expression(condition, values):
+            text = then
+        elif otherwise:
+            text = otherwise
+        else:
+            text = then.partition("->")[0] if "->" in then else "0.0"
+    return expression(text.rpartition("->")[2], values)
+
+
+def by_symbol(e, values):
+    """Values under the symbols of the published law."""
+    shapes = {shape.name: shape.symbol for shape in e.shapes}
+    named = {shapes.get(name) or VOCABULARY.get(name, (name,))[0]: value for name, value in values.items()}
+    if "horizontal_offset" in values:
+        named["eps_0"] = values["horizontal_offset"]
+    return named
+
+
+@pytest.mark.parametrize("e", [e for e in CATALOGUE if e.place != BENDING], ids=lambda e: e.field)
+@pytest.mark.parametrize("seed", range(20))
+def test_published_law_is_the_function(e, seed):
+    values = drawn(e, seed)
+    # both are sums of a few products: some roundings of the largest term, which is below 1e4
+    assert published(e.law, by_symbol(e, values)) == pytest.approx(e.function(**values), rel=1e-12, abs=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_published_law_of_the_bending_mode_is_its_equation_of_motion(seed):
+    (e,) = [e for e in CATALOGUE if e.place == BENDING]
+    values = drawn(e, seed)
+    symbols = by_symbol(e, values) | {"q''": e.function(**values), "w_b": 2.0 * math.pi * values["frequency"]}
+    left, _, right = e.law.partition(", ")[2].replace("^", "**").partition("=")
+    assert expression(left, symbols) == pytest.approx(expression(right, symbols), rel=1e-9)
+
+
+# --- units ----------------------------------------------------------------------------------------------------------
+
+THOUSANDS = {"s": 1, "V": 1}
+"""Powers of 1000 by which a number grows when seconds become milliseconds and volts millivolts."""
+
+
+def power(unit):
+    """Power of 1000 by which a quantity of this unit grows."""
+    total, sign = 0, 1
+    for part in re.split(r"(/)", unit.replace("(", "").replace(")", "")):
+        if part == "/":
+            sign = -1
+            continue
+        for factor in part.split():
+            name, _, exponent = factor.partition("^")
+            total += sign * THOUSANDS.get(name, 0) * int(exponent or 1)
+    return total
+
+
+RESULT = {ACCELERATION: "rad/s^2", BENDING: "rad/s^2", VOLTAGE: "V", THRUST: "V", "lag": "s", "delay": "s"}
+
+
+@pytest.mark.parametrize("e", CATALOGUE, ids=lambda e: e.field)
+@pytest.mark.parametrize("seed", range(10))
+def test_law_means_the_same_in_milliseconds_and_millivolts(e, seed):
+    """Rescaled by its unit strings: a wrong unit of c, of a shape or of a parameter shows as a power of a thousand."""
+    values = drawn(e, seed)
+    if "rate" in values:
+        values["rate"] *= 10.0  # its smoothing is a constant in rad/s: the sign has to be one in rad/ms as well
+    rescaled = {name: value * 1000.0 ** power(unit_of(e, name)) for name, value in values.items()}
+    if "frequency" in rescaled:  # Hz is 1/s
+        rescaled["frequency"] = values["frequency"] / 1000.0
+    expected = e.function(**values) * 1000.0 ** power(RESULT[e.place])
+    assert e.function(**rescaled) == pytest.approx(expected, rel=1e-9, abs=1e-300)
+
+
+# --- the blind rigs -------------------------------------------------------------------------------------------------
+
+ON_AXES = {
+    "quadratic_drag": AXES, "constant_torque": ("pitch", "travel"), "airspeed_thrust_loss": ("pitch", "elevation"),
+    "gyroscopic_coupling": ("pitch", "elevation"), "inertial_coupling": ("elevation", "travel"),
+}  # fmt: skip
+"""Effects whose coefficient the generator names by axis."""
+
+SMOOTH = [e for e in CATALOGUE if e.place == ACCELERATION and "friction" not in e.name]
+
+
+def blind_field(e):
+    return f"{e.name}_{e.axis}" if e.name in ON_AXES else e.name
+
+
+angle, rate, volts = st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(-10.0, 10.0)
+
+
+@pytest.mark.parametrize("e", [*SMOOTH, None], ids=lambda e: e.field if e else "all of them")
+@given(th=angle, ep=angle, la=angle, w=rate, w_e=rate, w_l=rate, mu_s=volts, mu_d=volts, zero=st.floats(-0.3, 0.3))
+def test_blind_generator_and_plant_accelerate_alike(e, th, ep, la, w, w_e, w_l, mu_s, mu_d, zero):
+    """Horizontal arm at an elevation that is not the encoder's zero; only dry friction is set-valued there."""
+    # the generator lets a moving mass act through the large-angle gravity: together they are not additive there
+    on = [x for x in SMOOTH if x.name != "moving_mass"] if e is None else [e]
+    shapes = {"ground_elevation": -0.2, "ground_height": 0.15, "moving_mass_time": 1.0}
+    p = TABLE_2._replace(horizontal_offset=zero, **shapes, **{x.field: 0.3 * x.upper for x in on})
+    blind = Coefficients(
+        elevation_zero=zero, ground_angle=-0.2, ground_length=0.15, mass_time=1.0,
+        **{blind_field(x): 0.3 * x.upper for x in on},
+    )  # fmt: skip
+    expected = (
+        pitch_torque(th, ep, w, w_e, w_l, mu_s, mu_d, blind),
+        elevation_torque(2.0, th, ep, w, w_e, w_l, mu_s, blind),
+        travel_torque(th, ep, la, w_e, w_l, mu_s, blind),
+    )
+    found = accelerations(2.0, th, ep, la, w, w_e, w_l, mu_d, mu_s, 0.0, 0.0, switched_on(p), p)
+    # sums of terms up to 1000 rad/s^2 in another order
+    assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)
+
+
+@given(v=st.floats(-5.0, 5.0), t=st.floats(0.0, 100.0))
+def test_blind_generator_and_plant_pull_alike(v, t):
+    on = {"quadratic_thrust": 0.1, "reverse_thrust_loss": 0.4, "thrust_fade": 0.001, "dead_zone": 0.2}
+    p, blind = TABLE_2._replace(**{f"{name}_rotors": c for name, c in on.items()}), Coefficients(**on)
+    assert motor_input(v, p) == pytest.approx(blind_rotors.beyond_dead_zone(v, 0.2), abs=1e-15)
+    assert thrust_voltage(v, t, p) == pytest.approx(blind_rotors.thrust(v, t, blind), rel=1e-14)

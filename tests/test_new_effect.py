@@ -1,0 +1,123 @@
+"""A new effect is one file and one line: in a copy of the project it is at once everywhere."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+FILE = '''
+    """A table that is not level: the arm runs downhill."""
+
+    from math import sin
+
+    from .definition import Effect
+
+
+    def law(travel: float, c: float) -> float:
+        """Acceleration [rad/s^2] of the travel; c [rad/s^2]."""
+        return c * sin(travel)
+
+
+    EFFECTS = (
+        Effect(
+            name="table_tilt",
+            axis="travel",
+            function=law,
+            law="c sin(lambda)",
+            unit="rad/s^2",
+            lower=-0.5,
+            upper=0.5,
+            source="a test",
+            family="tilt of the table",
+            experiment="Turn the arm slowly by a whole turn.",
+            drawn_against="travel",
+            watchable=True,
+        ),
+    )
+'''
+
+SCRIPT = """
+    import numpy as np
+    from pathlib import Path
+
+    from heli_identifier.online import WATCHABLE
+    from heli_identifier.records import Log
+    from heli_identifier.tracing import DiagnosisSettings, diagnose
+    from heli_identifier.workbench.report.page import report_page
+    from heli_plant.compiled import compiled, parameter_record
+    from heli_plant.laws import added_travel
+    from heli_plant.parameters import TABLE_2, from_names
+    from heli_plant.simulation import simulate
+    from heli_plant.state import rest_state
+    from fmu_src.builder import build
+    from fmpy import read_model_description, simulate_fmu
+    from tests.blind.signals import multisines
+
+    tilted = from_names({"effects.table_tilt.travel": 0.15})
+    motion = [0.0, 0.1, 0.2, 0.7, 0.3, 0.1, 0.2, 1.0, 0.5, 0.0]
+    interpreted = added_travel(*motion, tilted)
+    assert interpreted == 0.15 * np.sin(0.7) == compiled(added_travel)(*motion, parameter_record(tilted))
+    print("compiled")
+
+    def log(seed, parameters=tilted):
+        random = np.random.default_rng(seed)
+        voltages = multisines(60.0, random) + 0.8
+        start = rest_state(TABLE_2, float(voltages[0].sum()))
+        start = start._replace(nu_front=voltages[0, 0], nu_rear=voltages[0, 1])
+        angles = simulate(voltages, 0.01, start, parameters)[1]
+        step = 2 * np.pi / np.array([4096, 4096, 8192])
+        read = step * np.round(angles / step + 0.25 * random.standard_normal(angles.shape))
+        return Log(f"run{seed}", 100.0, voltages, read)
+
+    assert np.abs(log(1).angles - log(1, TABLE_2).angles).max() > 0.1
+    print("simulated")
+    diagnosis = diagnose([log(1), log(2)], held_out=log(3))
+    found = diagnosis.effects[0]
+    assert (found.name, found.axis) == ("table_tilt", "travel"), diagnosis.effects
+    assert abs(found.coefficient.value - 0.15) < 0.01
+    print("traced")
+    page = report_page(diagnosis, {}, "rig")
+    assert "Table tilt on the travel" in page
+    assert "c sin(λ)" in page
+    print("reported")
+    assert "table_tilt" in WATCHABLE["travel"]
+    unit = build("HelicopterPlant", Path("units"), {"effects.table_tilt.travel": 0.15})
+    names = {variable.name for variable in read_model_description(unit).modelVariables}
+    assert "effects.table_tilt.travel" in names
+    run = simulate_fmu(str(unit), stop_time=2.0, output_interval=0.01, start_values={"initial.travel": 1.0},
+                       output=["travel_rate"])
+    start = rest_state(TABLE_2)._replace(travel=1.0, cable_rest=1.0)
+    expected = simulate(np.zeros((201, 2)), 0.01, start, tilted)[0][:, 5]
+    assert np.abs(run["travel_rate"] - expected).max() < 1e-9 and abs(expected[-1]) > 0.1
+    print("in the unit")
+"""
+
+
+@pytest.mark.slow
+def test_new_effect_is_simulated_compiled_traced_reported_documented_and_in_the_unit(tmp_path):
+    for package in ("heli_plant", "heli_identifier", "fmu_src", "tests", "docs"):
+        ignored = shutil.ignore_patterns("__pycache__", "demo_logs", "figures")
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored if package != "heli_identifier" else None)
+    effects = tmp_path / "heli_plant" / "effects"
+    (effects / "table_tilt.py").write_text(dedent(FILE).lstrip())
+    door = effects / "__init__.py"
+    door.write_text(door.read_text().replace("    moving_mass,\n", "    moving_mass,\n    table_tilt,\n"))
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "HELI_CACHE_DIR": str(tmp_path / "cache")}
+
+    def python(*words):
+        done = subprocess.run(
+            [sys.executable, *words], capture_output=True, text=True, cwd=tmp_path, env=environment, timeout=300
+        )
+        assert done.returncode == 0, done.stdout + done.stderr[-3000:]
+        return done.stdout
+
+    said = python("-c", dedent(SCRIPT))
+    assert said.split("\n")[:-1] == ["compiled", "simulated", "traced", "reported", "in the unit"]
+    documented = "from docs.hooks.effects import on_page_markdown as page; print(page('<!-- effects -->'))"
+    assert "| `table_tilt` | travel |" in python("-c", documented)
