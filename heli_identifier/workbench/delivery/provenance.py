@@ -12,19 +12,21 @@ PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "statsmodels", "pythonfmu", 
 """Distributions whose version can change a result."""
 
 
-__version__ = version("heli-twin")
+def installed(name: str) -> str:
+    """Give the version of a distribution; "not installed" where it is missing."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+__version__ = installed("heli-twin")
 """Version of this program."""
 
 
 def versions() -> dict[str, str]:
-    """Give the version of Python and of every package that takes part; "not installed" where one is missing."""
-    found = {"Python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    """Give the version of Python and of every package that takes part."""
+    return {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}}
 
 
 def provenance(command: Sequence[str]) -> dict[str, Any]:
