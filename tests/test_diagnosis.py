@@ -9,8 +9,8 @@ from heli_identifier.tracing.diagnosis.curves import accelerations_along
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.tracing.diagnosis.result import RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion
 from heli_identifier.tracing.search.verdict import Verdict
-from heli_identifier.tracing.validation.smoothed_state import smoothed_motion
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
 from heli_plant.simplified_model import simplified_accelerations

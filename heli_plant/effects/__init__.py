@@ -44,6 +44,7 @@ from . import (
     inertial_coupling,
     large_angle_gravity,
     pitch_gravity_coupling,
+    speed_stability,
     ground_effect,
     arm_bending,
     moving_mass,

@@ -98,8 +98,8 @@ class Effect:
     source, family, experiment : str
         Where the law comes from; the mechanism that it is a law of; what to measure to see it.
     drawn_against : str or None
-        Variable of its curve: "rate", "other_rate" (of the axis that it couples with), "pitch", "elevation", "travel",
-        "mu_sum", "mu_rate", "time"; None if it acts through no torque.
+        Variable of its curve: "rate", "other_rate" (of the axis that it couples with), "pitch_rate" ..., "pitch",
+        "elevation", "travel", "mu_sum", "mu_rate", "time"; None if it acts through no torque.
     place : str
     shapes : tuple of Shape
     grid : tuple of float

@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.result import EffectCurve
 from heli_identifier.tracing.prediction.along import accelerations_at
+from heli_identifier.tracing.prediction.smoothed_state import as_smoothed, smoothed_motion
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect
 from heli_identifier.tracing.search.model import Model
-from heli_identifier.tracing.validation.smoothed_state import as_smoothed, smoothed_motion
 from heli_plant.effects import AXES, Effect
 from heli_plant.parameters import PlantParameters
 
 BINS = 32
 """Bins of the variable, of equal population."""
+
+RATES = tuple(f"{axis}_rate" for axis in AXES)
 
 SHOWN_ON = {"rotors": "elevation"}
 """Axis on which an effect of the rotors is drawn."""
@@ -86,6 +88,8 @@ def _variable(record: Log, kind: str, axis: int, mu: NDArray[np.float64]) -> NDA
         return mu[:, 1]
     if kind == "mu_rate":
         return np.gradient(mu[:, 1], record.step)
+    if kind in RATES:
+        return rates[:, RATES.index(kind)]
     if kind == "time":
         return np.arange(record.samples, dtype=np.float64) * record.step
     return angles[:, AXES.index(kind)]
@@ -104,4 +108,5 @@ def _label(kind: str, axis: int) -> tuple[str, str]:
         "mu_sum": ("mu_s", "V"),
         "mu_rate": ("d mu_s / dt", "V/s"),
         "time": ("time", "s"),
+        **{rate: (f"{of} rate", "rad/s") for rate, of in zip(RATES, AXES, strict=True)},
     }.get(kind, (kind, "rad"))

@@ -26,13 +26,13 @@ SETTLING = 10.0
 """The first SETTLING / omega_f seconds of a record still carry its unknown start and are left out."""
 
 
-def reduce_log(log: Log) -> Log:
-    """Reduce a log to about :data:`TARGET_RATE` by a whole factor; a slower log keeps its rate.
+def reduce_log(log: Log, rate: float = TARGET_RATE) -> Log:
+    """Reduce a log to about ``rate`` [Hz] by a whole factor; a slower log keeps its rate.
 
     A voltage held over several samples acts through the motor's lag as its mean does, so voltages are averaged over
     the longer step; an angle is taken at the step's start.
     """
-    factor = max(1, int(log.rate_hz / TARGET_RATE + 0.5))
+    factor = max(1, int(log.rate_hz / rate + 0.5))
     count = log.samples // factor
     voltages = log.voltages[: count * factor].reshape(count, factor, 2).mean(axis=1)
     angles = log.angles[: count * factor : factor]

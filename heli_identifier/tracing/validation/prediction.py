@@ -14,7 +14,7 @@ from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
-from heli_identifier.tracing.validation.smoothed_state import WINDOW, smoothed_states
+from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_states
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
 
