@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.diagnosis.diagnose import diagnose
+from heli_identifier.tracing.diagnosis.result import RigVerdict
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import MARGIN, cut, shortest_piece, without_events
-from heli_identifier.tracing.events.finding import Event, find_events
+from heli_identifier.tracing.events.event import Event
+from heli_identifier.tracing.events.finding import find_events
+from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from tests.blind.field.draw import draw_field_rig
 from tests.blind.field.generator import fly_log
 
@@ -131,3 +136,19 @@ def test_logs_too_short_for_a_regression_hold_no_event():
     log = flown("open_touched", 11)[0][0]
     short = replace(log, voltages=log.voltages[:20], angles=log.angles[:20])
     assert find_events([short, replace(short, name="other")], VOLTAGE_LIMIT) == ()
+
+
+@pytest.mark.slow
+def test_a_diagnosis_cuts_events_out_lists_them_and_keeps_them_if_asked():
+    logs, touches = flown("open_touched", 11)
+    training, held_out = logs[:3], logs[3:4]
+    put_in = [(log.name, touch.axis) for log, own in zip(logs[:4], touches, strict=False) for touch in own]
+    found = diagnose(training, held_out=held_out)
+    assert [(event.log, event.axis) for event in found.events] == put_in
+    assert (found.verdict, found.effects) == (RigVerdict.MODEL_ADEQUATE, ())
+    assert {series.log.name.partition(" from ")[0] for series in found.series} == {held_out[0].name}
+    assert all(series.events for series in found.series)
+    assert [row["axis"] for row in diagnosis_document(found, {})["events"]] == [axis for _, axis in put_in]
+    kept = diagnose(training, held_out=held_out, settings=DiagnosisSettings(keep_events=True))
+    assert kept.events == found.events
+    assert [series.log.name for series in kept.series] == [held_out[0].name]

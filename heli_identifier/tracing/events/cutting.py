@@ -7,7 +7,8 @@ import numpy as np
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.events.equation import WINDOW
-from heli_identifier.tracing.events.finding import Event, find_events
+from heli_identifier.tracing.events.event import Event
+from heli_identifier.tracing.events.finding import find_events
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING
 from heli_identifier.tracing.prediction.whitening import ORDER
 
@@ -45,7 +46,7 @@ def shortest_piece(bandwidth: float) -> float:
 
 
 def without_events(
-    training: Sequence[Log], held_out: Sequence[Log], voltage_limit: float, bandwidth: float
+    training: Sequence[Log], held_out: Sequence[Log], voltage_limit: float, bandwidth: float, keep: bool = False
 ) -> WithoutEvents:
     """Find the events in all logs of a rig and cut them out.
 
@@ -56,6 +57,8 @@ def without_events(
         Saturation of both voltages [V].
     bandwidth : float
         Lowest filter frequency [rad/s] that the pieces are to serve.
+    keep : bool
+        List the events, and leave the logs whole.
 
     Returns
     -------
@@ -63,6 +66,8 @@ def without_events(
         If nothing of the training logs or nothing of the held-out logs would remain, these are whole.
     """
     events = find_events((*training, *held_out), voltage_limit)
+    if keep:
+        return WithoutEvents(tuple(training), tuple(held_out), events)
     notes = []
     kept = []
     for logs, what in ((training, "training"), (held_out, "held-out")):
@@ -98,6 +103,18 @@ def cut(log: Log, events: Sequence[Event], shortest: float) -> list[Log]:
         if (stop - begin) * log.step >= shortest and np.ptp(log.angles[begin:stop], axis=0).all():
             pieces.append(_piece(log, int(begin), int(stop)))
     return pieces
+
+
+def events_beside(log: Log, events: Sequence[Event]) -> tuple[Event, ...]:
+    """Give the events inside of a log or piece, and those that it was cut at."""
+    reach = 2.0 * MARGIN
+    return tuple(
+        event
+        for event in events
+        if (log.name == event.log or log.name.startswith(f"{event.log} from "))
+        and log.start - reach <= event.end_in_file
+        and event.start_in_file <= log.start + log.duration + reach
+    )
 
 
 def _piece(log: Log, begin: int, stop: int) -> Log:

@@ -10,8 +10,7 @@ spanned by the rates before and after it, by more than the encoder's resolution 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.events.equation import EVALUATED_STEP, WINDOW, residuals
+from heli_identifier.tracing.events.event import Event, Kind
 from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.tracing.prediction.start import smoothed
 from heli_plant.effects import AXES
@@ -35,38 +35,6 @@ RATE_WINDOW = 0.1
 
 NOISE_QUANTILE, NOISE_FACTOR = 0.995, 3.0
 """A slip is this many times larger than the quantile of what differences exceed their neighbours' range by."""
-
-Kind = Literal["force", "slip"]
-
-
-@dataclass(frozen=True)
-class Event:
-    """A passage of a log in which something acts that is not the plant.
-
-    Attributes
-    ----------
-    log : str
-        Name of the log.
-    axis : str
-        Pitch, elevation or travel.
-    start, end : float
-        Since the log's first sample [s].
-    start_in_file, end_in_file : float
-        The same in the time of the log's file [s].
-    kind : str
-        "force" for a force from outside, "slip" for a step of the encoder's reading.
-    size : float
-        Largest unexplained acceleration [rad/s^2], or the step of a slip [rad].
-    """
-
-    log: str
-    axis: str
-    start: float
-    end: float
-    start_in_file: float
-    end_in_file: float
-    kind: Kind
-    size: float
 
 
 def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
