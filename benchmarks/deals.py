@@ -18,11 +18,11 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.joint.selection import fit_everything, select_predictive
 from heli_identifier.records import Log, read_logs
 from heli_identifier.tracing.multistep.fit import fit_multistep
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
 from heli_identifier.tracing.multistep.problem import Multistep
-from heli_identifier.tracing.multistep.selection import fit_everything, select_predictive
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate

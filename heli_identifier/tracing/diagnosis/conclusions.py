@@ -70,11 +70,6 @@ def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
     }
 
 
-def effect_estimates(fit: Fit) -> dict[str, Estimate]:
-    """Coefficients and shapes that a fit estimates, by the plant's fields."""
-    return {field: fit.estimate(field) for field in fit.free if field not in BASE}
-
-
 def catalogue_verdicts(
     selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[Withdrawal]
 ) -> tuple[CatalogueVerdict, ...]:

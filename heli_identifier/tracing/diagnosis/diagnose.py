@@ -10,12 +10,11 @@ from heli_identifier.records import Log, check_apart, check_excitation, check_mo
 from heli_identifier.tracing.diagnosis.conclusions import (
     catalogue_verdicts,
     correlation,
-    effect_estimates,
     found_effects,
-    parameter_estimates,
 )
 from heli_identifier.tracing.diagnosis.curves import drawn_curves
 from heli_identifier.tracing.diagnosis.notes import diagnosis_notes
+from heli_identifier.tracing.diagnosis.plants import plants
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import events_beside, without_events
@@ -106,7 +105,8 @@ def _diagnosed(
     withdrawn = (*unstable, *not_validated)
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)
-    axes, before, after = compared(held_out, null, delivered)
+    plant_before, plant_after = plants(used.training, null, delivered, model)
+    axes, before, after = compared(held_out, plant_before.parameters, plant_after.parameters, delivered.whitener)
     effects = found_effects(model, agreed, rivals.result())
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
@@ -114,11 +114,11 @@ def _diagnosed(
         effects=effects,
         withdrawn=withdrawn,
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
-        parameters_before=parameter_estimates(null),
-        parameters_after=parameter_estimates(delivered),
-        effects_after=effect_estimates(delivered),
-        plant_before=null.parameters,
-        plant_after=delivered.parameters,
+        parameters_before=plant_before.base,
+        parameters_after=plant_after.base,
+        effects_after=plant_after.of_effects,
+        plant_before=plant_before.parameters,
+        plant_after=plant_after.parameters,
         axes=axes,
         series=_series(held_out.logs, before, after, used.events),
         curves=drawn_curves(model, effects),
@@ -126,7 +126,7 @@ def _diagnosed(
         correlation=matrix,
         data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
-        notes=(*used.notes, *diagnosis_notes(null, model, delivered, axes, settings)),
+        notes=(*used.notes, *diagnosis_notes(null, model, plant_after, axes, settings)),
         seconds=perf_counter() - began,
         events=used.events,
     )

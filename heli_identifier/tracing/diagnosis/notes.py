@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
+from heli_identifier.tracing.diagnosis.plants import FittedPlant
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
@@ -14,12 +15,13 @@ from heli_identifier.tracing.validation.withdrawal import TOLERATED
 
 
 def diagnosis_notes(
-    null: Fit, model: Model, delivered: Fit, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
+    null: Fit, model: Model, after: FittedPlant, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
 ) -> tuple[str, ...]:
     """Everything that has to be said beside the figures, one sentence each."""
     return (
         *sign_notes(parameter_estimates(null)),
-        *_model_notes(model, delivered, settings),
+        *_model_notes(model, after, settings),
+        *_undetermined_notes(after),
         *worse_axis_notes(axes),
     )
 
@@ -39,7 +41,7 @@ def worse_axis_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _model_notes(model: Model, delivered: Fit, settings: DiagnosisSettings) -> tuple[str, ...]:
+def _model_notes(model: Model, after: FittedPlant, settings: DiagnosisSettings) -> tuple[str, ...]:
     notes = []
     highest = max(float(np.abs(record.voltages).max()) for record in model.fit.problem.records)
     if highest > settings.voltage_limit:
@@ -47,11 +49,23 @@ def _model_notes(model: Model, delivered: Fit, settings: DiagnosisSettings) -> t
             f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
             "(set the rig's limit in its configuration)"
         )
-    if delivered is not model.fit:
+    if model.unknowns:
         notes.append(
             "the corrected parameters let the model imitate the unknown torque, which predicts better; coefficients "
             "listed with the effects are those found beside it"
         )
-    if not (model.fit.converged and delivered.converged):
+    if not (model.fit.converged and after.converged):
         notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
     return tuple(notes)
+
+
+def _undetermined_notes(after: FittedPlant) -> tuple[str, ...]:
+    """Name the parameters whose intervals rest on what is plausible for any rig, not on these logs."""
+    if not after.undetermined:
+        return ()
+    names = ", ".join(after.undetermined)
+    whose = "its interval is" if len(after.undetermined) == 1 else "their intervals are"
+    return (
+        f"the logs do not determine {names}: {whose} hardly narrower than "
+        "what is plausible for any rig of this kind; excite that axis more strongly to learn more",
+    )

@@ -6,16 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.tracing.prediction.start import lagged_voltages
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, NaiveError, rms_figures
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.noise_floor import synthetic_pieces, synthetic_record
-from heli_identifier.tracing.validation.prediction import SPACING, ModelErrors, free_run, stable_axes
+from heli_identifier.tracing.validation.prediction import (
+    HORIZONS,
+    SPACING,
+    ModelErrors,
+    free_run,
+    naive_errors,
+    stable_axes,
+)
 from heli_identifier.tracing.validation.whiteness import input_correlation, ljung_box_p
 from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,36 +121,41 @@ def noise_floor(errors: ModelErrors) -> Figures:
     return Figures(*_prediction_figures(of_pieces), [None] * 3, acceleration)
 
 
-def compared(held_out: HeldOut, before: Fit, after: Fit) -> tuple[dict[str, AxisReport], HeldOutRun, HeldOutRun]:
+def compared(
+    held_out: HeldOut, before: PlantParameters, after: PlantParameters, whitener: Whitener
+) -> tuple[dict[str, AxisReport], HeldOutRun, HeldOutRun]:
     """Compare the model before with the model after on held-out logs.
 
     Parameters
     ----------
     held_out : HeldOut
-    before, after : Fit
-        Fits to the training logs.
+    before, after : PlantParameters
+        Fitted to the training logs.
+    whitener : Whitener
+        Of the model after, fitted to the training logs.
 
     Returns
     -------
     reports : dict of str to AxisReport
         By axis.
     run_before, run_after : HeldOutRun
-        Both are whitened by the whitener of the model after. The whitener of the model before has taken the missing
-        effect for noise, and would make its residual look the whiter of the two.
+        Both are whitened by ``whitener``. The whitener of the model before has taken the missing effect for noise, and
+        would make its residual look the whiter of the two.
     """
-    run_before, run_after = (held_out_run(held_out, fit, after.whitener) for fit in (before, after))
+    run_before, run_after = (held_out_run(held_out, parameters, whitener) for parameters in (before, after))
     runs = (run_before, run_after)
     steps = [log.step for log in held_out.logs]
     found = [
         figures(
-            held_out.errors(fit.parameters),
+            held_out.errors(parameters),
             [log.angles - angles for log, angles in zip(held_out.logs, run.free_runs, strict=True)],
             steps,
         )
-        for fit, run in zip((before, after), runs, strict=True)
+        for parameters, run in zip((before, after), runs, strict=True)
     ]
-    floor = noise_floor(held_out.errors(after.parameters))
-    inputs = _inputs(held_out.problem, after)
+    floor = noise_floor(held_out.errors(after))
+    inputs = _inputs(held_out.problem, after.T_m, whitener.order)
+    naive = [naive_figures(held_out.problem, horizon) for horizon in HORIZONS]
     reports = {}
     for i, axis in enumerate(AXES):
         white = [[z[:, i] for z in run.white] for run in runs]
@@ -153,21 +165,29 @@ def compared(held_out: HeldOut, before: Fit, after: Fit) -> tuple[dict[str, Axis
             floor.axis(i),
             dict(zip(("before", "after"), (ljung_box_p(np.concatenate(z)) for z in white), strict=True)),
             dict(zip(("before", "after"), (input_correlation(z, inputs[i]) for z in white), strict=True)),
+            *(NaiveError(*(of_horizon[k][i] for of_horizon in naive)) for k in range(2)),
         )
     return reports, run_before, run_after
 
 
-def held_out_run(held_out: HeldOut, fit: Fit, whitener: Whitener) -> HeldOutRun:
-    """Free runs and residuals of a fit on the held-out logs, whitened by ``whitener``."""
-    residuals = held_out.errors(fit.parameters).residuals
+def naive_figures(problem: Problem, horizon: float) -> tuple[list[ErrorFigure], list[ErrorFigure]]:
+    """Figures of "the angle stays" and of "the rate stays", what a model must beat ``horizon`` [s] ahead."""
+    pairs = [naive_errors(record, horizon) for record in problem.records]
+    stays, goes_on = ([pair[i] for pair in pairs] for i in range(2))
+    return rms_figures(stays, SPACING), rms_figures(goes_on, SPACING)
+
+
+def held_out_run(held_out: HeldOut, parameters: PlantParameters, whitener: Whitener) -> HeldOutRun:
+    """Free runs and residuals of a parameter set on the held-out logs, whitened by ``whitener``."""
+    residuals = held_out.errors(parameters).residuals
     white = [np.column_stack([whitener.apply_axis(axis, [r[:, axis]]) for axis in range(3)]) for r in residuals]
-    return HeldOutRun([free_run(log, fit.parameters) for log in held_out.logs], residuals, white)
+    return HeldOutRun([free_run(log, parameters) for log in held_out.logs], residuals, white)
 
 
-def _inputs(problem: Problem, fit: Fit) -> list[list[NDArray[np.float64]]]:
+def _inputs(problem: Problem, time_constant: float, order: int) -> list[list[NDArray[np.float64]]]:
     """Give the voltages [V] that drive each axis, per record: v_f - v_r for the pitch, v_f + v_r for the others."""
     reduced = [
-        problem.reduce(record, lagged_voltages(record, fit.parameters.T_m))[fit.whitener.order :]
+        problem.reduce(record, lagged_voltages(record, time_constant))[order:]
         for record in problem.records
     ]
     return [[v @ np.array((1.0, -1.0 if axis == "pitch" else 1.0)) for v in reduced] for axis in AXES]

@@ -38,12 +38,21 @@ class AxisError:
     acceleration: ErrorFigure
 
 
+@dataclass(frozen=True)
+class NaiveError:
+    """Errors [rad] of a prediction without a model on the held-out logs."""
+
+    prediction_1s: ErrorFigure
+    prediction_2s: ErrorFigure
+
+
 @dataclass(frozen=True, eq=False)
 class AxisReport:
     """Before, after and noise floor of one axis, with residual tests of the innovations after.
 
     ``whiteness_p`` maps "before"/"after" to the Ljung-Box p value, ``input_correlation`` to the largest absolute
-    cross-correlation with past inputs in units of its 95 % bound.
+    cross-correlation with past inputs in units of its 95 % bound. ``angle_stays`` and ``rate_stays`` are the errors of
+    the two predictions that know no model: a model has to beat them.
     """
 
     before: AxisError
@@ -51,6 +60,8 @@ class AxisReport:
     noise_floor: AxisError
     whiteness_p: Mapping[str, float]
     input_correlation: Mapping[str, float]
+    angle_stays: NaiveError
+    rate_stays: NaiveError
 
 
 def rms_figures(

@@ -14,7 +14,8 @@ from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
-from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_states
+from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_motion, smoothed_states
+from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
 
@@ -33,11 +34,29 @@ def prediction_errors(record: Log, parameters: PlantParameters, horizon: float) 
     NDArray, shape (S, 3)
         Pitch, elevation, travel [rad], in the order of the starts.
     """
-    h = record.step
-    steps, margin = round(horizon / h), int(WINDOW / h)
-    starts = np.arange(margin, record.samples - steps, max(1, round(SPACING / h)))
+    starts, steps = _starts(record, horizon)
     states = smoothed_states(record, parameters)
     return record.angles[starts + steps] - predicted(record, states, starts, steps, parameters)
+
+
+def naive_errors(record: Log, horizon: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Errors of "the angle stays" and of "the rate stays", from the same starts and smoothed motion.
+
+    Returns
+    -------
+    angle_stays, rate_stays : NDArray, shape (S, 3)
+        [rad].
+    """
+    starts, steps = _starts(record, horizon)
+    stays = record.angles[starts + steps] - smoothed_motion(record)[starts]
+    return read_only(stays), read_only(stays - horizon * smoothed_motion(record, 1)[starts])
+
+
+def _starts(record: Log, horizon: float) -> tuple[NDArray[np.intp], int]:
+    """Give the samples (S,) at which predictions start, and the steps to the horizon [s]."""
+    h = record.step
+    steps, margin = round(horizon / h), int(WINDOW / h)
+    return np.arange(margin, record.samples - steps, max(1, round(SPACING / h))), steps
 
 
 @dataclass(frozen=True, eq=False)

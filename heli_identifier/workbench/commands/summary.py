@@ -4,7 +4,7 @@ import typer
 
 from heli_identifier.tracing import Diagnosis
 from heli_identifier.workbench.commands.terminal import print_table, warn
-from heli_identifier.workbench.report.rounding import angle_text, significant, with_interval
+from heli_identifier.workbench.report.rounding import angle_text, naive_text, significant, with_interval
 from heli_identifier.workbench.report.sentences import effect_title, verdict_sentence, withdrawn_sentence
 from heli_identifier.workbench.report.tables import floor_missing, parameter_rows
 
@@ -59,9 +59,14 @@ def print_errors(diagnosis: Diagnosis) -> None:
     kinds = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
     print_table(
         "Error on held-out logs [mrad]",
-        ("axis", "error", "before >", "after >", "noise floor >"),
+        ("axis", "error", "angle stays >", "rate stays >", "before >", "after >", "noise floor >"),
         [
-            (axis, what, *(angle_text(getattr(error, kind)) for error in (r.before, r.after, r.noise_floor)))
+            (
+                axis,
+                what,
+                *(naive_text(getattr(error, kind, None)) for error in (r.angle_stays, r.rate_stays)),
+                *(angle_text(getattr(error, kind)) for error in (r.before, r.after, r.noise_floor)),
+            )
             for axis, r in diagnosis.axes.items()
             for kind, what in kinds
             if getattr(r.before, kind) or getattr(r.after, kind)

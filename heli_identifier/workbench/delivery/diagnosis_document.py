@@ -111,6 +111,10 @@ def _axis(report: AxisReport) -> dict[str, Any]:
         "intervals": {
             stage: {key: _interval(error, field) for key, field in FIGURES.items()} for stage, error in stages.items()
         },
+        "naive": {
+            "angle_stays_1s_rad": report.angle_stays.prediction_1s.value,
+            "rate_stays_1s_rad": report.rate_stays.prediction_1s.value,
+        },
         "whiteness_p": report.whiteness_p,
         "input_correlation": report.input_correlation,
     }

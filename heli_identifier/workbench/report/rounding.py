@@ -76,6 +76,11 @@ def angle_text(figure: ErrorFigure | None) -> str:
     return _figure_text(figure, 1e3)
 
 
+def naive_text(figure: ErrorFigure | None) -> str:
+    """Give an angular error in mrad without its interval, as a mark to compare with; a dash where there is none."""
+    return "–" if figure is None else significant(1e3 * figure.value)
+
+
 def acceleration_text(figure: ErrorFigure | None) -> str:
     """Give an acceleration error in rad/s² with its interval."""
     return _figure_text(figure, 1.0)

@@ -8,6 +8,7 @@ from heli_identifier.workbench.report.rounding import (
     acceleration_text,
     angle_text,
     is_known,
+    naive_text,
     significant,
     unit_text,
     with_interval,
@@ -29,7 +30,7 @@ ERRORS = (
 )
 """Fields of an error, what they are called, and how they are written."""
 
-ERROR_COLUMNS = ("axis", "error on held-out logs", "before", "after", "noise floor")
+ERROR_COLUMNS = ("axis", "error on held-out logs", "angle stays", "rate stays", "before", "after", "noise floor")
 """Head of a table of :func:`error_rows`."""
 
 SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be suggestive"}
@@ -62,6 +63,10 @@ def error_rows(axes: Mapping[str, AxisReport]) -> list[dict[str, str]]:
         {
             "axis": axis,
             "what": what,
+            **{
+                name: naive_text(getattr(naive, field, None))
+                for name, naive in (("angle_stays", report.angle_stays), ("rate_stays", report.rate_stays))
+            },
             "before": write(getattr(report.before, field)),
             "after": write(getattr(report.after, field)),
             "floor": write(getattr(report.noise_floor, field)),

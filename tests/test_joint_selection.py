@@ -5,11 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from heli_identifier.tracing.multistep.blocks import Blocks, blocks_of
-from heli_identifier.tracing.multistep.families import FAMILIES, members
+from benchmarks.joint.blocks import Blocks, blocks_of
+from benchmarks.joint.families import FAMILIES, members
+from benchmarks.joint.selection import fit_everything, select_predictive
 from heli_identifier.tracing.multistep.fit import fit_multistep
 from heli_identifier.tracing.multistep.priors import ENTRIES, EVERYTHING
-from heli_identifier.tracing.multistep.selection import fit_everything, select_predictive
 from heli_plant.parameters import TABLE_2
 from tests.test_multistep_fit import noisy_records, problem_of
 

@@ -20,8 +20,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.multistep.blocks import Blocks, Sample, blocks_of
-from heli_identifier.tracing.multistep.families import FAMILIES, Family, members
+from benchmarks.joint.blocks import Blocks, Sample, blocks_of
+from benchmarks.joint.families import FAMILIES, Family, members
 from heli_identifier.tracing.multistep.fit import MultistepFit, fit_multistep
 from heli_identifier.tracing.multistep.priors import ENTRIES, EVERYTHING
 from heli_identifier.tracing.multistep.problem import Multistep

@@ -1,0 +1,95 @@
+"""The plants before and after, fitted by what they are compared by: multi-step prediction errors.
+
+The search detects effects by the likelihood of one-step innovations, which weighs what lies above the filter frequency.
+A plant is judged by how well it predicts a second ahead. Both plants are therefore fitted once more to the training
+logs by their errors .5, 1 and 2 s ahead (:mod:`heli_identifier.tracing.multistep`). Shapes of effects and the
+horizontal offset keep the values that the likelihood gave.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from heli_identifier.online import Estimate
+from heli_identifier.records import Log
+from heli_identifier.tracing.multistep.fit import MultistepFit, fit_multistep
+from heli_identifier.tracing.multistep.horizons import Starts
+from heli_identifier.tracing.multistep.problem import Multistep
+from heli_identifier.tracing.prediction.fit import BASE, Fit
+from heli_identifier.tracing.prediction.problem import reduce_log
+from heli_identifier.tracing.search.model import Model
+from heli_plant.parameters import BY_FIELD, PlantParameters
+
+RATE = 25.0
+"""Rate [Hz] of the records that multi-step errors are computed on: the fastest motion that counts a second ahead."""
+
+
+@dataclass(frozen=True, eq=False)
+class FittedPlant:
+    """A plant with the uncertainty of its parameters.
+
+    Attributes
+    ----------
+    parameters : PlantParameters
+    estimates : mapping of str to Estimate
+        By field: parameters of the simplified model (one that was given has no standard error), coefficients and shapes
+        of effects.
+    undetermined : tuple of str
+        Parameters of the simplified model that the logs do not determine.
+    converged : bool
+    """
+
+    parameters: PlantParameters
+    estimates: Mapping[str, Estimate]
+    undetermined: tuple[str, ...] = ()
+    converged: bool = True
+
+    @property
+    def base(self) -> dict[str, Estimate]:
+        """Parameters of the simplified model and the motors' time constant, by the paper's symbols."""
+        return {field: self.estimates[field] for field in (*BASE, "T_m")}
+
+    @property
+    def of_effects(self) -> dict[str, Estimate]:
+        """Coefficients and shapes of effects, by the plant's fields."""
+        return {field: value for field, value in self.estimates.items() if field not in (*BASE, "T_m")}
+
+
+def plants(logs: Sequence[Log], null: Fit, delivered: Fit, model: Model) -> tuple[FittedPlant, FittedPlant]:
+    """Fit the plants before and after.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Training logs.
+    null, delivered : Fit
+        Fits by likelihood of the null model and of the model with effects.
+    model : Model
+        What was found and validated.
+
+    Returns
+    -------
+    before, after : FittedPlant
+        The same object if nothing was found.
+    """
+    starts = tuple(Starts(reduce_log(log, RATE)) for log in logs)
+    base = tuple(field for field in BASE if field in null.free)
+    before = _fitted(Multistep(starts, null.parameters), base, null)
+    if not model.effects and not model.unknowns:
+        return before, before
+    coefficients = tuple(effect.field for effect in model.effects)
+    after = _fitted(Multistep(starts, delivered.parameters), (*base, *coefficients), delivered)
+    return before, after
+
+
+def _fitted(problem: Multistep, fields: Sequence[str], by_likelihood: Fit) -> FittedPlant:
+    """Plant fitted by multi-step errors; by likelihood where its predictions diverge wherever the fit begins."""
+    likeliest = by_likelihood.parameters
+    given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
+    shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
+    try:
+        found: MultistepFit | Fit = fit_multistep(problem, fields)
+    except ValueError:
+        found = by_likelihood
+    estimates = given | shapes | {field: found.estimate(field) for field in fields}
+    undetermined = tuple(f for f in found.undetermined if f in BASE) if isinstance(found, MultistepFit) else ()
+    return FittedPlant(found.parameters, estimates, undetermined, found.converged)
