@@ -1,7 +1,7 @@
 """Run benchmarks by name and write each into its section of docs/benchmarks.md as soon as it is done.
 
-Usage: python -m benchmarks [NAME...]. Without a name all of them run, in about a quarter of an hour; nothing else should
-run on the machine. The blind battery is separate, `python -m benchmarks.blind`: it takes more than an hour.
+Usage: python -m benchmarks [NAME...]. Without a name all of them run, in about a quarter of an hour; nothing else
+should run on the machine. The blind battery is separate, `python -m benchmarks.blind`: it takes more than an hour.
 """
 
 import argparse
@@ -28,8 +28,9 @@ MODULES = {
 
 HEAD = """# Benchmarks
 
-Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section again. The contenders of a section run in
-turn, each once per round; ratios are ratios of medians. The blind battery and other rigs are in [Results](results.md).
+Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section again. The contenders of a section
+run in turn, each once per round; ratios are ratios of medians. The blind battery and other rigs are in
+[Results](results.md).
 """
 
 

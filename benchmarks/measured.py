@@ -1,11 +1,11 @@
-"""Diagnoses of rigs whose truth is not known, as found: verdicts, effects with intervals, errors before and after.
+"""Diagnoses of rigs whose truth is not known: verdicts, effects with intervals, errors before and after.
 
 Usage: python -m benchmarks.measured --name rigs FOLDER...        each folder a rig: train*.csv and held*.csv
        python -m benchmarks.measured --name ntnu --each-in-turn --from 6 LOG...   each log held out once
        python -m benchmarks.measured --name ctu --voltage-limit 6 --hold-out LAST.csv LOG...
 
-Every diagnosis is made at the filter frequencies 2, 4 and 8 rad/s. The figures go into docs/results.md, into a section
-of the given name.
+Every diagnosis is made at the filter frequencies 2, 4 and 8 rad/s. The figures go into the section of the given name in
+docs/results.md.
 """
 
 import argparse
@@ -53,9 +53,9 @@ def main(arguments: Sequence[str]) -> None:
 
 
 EXPLANATION = (
-    "Coefficients with 95 % intervals; error of the prediction 1 s ahead on the held-out log before and after, and the "
-    "noise floor, root mean square; a dash where none can be computed, since the model runs away from the rig within "
-    "seconds even on data of its own."
+    "Coefficients with 95 % intervals. The errors are root mean squares of the prediction 1 s ahead on the held-out "
+    "log, before and after, with the noise floor in brackets. A dash means that no noise floor can be computed, because the "
+    "model runs away from the rig within seconds even on its own data."
 )
 
 
@@ -74,7 +74,7 @@ def row(title: str, bandwidth: float, found: Diagnosis) -> str:
 
 
 def effect_text(effect: FoundEffect) -> str:
-    """One effect in a cell."""
+    """Describe one effect for a cell of the table."""
     if effect.coefficient is None:
         return f"unknown on {effect.axis}: {effect.shape['description']}"
     c = effect.coefficient
@@ -102,7 +102,7 @@ def _cases(asked: argparse.Namespace) -> Iterator[tuple[str, list[Path], list[Pa
 
 
 def _anonymous(word: str) -> str:
-    """Name a path by its last part: where it lay says nothing."""
+    """Shorten a path to its last part, so that no folder of this machine is published."""
     return Path(word).name if "/" in word else word
 
 

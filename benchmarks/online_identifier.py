@@ -1,9 +1,9 @@
-"""What the on-line identifier costs: a step interpreted, a record replayed, and ten million steps of the gain.
+"""Computing time of the on-line identifier: an interpreted step, a replayed record, and ten million steps of the gain.
 
     python benchmarks/online_identifier.py
 
-The interpreted step is what an FMU runs; the bar is 40 us on a quiet core. The replay compiles the same functions;
-the bar is 1.5 s for 1e6 samples on three axes.
+An FMU runs the interpreted step; at most 40 us on an idle core are required. The replay compiles the same functions; at
+most 1.5 s for 1e6 samples on three axes are required.
 """
 
 from math import sin
