@@ -1,8 +1,8 @@
 """Run the blind battery as a campaign: diagnose every rig, compare with its truth, write the figures.
 
 Usage: python -m benchmarks.blind [--groups single,weak] [--limit RIGS] [--workers N]. It continues where it stopped.
-After a change to the code of a diagnosis, to the generator or to the measures, all results are computed again. The figures
-go into the section of docs/results.md, and one row per rig into benchmarks/results/blind.parquet.
+After a change to the code of a diagnosis, to the generator or to the measures, all results are computed again. The
+figures go into the section of docs/results.md, and one row per rig into benchmarks/results/blind.parquet.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Computing time against the length of a log, the number of logs and the number of effects that are switched on.
 
 The blind generator makes the logs, of a rig with dry friction in its pitch bearing, so that a diagnosis finds and
-checks an effect. A length is left out if its diagnosis would take longer than :data:`LIMIT`; the growth of the times over the
-shorter lengths predicts it.
+checks an effect. A length is left out if its diagnosis would take longer than :data:`LIMIT`; the growth of the times
+over the shorter lengths predicts it.
 """
 
 from collections.abc import Sequence

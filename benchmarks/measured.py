@@ -54,8 +54,8 @@ def main(arguments: Sequence[str]) -> None:
 
 EXPLANATION = (
     "Coefficients with 95 % intervals. The errors are root mean squares of the prediction 1 s ahead on the held-out "
-    "log, before and after, with the noise floor in brackets. A dash means that no noise floor can be computed, because the "
-    "model runs away from the rig within seconds even on its own data."
+    "log, before and after, with the noise floor in brackets. A dash means that no noise floor can be computed, "
+    "because the model runs away from the rig within seconds even on its own data."
 )
 
 

@@ -3,9 +3,9 @@
     python benchmarks/plant_step.py [ROUNDS]
 
 All contenders run in turn in each round; the tables give the median and the smallest of the rounds. For the whole unit
-at most 15 us with all effects off and 30 us with all on are required, on an idle core. The record is the held-out log of
-rig-a, 90 s at 10 ms, with voltages held over a sample. Required are 100 times the speed of python-control and 500 times
-that of scipy, with an error below 1e-8 rad against a tight reference.
+at most 15 us with all effects off and 30 us with all on are required, on an idle core. The record is the held-out log
+of rig-a, 90 s at 10 ms, with voltages held over a sample. Required are 100 times the speed of python-control and 500
+times that of scipy, with an error below 1e-8 rad against a tight reference.
 """
 
 import sys

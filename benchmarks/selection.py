@@ -1,8 +1,8 @@
 """Structure selection over the catalogue beside pysindy's and SysIdentPy's stepwise selections, on the same matrices.
 
 Every method gets the same whitened columns and residuals of nine rigs and returns the columns that it selects. The
-whole search of the tracer is timed as well: it makes the columns by simulation, refits the plant with every candidate that
-could win, and tests for unknown torques. No other method does this, so the other rows of the table leave it out.
+whole search of the tracer is timed as well: it makes the columns by simulation, refits the plant with every candidate
+that could win, and tests for unknown torques. No other method does this, so the other rows of the table leave it out.
 """
 
 import json
@@ -170,10 +170,10 @@ def section(load: float) -> str:
             f"{len(rigs) - 3} kinds of pairs. Every method selects from the same matrices, {sizes[0][0]} rows by "
             f"{min(k for _, k in sizes)} to {max(k for _, k in sizes)} columns: the catalogue's whitened columns "
             "after the projection that removes the rig's own parameters, of unit length. Times are those of the "
-            "selection alone; only the whole search also makes its columns, refits the plant and searches for unknown torques. "
-            f"Every method uses one thread of the linear algebra. {ROUNDS} rounds; {' and '.join(sorted(ONCE))} "
-            "run once. *True found*: true effects that were selected; *false*: selected effects that the rig lacks; "
-            "*rigs right*: the truth and nothing else was selected. "
+            "selection alone; only the whole search also makes its columns, refits the plant and searches for unknown "
+            f"torques. Every method uses one thread of the linear algebra. {ROUNDS} rounds; "
+            f"{' and '.join(sorted(ONCE))} run once. *True found*: true effects that were selected; "
+            "*false*: selected effects that the rig lacks; *rigs right*: the truth and nothing else was selected. "
             "pysindy's MIOSR needs a licence for Gurobi and was not run.",
             table(("rig", "truth", "tracer, matrix alone", "whole search"), _choices(rigs, found)),
             measured_at(("numpy", "scipy", "pysindy"), load).removesuffix(".") + f", {_sysidentpy_version()}.",
