@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+from heli_identifier.records import Log, demo_logs, read_log, write_log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.workers import parallel, use_threads
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
@@ -209,7 +209,7 @@ class Given:
 
 def still_rig(truth):
     """A rig that nothing drives: its diagnosis ends with an error."""
-    logs = [log_from_samples(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
+    logs = [Log(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
     return Rig((logs[0],), (logs[1],), truth)
 
 

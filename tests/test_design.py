@@ -83,7 +83,7 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
 def test_a_rehearsal_without_process_noise_is_the_simulation_on_the_encoders_grid():
     signal = rehearsed_voltages(multisines(1.0, 0.3).excitation, 20.0)
     quiet = rehearsed(PLANT, signal, ProcessNoise(deviation=0.0))
-    counts = quiet.angles[:, 0] / (2.0 * np.pi / 4096)
+    counts = quiet[:, 0] / (2.0 * np.pi / 4096)
     # rounding of a double at a few hundred counts is far below this
     assert np.abs(counts - np.round(counts)).max() < 1e-9
 

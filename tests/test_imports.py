@@ -48,7 +48,7 @@ INNER_ROOMS = tuple(f"{H}.tracing.{room}" for room in ("prediction", "search", "
 DOORS = (*ROOMS[:3], f"{H}.online.excitation")
 """Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
 
-MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "paper"))
+MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "interface", "paper"))
 
 RULES = (
     Rule("physics knows no identification", "heli_plant", (H,)),
@@ -184,7 +184,7 @@ def top_level(node):
     return (node.names[0].name if isinstance(node, ast.Import) else node.module).partition(".")[0]
 
 
-LATE = MAY_USE_UNITS[:2]
+LATE = MAY_USE_UNITS[:3]
 
 
 @pytest.mark.parametrize("module", [module for module in PROJECT if below(module, LATE)])

@@ -13,7 +13,8 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.delivery.diagnosis_document import document_text
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values, read_parameter_set
+from heli_identifier.workbench.delivery.parameter_file import read_parameters
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
 from heli_identifier.workbench.linearise.closed_loop import closed_loop, controller
 from heli_identifier.workbench.linearise.design import design, drawn_plants
 from heli_identifier.workbench.linearise.linear_model import linear_model, linearise
@@ -255,7 +256,7 @@ def parameter_set():
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
     file = tmp_path / "parameters.json"
-    file.write_text(document_text(parameter_set().document()), encoding="utf-8")
+    file.write_text(document_text(parameter_set().to_dict()), encoding="utf-8")
     out = tmp_path / "control"
     said = CliRunner().invoke(app, ["linearise", str(file), "--elevation", "0.1", "--output", str(out), "--json"])
     assert said.exit_code == 0, said.stderr
@@ -271,7 +272,7 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     # the estimate lies inside the interval that is drawn around it
     assert np.all((low - 1e-9 <= A) & (high + 1e-9 >= A))
     assert document["loops"]["after"]["stable_share"] == 1.0
-    gains = read_parameter_set(out / "controller.json").start_values
+    gains = read_parameters(out / "controller.json").start_values
     assert gains["pitch.proportional"] == document["loops"]["after"]["gains"]["pitch"]["proportional"]
     words = ["build", "PidController", "--parameters", str(out / "controller.json"), "--output", str(tmp_path)]
     assert CliRunner().invoke(app, words).exit_code == 0

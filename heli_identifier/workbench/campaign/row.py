@@ -7,12 +7,20 @@ truth.
 import os
 import sys
 import traceback
-from dataclasses import replace
 from time import perf_counter
 from typing import Any
 
 from heli_identifier.errors import IdentifierError
-from heli_identifier.tracing import BASE, Diagnosis, DiagnosisSettings, FoundEffect, diagnose, use_threads
+from heli_identifier.tracing import (
+    BASE,
+    Diagnosis,
+    DiagnosisSettings,
+    FoundEffect,
+    NamedShape,
+    PeriodicShape,
+    diagnose,
+    use_threads,
+)
 from heli_identifier.workbench.campaign.rig import Rig, Truth
 from heli_identifier.workbench.campaign.sources import Source, named_function
 from heli_plant.effects import AXES
@@ -31,7 +39,7 @@ def error_column(axis: str, stage: str) -> str:
 def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     """Return what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
     row: Row = {
-        "verdict": diagnosis.verdict,
+        "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
         "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
         "seconds": diagnosis.seconds,
@@ -68,10 +76,10 @@ def _effect(found: FoundEffect) -> Row:
         "coefficient": coefficient.value if coefficient else None,
         "standard_error": coefficient.standard_error if coefficient else None,
         "score": found.score,
-        "verdict": found.verdict,
+        "verdict": found.verdict.value,
         "alternatives": [f"{name} {axis}" for name, axis in found.alternatives],
-        "variable": found.shape.get("variable") if coefficient is None else None,
-        "frequency_hz": found.shape.get("frequency_hz") if coefficient is None else None,
+        "variable": None if isinstance(found.shape, NamedShape) else found.shape.variable,
+        "frequency_hz": found.shape.frequency_hz if isinstance(found.shape, PeriodicShape) else None,
     }
 
 
@@ -82,7 +90,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     ----------
     source : Source
     settings : DiagnosisSettings
-        The rig's own configuration overrides their motor lag and voltage limit.
+        The rig's own configuration overrides what they give of the rig: motor lag, voltage limit, rest pitch.
     measure : str, optional
         "module:function", called with the rig, truth included, and its diagnosis after that has ended. It returns
         further figures, a mapping of str to float for the column ``measures``.
@@ -99,7 +107,7 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     try:
         rig = source.load()
         row |= truth_columns(rig.truth)
-        diagnosis = diagnose(rig.training, rig.held_out, _of_rig(settings, rig))
+        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=_of_rig(settings, rig))
         row |= diagnosis_columns(diagnosis)
         if measure:
             row["measures"] = dict(named_function(measure)(rig, diagnosis))
@@ -112,7 +120,7 @@ def _of_rig(settings: DiagnosisSettings, rig: Rig) -> DiagnosisSettings:
     own = rig.configuration
     if own is None:
         return settings
-    return replace(settings, motor_time_constant=own.motor_time_constant, voltage_limit=own.format.voltage_limit)
+    return DiagnosisSettings.from_rig(own, settings.bandwidth, settings.agreement)
 
 
 def _error_text(error: Exception) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import BASE, EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT
+from heli_identifier.tracing import BASE, RigVerdict
 from heli_identifier.workbench.campaign.row import Row
 
 UNKNOWN = "unknown"
@@ -56,7 +56,7 @@ def unknown_recognised(row: Row) -> bool:
     true = row["true_unknown"]
     return (
         true is not None
-        and row["verdict"] == UNKNOWN_EFFECT
+        and row["verdict"] == RigVerdict.UNKNOWN_EFFECT
         and any(
             (found["name"], found["axis"], found["variable"]) == (UNKNOWN, true["axis"], true["variable"])
             for found in row["effects"]
@@ -180,9 +180,9 @@ def _kind(kind: str | None, rows: Sequence[Row]) -> Kind:
     return Kind(
         kind or "",
         len(rows),
-        verdicts[EFFECTS_SHOWN],
-        verdicts[MODEL_ADEQUATE],
-        verdicts[UNKNOWN_EFFECT],
+        verdicts[RigVerdict.EFFECTS_SHOWN],
+        verdicts[RigVerdict.MODEL_ADEQUATE],
+        verdicts[RigVerdict.UNKNOWN_EFFECT],
         sum(named_first(row) for row in judged),
         sum(bool(false_entries(row)) for row in judged),
         sum(unknown_recognised(row) for row in judged),

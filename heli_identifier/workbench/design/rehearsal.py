@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
-from heli_identifier.tracing import Record, torque_filter
+from heli_identifier.tracing import torque_filter
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
@@ -80,8 +80,10 @@ def rehearsed_voltages(excitation: Excitation, duration: float) -> NDArray[np.fl
     return np.array([voltages(k * STEP, excitation) for k in range(count)])
 
 
-def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64], noise: ProcessNoise | None = None) -> Record:
-    """Return the record of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
+def rehearsed(
+    parameters: PlantParameters, signal: NDArray[np.float64], noise: ProcessNoise | None = None
+) -> NDArray[np.float64]:
+    """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
     noise = noise or ProcessNoise()
     start = rest_state(parameters, float(signal[0].sum()))
     angles = simulate(signal, STEP, start, parameters)[1]
@@ -93,4 +95,4 @@ def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64], noise: P
         numerator, denominator = torque_filter(axis, parameters, _NO_CORRECTION, STEP)
         angles[:, axis] += lfilter(numerator, denominator, torque) / _NO_CORRECTION**2
     widths = 2.0 * np.pi / np.array(EncoderCounts())
-    return Record("rehearsal", STEP, signal, np.round(angles / widths) * widths)
+    return np.round(angles / widths) * widths

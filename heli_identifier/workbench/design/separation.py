@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heli_identifier.records import Log
 from heli_identifier.tracing import Problem, Scan, candidates, fit, scan, stepping_at
-from heli_identifier.workbench.design.rehearsal import Proposal, proposals, rehearsed, rehearsed_voltages
+from heli_identifier.workbench.design.rehearsal import STEP, Proposal, proposals, rehearsed, rehearsed_voltages
 from heli_plant.effects import Effect
 from heli_plant.parameters import PlantParameters
 
@@ -69,10 +70,11 @@ def outlook(
 ) -> Outlook | None:
     """Simulate one proposal; None where it breaks a limit."""
     signal = rehearsed_voltages(proposal.excitation, duration)
-    record = rehearsed(parameters, signal)
-    pitch, elevation = (float(np.abs(record.angles[:, i]).max()) for i in (0, 1))
-    if not np.isfinite(record.angles).all() or pitch > limits.pitch or elevation > limits.elevation:
+    angles = rehearsed(parameters, signal)
+    pitch, elevation = (float(np.abs(angles[:, i]).max()) for i in (0, 1))
+    if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
         return None
+    record = Log("rehearsal", 1.0 / STEP, signal, angles)
     here = fit(Problem((record,)), parameters, iterations=0)
     off = parameters._replace(**{effect.field: 0.0 for effect in effects})
     fields = {effect.field for effect in effects}

@@ -1,19 +1,24 @@
-"""A model and its scans in the words of a diagnosis: effects, catalogue, parameters."""
+"""From a model and its scans to the values of a diagnosis: effects, catalogue, parameters."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
-from heli_identifier.tracing.search.findings import AMBIGUOUS, SHOWN, UNKNOWN, CatalogueVerdict, FoundEffect
+from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
 from heli_identifier.tracing.search.model import Model, effect_score
+from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
+from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
-from heli_identifier.tracing.search.verdicts import open_verdicts, upper_bound
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
 from heli_plant.effects import Effect
+from heli_plant.parameters import BY_FIELD
 
 
 def found_effects(
@@ -28,7 +33,7 @@ def found_effects(
                 effect.name,
                 effect.axis,
                 model.fit.estimate(effect.field),
-                AMBIGUOUS if others else SHOWN,
+                Verdict.AMBIGUOUS if others else Verdict.SHOWN,
                 tuple((other.name, other.axis) for other in others),
                 _shape(model.fit, effect),
                 effect_score(model.fit, effect),
@@ -37,39 +42,43 @@ def found_effects(
             )
         )
     for index, unknown in enumerate(model.unknowns):
-        shape = described(model, index)
-        found.append(FoundEffect("unknown", unknown.axis, None, UNKNOWN, (), shape, float(np.sqrt(unknown.surplus))))
+        shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
+        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score))
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
 
-def _shape(fit: Fit, effect: Effect) -> dict[str, dict[str, float | str | None]]:
+def _shape(fit: Fit, effect: Effect) -> NamedShape:
     """Shape parameters of an effect; those that were not estimated have no standard error."""
     estimated = shape_fields(effect)
-    return {
-        shape.name: {
-            "value": getattr(fit.parameters, shape.field),
-            "standard_error": fit.standard_error(shape.field) if shape.field in estimated else None,
-            "unit": shape.unit,
+    return NamedShape(
+        {
+            shape.name: Estimate(
+                getattr(fit.parameters, shape.field),
+                fit.standard_error(shape.field) if shape.field in estimated else None,
+                shape.unit,
+            )
+            for shape in effect.shapes
         }
-        for shape in effect.shapes
-    }
+    )
 
 
 def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
-    """Give the simplified model's parameters by the paper's symbols; T_m is given, not estimated."""
+    """Parameters of the simplified model by the paper's symbols; one that was given has no standard error."""
     return {
-        **{field: fit.estimate(field) for field in BASE},
-        "T_m": Estimate(fit.parameters.T_m, None, "s"),
+        field: fit.estimate(field)
+        if field in fit.free
+        else Estimate(getattr(fit.parameters, field), None, BY_FIELD[field].unit)
+        for field in (*BASE, "T_m")
     }
 
 
 def effect_estimates(fit: Fit) -> dict[str, Estimate]:
-    """Give the coefficients and shapes that a fit estimates, by the plant's fields."""
+    """Coefficients and shapes that a fit estimates, by the plant's fields."""
     return {field: fit.estimate(field) for field in fit.free if field not in BASE}
 
 
 def catalogue_verdicts(
-    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[tuple[str, str, str]]
+    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[Withdrawal]
 ) -> tuple[CatalogueVerdict, ...]:
     """One verdict per entry: those in the model first, then what the last scan says of the others."""
     in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
@@ -86,24 +95,38 @@ def catalogue_verdicts(
             )
         )  # fmt: skip
     reasons = {(name, axis): why for name, axis, why in withdrawn}
-    for verdict in open_verdicts(selection.last.scanned, selection.threshold, selection.hint):
-        verdicts.append(verdict)
+    verdicts.extend(open_verdicts(selection.last.scanned, selection.threshold, selection.suggestive_level))
     listed = {(v.name, v.axis) for v in verdicts}
-    for verdict in open_verdicts(selection.bare.scanned, selection.threshold, selection.hint):
+    for verdict in open_verdicts(selection.null.scanned, selection.threshold, selection.suggestive_level):
         key = (verdict.name, verdict.axis)
         if key not in listed:
-            why = f"withdrawn: {reasons[key]}" if key in reasons else verdict.why
-            verdicts.append(
-                CatalogueVerdict(
-                    verdict.name, verdict.axis, "not shown", verdict.estimate, verdict.score, verdict.visibility,
-                    verdict.upper_bound, why, verdict.experiment,
-                )
-            )  # fmt: skip
+            if key in reasons:
+                verdict = replace(verdict, why=f"withdrawn: {reasons[key]}", suggestive=False, withdrawn=True)
+            verdicts.append(replace(verdict, verdict=Verdict.NOT_SHOWN))
     return tuple(verdicts)
 
 
 def _visibility(selection: Selection, effect: Effect) -> float:
-    """Visibility of an effect at the bare model."""
-    scanned = selection.bare.scanned
+    """Visibility of an effect at the null model."""
+    scanned = selection.null.scanned
     own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
     return float(max(own, default=0.0))
+
+
+def correlation(scanned: Scan) -> tuple[tuple[tuple[str, str], ...], NDArray[np.float64]]:
+    """Correlations between the signatures of the catalogue's entries, each at its candidate of the largest score.
+
+    Returns
+    -------
+    labels : tuple of (name, axis)
+    matrix : NDArray, shape (K, K)
+    """
+    best: dict[str, int] = {}
+    for index, candidate in enumerate(scanned.candidates):
+        field = candidate.effect.field
+        if field not in best or abs(scanned.scores[index]) > abs(scanned.scores[best[field]]):
+            best[field] = index
+    chosen = list(best.values())
+    columns = scanned.directions[:, chosen]
+    entries = [scanned.candidates[i].effect for i in chosen]
+    return tuple((entry.name, entry.axis) for entry in entries), columns.T @ columns

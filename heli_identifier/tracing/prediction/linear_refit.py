@@ -1,7 +1,7 @@
-"""What further columns would gain in likelihood, the whitening refitted with them: no simulation needed.
+"""Likelihood ratio of further columns, the whitening refitted with them: no simulation needed.
 
-A residual that holds a missing effect teaches its shape to the autoregression, which then hides part of it. Iterating
-least squares and whitening (Cochrane and Orcutt 1949) gives the gain that a full refit would have.
+The autoregression of a residual that holds a missing effect adapts to the effect, and then hides part of it. Iterating
+least squares and whitening (Cochrane and Orcutt 1949) gives the likelihood ratio that a full refit would have.
 """
 
 from collections.abc import Sequence
@@ -14,20 +14,20 @@ from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.whitening import Whitener, fit_axis, whitened
 
 ITERATIONS = 5
-"""Alternations of least squares and whitening; the gain has settled to a few per cent by then."""
+"""Alternations of least squares and whitening; the likelihood ratio has settled to a few per cent by then."""
 
 LOST = 1e-13
-"""Eigenvalue of the normal equations, over the largest, below which a direction counts as not there."""
+"""Eigenvalue of the normal equations, over the largest, below which a direction is treated as absent."""
 
 
 @dataclass(frozen=True, eq=False)
-class Gain:
+class LinearRefit:
     """Outcome of a linear refit with further columns.
 
     Attributes
     ----------
-    value : float
-        Twice the gain in log-likelihood; chi-squared with one degree of freedom per column if they explain nothing.
+    likelihood_ratio : float
+        Likelihood-ratio statistic; chi-squared with one degree of freedom per column if they explain nothing.
     coefficients : NDArray, shape (k,)
         Of the further columns.
     covariance : NDArray, shape (k, k)
@@ -37,21 +37,21 @@ class Gain:
         The same whitened, one array per axis.
     """
 
-    value: float
+    likelihood_ratio: float
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
     residuals: list[NDArray[np.float64]]
     white: list[NDArray[np.float64]]
 
 
-def linear_gain(
+def linear_refit(
     fit: Fit,
     columns: Sequence[NDArray[np.float64]],
     axes: Sequence[int] = (0, 1, 2),
     whitener: Whitener | None = None,
     iterations: int = ITERATIONS,
     contraction: float = 1.0,
-) -> Gain:
+) -> LinearRefit:
     """Refit the free parameters of ``fit`` and ``columns`` linearly on some axes.
 
     Parameters
@@ -96,7 +96,7 @@ def linear_gain(
     inverse = np.linalg.pinv(normal, rcond=LOST)[-k:, -k:]
     own_scale = (scale * length)[-k:]
     white = [_whiten(residuals, i, f) for i, f in enumerate(filters)]
-    return Gain(
+    return LinearRefit(
         2.0 * count * (before - after), solution[-k:] / scale[-k:], inverse / np.outer(own_scale, own_scale),
         residuals, white,
     )  # fmt: skip

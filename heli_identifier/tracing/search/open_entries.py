@@ -1,35 +1,37 @@
 """The verdict on every entry of the catalogue that is not in the model: not shown with a bound, or not testable.
 
 An effect is not testable when less than one per cent of its signature is left after the fitted parameters have
-imitated it, or when the data could not tell even its largest plausible coefficient from zero.
+imitated it, or when the data could not distinguish even its largest plausible coefficient from zero.
 """
 
 import numpy as np
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.search.experiments import experiment_for
-from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict
 from heli_identifier.tracing.search.scan import Scan
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict
 from heli_plant.effects import CATALOGUE, Effect
 
 LEAST_VISIBILITY = 0.01
 """Share of a signature below which an effect is not testable."""
 
 
-def open_verdicts(scanned: Scan, threshold: float, hint: float) -> tuple[CatalogueVerdict, ...]:
+def open_verdicts(scanned: Scan, threshold: float, suggestive_level: float) -> tuple[CatalogueVerdict, ...]:
     """Verdicts on the entries that ``scanned`` still tries, in the catalogue's order."""
     by_field: dict[str, list[int]] = {}
     for index, candidate in enumerate(scanned.candidates):
         by_field.setdefault(candidate.effect.field, []).append(index)
     return tuple(
-        _verdict(scanned, entry, by_field[entry.field], threshold, hint)
+        _verdict(scanned, entry, by_field[entry.field], threshold, suggestive_level)
         for entry in CATALOGUE
         if entry.field in by_field
     )
 
 
-def _verdict(scanned: Scan, effect: Effect, rows: list[int], threshold: float, hint: float) -> CatalogueVerdict:
-    # of several shapes the likeliest speaks, and the one that leaves most room bounds the coefficient
+def _verdict(
+    scanned: Scan, effect: Effect, rows: list[int], threshold: float, suggestive_level: float
+) -> CatalogueVerdict:
+    # of several shapes, the one of the largest score gives the estimate and the one of the widest interval the bound
     index = max(rows, key=lambda i: (np.isfinite(scanned.standard_errors[i]), abs(scanned.scores[i])))
     estimate = _linear_estimate(scanned, index)
     score, visibility = float(scanned.scores[index]), float(max(scanned.visibility[i] for i in rows))
@@ -43,9 +45,12 @@ def _verdict(scanned: Scan, effect: Effect, rows: list[int], threshold: float, h
         return _not_testable(effect, estimate, score, visibility, why)
     bound = max(upper_bound(effect, _linear_estimate(scanned, i)) for i in rows if _testable(scanned, i))
     why = f"score {score:+.1f}, {threshold:.1f} needed"
-    if abs(score) >= hint:
-        why += f"; a hint, above the {hint:.1f} of one clean record in twenty"
-    return CatalogueVerdict(effect.name, effect.axis, NOT_SHOWN, estimate, score, visibility, bound, why, "")
+    suggestive = abs(score) >= suggestive_level
+    if suggestive:
+        why += f"; suggestive, above the {suggestive_level:.1f} of one clean record in twenty"
+    return CatalogueVerdict(
+        effect.name, effect.axis, Verdict.NOT_SHOWN, estimate, score, visibility, bound, why, "", suggestive
+    )
 
 
 def _linear_estimate(scanned: Scan, index: int) -> Estimate:
@@ -59,15 +64,16 @@ def _testable(scanned: Scan, index: int) -> bool:
 
 
 def _not_testable(effect: Effect, estimate: Estimate, score: float, visibility: float, why: str) -> CatalogueVerdict:
+    experiment = experiment_for(effect.name)
     return CatalogueVerdict(
-        effect.name, effect.axis, NOT_TESTABLE, estimate, score, visibility, None, why, experiment_for(effect.name)
+        effect.name, effect.axis, Verdict.NOT_TESTABLE, estimate, score, visibility, None, why, experiment
     )
 
 
 def upper_bound(effect: Effect, estimate: Estimate) -> float:
     """Largest abs(c) inside the 95 % interval; of a one-sided effect the upper end, never below one standard error.
 
-    The floor keeps a chance estimate far on the forbidden side from claiming more than the data can know.
+    The floor keeps a chance estimate far on the forbidden side from giving a bound tighter than the data allow.
     """
     low, high = estimate.interval
     if effect.lower >= 0.0:

@@ -1,4 +1,4 @@
-"""Lines in time: a torque of one frequency with a free amplitude and phase in each record."""
+"""Periodic torques: one frequency with a free amplitude and phase in each record."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,11 +6,11 @@ from numpy.typing import NDArray
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem
 from heli_identifier.tracing.prediction.torque import torque_responses
-from heli_identifier.tracing.search.settings import HIGHEST_LINE, LOWEST_LINE
+from heli_identifier.tracing.search.settings import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
 from heli_plant.parameters import PlantParameters
 
 
-def line_columns(
+def periodic_columns(
     problem: Problem, parameters: PlantParameters, axis: int, frequency: float
 ) -> list[NDArray[np.float64]]:
     """Responses to a cosine and a sine of ``frequency`` [Hz] in each record apart, (n_i, 1, 2 records)."""
@@ -24,10 +24,10 @@ def line_columns(
     return [-r[:, None, :] for r in torque_responses(problem, axis, parameters, accelerations)]
 
 
-def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
+def strongest_frequencies(fit: Fit, axis: int, count: int = 2) -> list[float]:
     """Frequencies [Hz] at which the innovations' periodogram, summed over records, stands out most.
 
-    The innovations before whitening are looked at: an autoregression would have taken a strong line in.
+    The periodogram is that of the innovations before whitening: an autoregression would hide a strong periodic torque.
     """
     size = 2 ** int(np.ceil(np.log2(max(fit.problem.lengths)) + 2))
     frequencies = np.fft.rfftfreq(size, 1.0 / REDUCED_RATE)
@@ -36,7 +36,7 @@ def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
         window = np.hanning(len(residuals))
         power += np.abs(np.fft.rfft(residuals[:, axis] * window, size)) ** 2 / (window @ window)
     background = _background(frequencies, power, 12.0 * REDUCED_RATE / max(fit.problem.lengths))
-    inside = (frequencies > LOWEST_LINE) & (frequencies < HIGHEST_LINE)
+    inside = (frequencies > LOWEST_FREQUENCY) & (frequencies < HIGHEST_FREQUENCY)
     standing = np.where(inside, power / background, 0.0)
     found: list[float] = []
     width = 3.0 * REDUCED_RATE / max(fit.problem.lengths)
@@ -50,7 +50,7 @@ def strongest_lines(fit: Fit, axis: int, count: int = 2) -> list[float]:
 
 def _background(frequencies: NDArray[np.floating], power: NDArray[np.float64], least: float) -> NDArray[np.float64]:
     """Smooth level of a periodogram: its median over bands of a third of an octave, no narrower than ``least`` [Hz]."""
-    edges = [LOWEST_LINE / 2.0]
+    edges = [LOWEST_FREQUENCY / 2.0]
     while edges[-1] < frequencies[-1]:
         edges.append(max(edges[-1] * 2.0 ** (1.0 / 3.0), edges[-1] + least))
     band = np.clip(np.searchsorted(edges, frequencies, side="right") - 1, 0, len(edges) - 2)
