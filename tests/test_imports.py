@@ -42,7 +42,7 @@ H = "heli_identifier"
 ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "workbench"))
 """From the ground floor up: a room imports those below it only."""
 
-INNER_ROOMS = tuple(f"{H}.tracing.{room}" for room in ("prediction", "search", "validation", "diagnosis"))
+INNER_ROOMS = tuple(f"{H}.tracing.{room}" for room in ("prediction", "events", "search", "validation", "diagnosis"))
 """The same inside of ``tracing``."""
 
 DOORS = (*ROOMS[:3], f"{H}.online.excitation")

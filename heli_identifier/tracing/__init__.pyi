@@ -9,6 +9,7 @@ __all__ = [
     "EffectCurve",
     "EffectShape",
     "ErrorFigure",
+    "Event",
     "FoundEffect",
     "HIGHEST_FREQUENCY",
     "HeldOutSeries",
@@ -24,6 +25,7 @@ __all__ = [
     "candidates",
     "diagnose",
     "experiment_for",
+    "find_events",
     "fit",
     "hold_to",
     "observer_start",
@@ -38,6 +40,8 @@ from .diagnosis.diagnose import diagnose
 from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, RigVerdict
 from .diagnosis.settings import DiagnosisSettings
 from .diagnosis.signs import sign_notes
+from .events.event import Event
+from .events.finding import find_events
 from .prediction.fit import BASE, fit
 from .prediction.observer import observer_start
 from .prediction.problem import Problem

@@ -18,6 +18,8 @@ from heli_identifier.tracing.diagnosis.curves import drawn_curves
 from heli_identifier.tracing.diagnosis.notes import diagnosis_notes
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.events.cutting import events_beside, without_events
+from heli_identifier.tracing.events.event import Event
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
@@ -89,8 +91,10 @@ def _diagnosed(
     training: Sequence[Log], held_out_logs: Sequence[Log], settings: DiagnosisSettings, progress: Progress
 ) -> Diagnosis:
     began = perf_counter()
-    problem = Problem(tuple(reduce_log(log) for log in training), settings.bandwidth)
-    held_out = hold_out(held_out_logs, settings.bandwidth)
+    slowest = min((settings.bandwidth, *settings.agreement))
+    used = without_events(training, held_out_logs, settings.voltage_limit, slowest, settings.keep_events)
+    problem = Problem(tuple(reduce_log(log) for log in used.training), settings.bandwidth)
+    held_out = hold_out(used.held_out, settings.bandwidth)
     progress("searching the catalogue", 0.05)
     start = first_estimate(problem.records, settings.base_parameters(), settings.free)
     selection = select(problem, start, settings.free)
@@ -116,14 +120,15 @@ def _diagnosed(
         plant_before=null.parameters,
         plant_after=delivered.parameters,
         axes=axes,
-        series=_series(held_out.logs, before, after),
+        series=_series(held_out.logs, before, after, used.events),
         curves=drawn_curves(model, effects),
         correlation_labels=labels,
         correlation=matrix,
         data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
-        notes=diagnosis_notes(null, model, delivered, axes, settings),
+        notes=(*used.notes, *diagnosis_notes(null, model, delivered, axes, settings)),
         seconds=perf_counter() - began,
+        events=used.events,
     )
 
 
@@ -138,7 +143,9 @@ def _rivals(selection: Selection, model: Model) -> dict[str, list[Effect]]:
     return {effect.field: alternatives(model, effect, selection.null) for effect in model.effects}
 
 
-def _series(logs: Sequence[Log], before: HeldOutRun, after: HeldOutRun) -> tuple[HeldOutSeries, ...]:
+def _series(
+    logs: Sequence[Log], before: HeldOutRun, after: HeldOutRun, events: Sequence[Event]
+) -> tuple[HeldOutSeries, ...]:
     return tuple(
         HeldOutSeries(
             log,
@@ -150,6 +157,7 @@ def _series(logs: Sequence[Log], before: HeldOutRun, after: HeldOutRun) -> tuple
             before.white[i],
             after.white[i],
             1.0 / REDUCED_RATE,
+            events_beside(log, events),
         )
         for i, log in enumerate(logs)
     )
@@ -169,6 +177,7 @@ def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, ob
         "motor_time_constant_s": settings.motor_time_constant,
         "voltage_limit_V": settings.voltage_limit,
         **({} if settings.rest_pitch is None else {"rest_pitch_rad": settings.rest_pitch}),
+        **({"keep_events": True} if settings.keep_events else {}),
         "significance": SIGNIFICANCE,
         "threshold": selection.threshold,
         "hint": selection.suggestive_level,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
+from heli_identifier.tracing.events.event import Event
 from heli_identifier.tracing.search.found_effect import FoundEffect
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisReport
@@ -53,6 +54,8 @@ class HeldOutSeries:
     white_before, white_after : NDArray, shape (m, 3)
         The same under the whitener of the model after, of unit variance if the model is right.
     residual_step : float
+    events : tuple of Event
+        Passages inside of the log, or just before or behind it where it is a piece of a longer log.
     """
 
     log: Log
@@ -64,6 +67,7 @@ class HeldOutSeries:
     white_before: NDArray[np.float64]
     white_after: NDArray[np.float64]
     residual_step: float
+    events: tuple[Event, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +109,8 @@ class Diagnosis:
         Entries of the catalogue in the order of the rows of ``correlation``.
     correlation : NDArray, shape (K, K)
         Correlations between the catalogue's projected signatures.
+    events : tuple of Event
+        Passages in which something other than the plant acts, in training and held-out logs.
     """
 
     verdict: RigVerdict
@@ -125,6 +131,7 @@ class Diagnosis:
     settings: Mapping[str, Any]
     notes: tuple[str, ...]
     seconds: float
+    events: tuple[Event, ...] = ()
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)

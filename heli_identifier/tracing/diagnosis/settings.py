@@ -29,6 +29,9 @@ class DiagnosisSettings:
         Saturation of both voltages [V].
     rest_pitch : float or None
         Pitch theta_0 at rest [rad]; None lets every fit estimate it.
+    keep_events : bool
+        Use also the passages in which something other than the plant acts; by default they are cut out. They are
+        listed either way.
     """
 
     bandwidth: float = BANDWIDTH
@@ -36,6 +39,7 @@ class DiagnosisSettings:
     motor_time_constant: float = 0.08
     voltage_limit: float = 5.0
     rest_pitch: float | None = None
+    keep_events: bool = False
 
     @classmethod
     def from_rig(

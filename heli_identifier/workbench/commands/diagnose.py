@@ -27,6 +27,9 @@ def diagnose(
             show_default=False,
         ),
     ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
+    keep_events: Annotated[
+        bool, typer.Option("--keep-events", help="Keep passages in which a hand or an obstacle acts on the rig.")
+    ] = False,
     start: From = None,
     end: To = None,
     config: Config = None,
@@ -45,7 +48,7 @@ def diagnose(
         configuration = found_configuration(config)
         training, held_out = split_logs(logs, validate, configuration, start, end)
         with progress_bar() as progress:
-            diagnosis = diagnosed(training, held_out, configuration, draft, progress)
+            diagnosis = diagnosed(training, held_out, configuration, draft, progress, keep_events)
     if json:
         print_json(diagnosis.to_dict())
         for text in diagnosis.notes:
@@ -64,6 +67,7 @@ def diagnosed(
     configuration: "RigConfiguration",
     folder: Path,
     progress: "Progress" = lambda what, share: None,
+    keep_events: bool = False,
 ) -> "Diagnosis":
     """Diagnose a rig and write the results into ``folder``."""
     from dataclasses import replace
@@ -75,7 +79,7 @@ def diagnosed(
     found = diagnose_logs(
         training,
         held_out=held_out,
-        settings=DiagnosisSettings.from_rig(configuration),
+        settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
         progress=lambda what, share: progress(what, 0.85 * share),
     )
     diagnosis = replace(found, provenance=from_command_line())

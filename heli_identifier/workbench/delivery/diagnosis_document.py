@@ -51,6 +51,10 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
             "seconds": diagnosis.seconds,
             "withdrawn": [entry._asdict() for entry in diagnosis.withdrawn],
             "catalogue": [_catalogue_entry(entry) for entry in diagnosis.catalogue],
+            "events": [
+                {"log": event.log, "axis": event.axis, "from_s": event.start_in_file, "to_s": event.end_in_file}
+                for event in diagnosis.events
+            ],
             "notes": diagnosis.notes,
             "provenance": provenance,
         }

@@ -135,6 +135,23 @@ def data_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]
 
 
+def event_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per event."""
+    sizes = {"force": "rad/s²", "slip": "rad"}
+    kinds = {"force": "a force from outside", "slip": "a slip of the encoder"}
+    return [
+        {
+            "log": event.log,
+            "axis": event.axis,
+            "start": f"{event.start_in_file:.2f}",
+            "end": f"{event.end_in_file:.2f}",
+            "what": kinds[event.kind],
+            "size": f"{significant(abs(event.size), 2)} {sizes[event.kind]}",
+        }
+        for event in diagnosis.events
+    ]
+
+
 def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Give every setting with its unit apart from its name."""
     rows = []

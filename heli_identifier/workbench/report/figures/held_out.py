@@ -33,7 +33,7 @@ SEGMENT = 256
 
 @styled
 def free_run_figure(series: HeldOutSeries, axis: str) -> Figure:
-    """Draw what was measured, and what the plant before and after makes of the same voltages."""
+    """Draw what was measured, what the plant before and after makes of the same voltages, and events as bands."""
     index = AXES.index(axis)
     time, measured = series.log.time, series.log.angles[:, index]
     figure, (above, below) = canvas(heights=(1.6, 1.0))
@@ -41,6 +41,11 @@ def free_run_figure(series: HeldOutSeries, axis: str) -> Figure:
     for run, colour, label in _pair(series.free_run_before, series.free_run_after):
         above.plot(*thinned(time, run[:, index]), color=colour, linewidth=1.0, label=f"free run {label}")
         below.plot(*thinned(time, 1e3 * (measured - run[:, index])), color=colour, linewidth=0.9)
+    for event in series.events:
+        if event.axis == axis:
+            start, end = (at - series.log.start for at in (event.start_in_file, event.end_in_file))
+            for axes in (above, below):
+                axes.axvspan(start, end, color=BAND, alpha=0.6)  # the outline shows a slip, which lasts one sample
     low, high = float(measured.min()), float(measured.max())
     span = max(high - low, 1e-3)
     _bounded(above, low - FARTHEST * span, high + FARTHEST * span)
