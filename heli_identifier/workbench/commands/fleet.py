@@ -57,19 +57,21 @@ def fleet(
                 for number, rig in enumerate(rigs)
             }
         found = fleet_of(diagnoses)
-        from heli_identifier.workbench.fleet.page import COLUMNS, effect_row, fleet_page, fleet_sentence
+        from heli_identifier.workbench.fleet import page
 
         ran = provenance(["heli", *sys.argv[1:]])
         document = fleet_document(found, ran)
         (draft / "fleet.json").write_text(document_text(document), encoding="utf-8")
-        (draft / "fleet.html").write_text(fleet_page(found, ran), encoding="utf-8")
+        (draft / "fleet.html").write_text(page.fleet_page(found, ran), encoding="utf-8")
     if json:
         print_json(document)
         return
-    typer.secho(fleet_sentence(found), bold=True)
+    typer.secho(page.fleet_sentence(found), bold=True)
     shown = [effect for effect in found.effects if effect.finding != Finding.NOT_SHOWN]
     if shown:
-        print_table("Effects over the rigs", COLUMNS, [effect_row(effect) for effect in shown])
+        print_table("Effects over the rigs", page.COLUMNS, [page.effect_row(effect) for effect in shown])
+    parameters = [page.parameter_row(parameter) for parameter in found.parameters]
+    print_table("Parameters over the rigs", page.PARAMETER_COLUMNS, parameters)
     note(f"written: {', '.join(str(output / name) for name in RESULTS)}")
 
 

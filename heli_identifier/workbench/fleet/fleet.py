@@ -7,9 +7,11 @@ so that a weak effect shows if it repeats. A rig is left out of the mean of an e
 * where it is an alternative of an effect that was named, or one of the same mechanism was named on the same axis (a
   delay where a lag is named): its estimate is then what that one leaves of it.
 
-An effect *repeats* if at least two rigs name it, or if its mean differs from zero. For the second, the probabilities of
-all effects are held together to a false discovery rate of 5 % (Benjamini and Hochberg 1995), since each of some fifty
-entries would otherwise repeat by chance in one fleet of twenty.
+An effect *repeats* if at least two rigs name it, or if the estimates of all rigs show it together:
+
+* that no rig has it is refuted at a false discovery rate of 5 % over all effects (Benjamini and Hochberg 1995), since
+  of some fifty entries two or three would otherwise repeat by chance;
+* and the interval of the mean does without zero, so that it is no matter of one rig.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +22,7 @@ from math import isfinite
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import NOT_TESTABLE, Diagnosis, FoundEffect
-from heli_identifier.workbench.fleet.meta_analysis import Pooled, pooled
+from heli_identifier.workbench.fleet.meta_analysis import LEVEL, Pooled, pooled
 from heli_identifier.workbench.report.sentences import effect_name
 from heli_plant.effects import effect
 
@@ -139,11 +141,11 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis]) -> Fleet:
     keys = dict.fromkeys((entry.name, entry.axis) for found in diagnoses.values() for entry in found.catalogue)
     estimates = {key: [e for rig, found in diagnoses.items() for e in _of_effect(rig, found, key)] for key in keys}
     means = {key: _mean(entries) for key, entries in estimates.items()}
-    different = _different_from_zero(means)
+    together = _shown_together(means)
     effects = []
     for (name, axis), entries in estimates.items():
         mean = means[name, axis]
-        finding = _finding(entries, mean, (name, axis) in different)
+        finding = _finding(entries, mean, (name, axis) in together)
         effects.append(Coefficient(name, axis, entries[0].estimate.unit, tuple(entries), mean, finding))
     order = list(Finding)
     effects.sort(
@@ -198,21 +200,21 @@ def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
     return pooled([e.value for e in estimates], [e.standard_error or 0.0 for e in estimates])
 
 
-def _different_from_zero(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
-    """Effects whose mean differs from zero at the false discovery rate over all effects."""
+def _shown_together(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
+    """Effects that the estimates of all rigs show together."""
     from statsmodels.stats.multitest import fdrcorrection
 
-    tested = {key: mean.p for key, mean in means.items() if mean is not None}
+    tested = {key: mean for key, mean in means.items() if mean is not None}
     if not tested:
         return set()
-    rejected, _ = fdrcorrection(list(tested.values()), FALSE_DISCOVERY_RATE)
-    return {key for key, yes in zip(tested, rejected, strict=True) if yes}
+    refuted, _ = fdrcorrection([mean.none_p for mean in tested.values()], FALSE_DISCOVERY_RATE)
+    return {key for (key, mean), yes in zip(tested.items(), refuted, strict=True) if yes and mean.p < 1.0 - LEVEL}
 
 
-def _finding(entries: Sequence[RigEstimate], mean: Pooled | None, different: bool) -> Finding:
+def _finding(entries: Sequence[RigEstimate], mean: Pooled | None, together: bool) -> Finding:
     named = sum(entry.named for entry in entries)
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
-    if named >= 2 or different:
+    if named >= 2 or together:
         return Finding.REPEATS if mean.alike else Finding.DIFFERS
     return Finding.OWN if named else Finding.NOT_SHOWN

@@ -13,19 +13,17 @@ with the mean mu of the make, the spread tau between its rigs, and the weights w
 * Q = sum (y_i - m)^2 / s_i^2 about the fixed-effect mean m tests whether all rigs have one value, by chi-squared with
   k - 1 degrees of freedom (Cochran 1954). I^2 = max(0, 1 - (k - 1) / Q) is the share of the variance of the estimates
   that the rigs' differences make (Higgins and Thompson 2002, eq. 10).
-* A further rig of the make lies in mu +- t (tau^2 + SE^2)^(1/2), t of k - 2 degrees of freedom, with 95 %
-  (Higgins, Thompson and Spiegelhalter 2009, eq. 12).
+* Intervals of tau and of the value of a further rig of the make follow from the distribution of Q(tau), as
+  :mod:`heli_identifier.workbench.fleet.spread` says.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import IdentifierError
-
-Values = NDArray[np.float64]
+from heli_identifier.workbench.fleet.spread import prediction_interval, spreads, weighted
 
 LEVEL = 0.95
 """Probability of all intervals."""
@@ -45,11 +43,16 @@ class Pooled:
     interval : tuple of float
         95 % interval of the mean, by Hartung and Knapp.
     p : float
-        Two-sided probability of such a mean if the true one is zero.
+        Two-sided probability of such a mean if the true one is zero, whatever the spread.
+    none_p : float
+        Two-sided probability of such estimates if no rig has the effect: of the fixed-effect mean m over its standard
+        error, a normal variable. It is far smaller than p where the rigs are few, as it does without the spread.
     spread : float
         tau, the standard deviation between the rigs.
+    spread_interval : tuple of float
+        95 % interval of tau.
     prediction : tuple of float or None
-        95 % interval of the true value of a further rig; None for two rigs, which do not determine it.
+        95 % interval of the true value of a further rig; None for two rigs, whose interval says nothing.
     Q, Q_p : float
         Statistic of Cochran's test that all rigs have one value, and its probability.
     I2 : float
@@ -62,7 +65,9 @@ class Pooled:
     standard_error: float
     interval: tuple[float, float]
     p: float
+    none_p: float
     spread: float
+    spread_interval: tuple[float, float]
     prediction: tuple[float, float] | None
     Q: float
     Q_p: float
@@ -92,7 +97,7 @@ def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
     IdentifierError
         Fewer than two estimates, or one that is not finite or has no positive standard error.
     """
-    from scipy.stats import chi2, t
+    from scipy.stats import chi2, norm, t
 
     y, s = np.array(values, dtype=float), np.array(standard_errors, dtype=float)
     k = len(y)
@@ -101,41 +106,23 @@ def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
             f"estimates {y.tolist()} with standard errors {s.tolist()} cannot be pooled; two or more finite estimates "
             "with a positive standard error each are needed."
         )
-    Q = _squares(y, s, 0.0)[1]
-    tau = _spread(y, s) if Q > k - 1 else 0.0
-    mean, q, precision = _squares(y, s, tau)
+    (fixed,), (Q,), (fixed_precision,) = weighted(y, s, [0.0])
+    (tau,) = spreads(y, s, [k - 1.0])
+    ((m,), (q,), (precision,)) = weighted(y, s, [tau])
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
     half = float(t.isf(0.5 - 0.5 * LEVEL, k - 1)) * error
-    further = float(t.isf(0.5 - 0.5 * LEVEL, k - 2)) * float(np.hypot(tau, error)) if k > 2 else None
+    low, high = spreads(y, s, chi2.isf([0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL], k - 1))
     return Pooled(
-        mean=mean,
+        mean=float(m),
         standard_error=error,
-        interval=(mean - half, mean + half),
-        p=float(2.0 * t.sf(abs(mean) / error, k - 1)),
-        spread=tau,
-        prediction=None if further is None else (mean - further, mean + further),
-        Q=Q,
+        interval=(float(m) - half, float(m) + half),
+        p=float(2.0 * t.sf(abs(m) / error, k - 1)),
+        none_p=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
+        spread=float(tau),
+        spread_interval=(float(low), float(high)),
+        prediction=prediction_interval(y, s, LEVEL) if k > 2 else None,
+        Q=float(Q),
         Q_p=float(chi2.sf(Q, k - 1)),
-        I2=1.0 - (k - 1) / Q if Q > k - 1 else 0.0,
+        I2=float(1.0 - (k - 1) / Q) if Q > k - 1 else 0.0,
         rigs=k,
     )
-
-
-def _squares(y: Values, s: Values, tau: float) -> tuple[float, float, float]:
-    """Give the weighted mean, the weighted sum of squares about it, and the sum of the weights."""
-    w = 1.0 / (s**2 + tau**2)
-    mean = float(w @ y / w.sum())
-    return mean, float(w @ (y - mean) ** 2), float(w.sum())
-
-
-def _spread(y: Values, s: Values) -> float:
-    """Give Paule and Mandel's tau of estimates whose Q exceeds k - 1.
-
-    The iteration of statsmodels takes a last step that overshoots by rounding for tau = 0; a bracketed root cannot. The
-    weighted sum of squares falls with tau, and at the upper end it is at most sum (y - mean)^2 / tau^2 = (k - 1) / k.
-    """
-    from scipy.optimize import brentq
-
-    k = len(y)
-    upper = float(np.sqrt(k / (k - 1) * ((y - y.mean()) ** 2).sum()))
-    return float(brentq(lambda tau: _squares(y, s, tau)[1] - (k - 1), 0.0, upper, xtol=1e-12 * upper, rtol=1e-12))

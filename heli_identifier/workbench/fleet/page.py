@@ -82,7 +82,7 @@ def effect_row(effect: Coefficient) -> tuple[str, ...]:
     """Give an effect as a row under :data:`COLUMNS`."""
     mean = effect.mean
     return (
-        effect_name(effect.name, effect.axis),
+        title(effect),
         str(effect.finding),
         str(len(effect.named)),
         str(len(effect.counted)),
@@ -91,6 +91,15 @@ def effect_row(effect: Coefficient) -> tuple[str, ...]:
         significant(mean.spread, 2) if mean else "",
         f"{100.0 * mean.I2:.0f} %" if mean else "",
     )
+
+
+PARAMETER_COLUMNS = ("parameter", "meaning", "rigs >", "mean >", "unit", "spread >", "I² >")
+
+
+def parameter_row(parameter: Coefficient) -> tuple[str, ...]:
+    """Give a parameter as a row under :data:`PARAMETER_COLUMNS`."""
+    _, _, _, counted, *figures = effect_row(parameter)
+    return (parameter.name, title(parameter), counted, *figures)
 
 
 def mean_text(coefficient: Coefficient) -> str:
@@ -121,9 +130,10 @@ def _facts(coefficient: Coefficient) -> list[tuple[str, str]]:
         facts.append(("named by", f"{listed(coefficient.named) or 'none'}, of {counted} that could test it"))
     mean = coefficient.mean
     if mean is not None:
+        low, high = (significant(end, 2) for end in mean.spread_interval)
         facts += [
             ("mean of the make", f"{mean_text(coefficient)}{unit}, {p_text(mean.p)}"),
-            ("spread between rigs", f"{significant(mean.spread, 2)}{unit}"),
+            ("spread between rigs", f"{significant(mean.spread, 2)} ({low} to {high}){unit}"),
             ("heterogeneity", f"I² = {100.0 * mean.I2:.0f} %, Q = {significant(mean.Q)} ({p_text(mean.Q_p)})"),
         ]
         if mean.prediction is not None:

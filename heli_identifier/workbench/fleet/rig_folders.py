@@ -70,11 +70,19 @@ def rig_folders(
     names = Counter(path.resolve().name for path in paths)
     shared = Path(configuration) if configuration else None
     return tuple(
-        _rig(path, path.resolve().name if names[path.resolve().name] == 1 else str(path), shared) for path in paths
+        rig_folder(path, path.resolve().name if names[path.resolve().name] == 1 else str(path), shared)
+        for path in paths
     )
 
 
-def _rig(folder: Path, name: str, shared: Path | None) -> RigFolder:
+def rig_folder(folder: Path, name: str, shared: Path | None = None) -> RigFolder:
+    """Find the logs of one rig.
+
+    Raises
+    ------
+    ConfigurationError
+        The folder holds no log to fit to.
+    """
     logs = sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
     held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
     training = tuple(path for path in logs if path not in held_out)
