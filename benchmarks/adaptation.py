@@ -25,7 +25,7 @@ from heli_identifier.online.signals import (
     pitch_regression_free,
     travel_regression,
 )
-from heli_identifier.workbench.identify.replay import History, replay
+from heli_identifier.workbench.identify.replay import Replay, replay
 
 LONG, SHORT, ROUNDS = 1_000_000, 20_000, 3
 
@@ -74,7 +74,7 @@ def padasip_omega(regressions_: list[Regression], settings: IdentifierSettings) 
     return np.concatenate(final)
 
 
-def replay_omega(history: History) -> NDArray[np.float64]:
+def replay_omega(history: Replay) -> NDArray[np.float64]:
     """Omega (11,) of the replay's last row, p and q in place of a_th and theta0."""
     a_wx, a_th, k_x, theta0, *rest = history.parameters[-1]
     return np.array([a_wx, a_th * np.cos(theta0), a_th * np.sin(theta0), k_x, *rest])

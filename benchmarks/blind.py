@@ -26,14 +26,14 @@ ROOT = Path(__file__).resolve().parent.parent
 def main(arguments: Sequence[str]) -> None:
     asked = _parsed(arguments)
     rigs = sources(asked.groups, asked.limit)
-    with progress_bar() as tell:
+    with progress_bar() as progress:
         rows = run_campaign(
             [source for _, source in rigs.values()],
             asked.output,
             measure="benchmarks.blind_measures:measured",
             scheduler=asked.scheduler,
             workers=asked.workers,
-            tell=tell,
+            progress=progress,
         )
     groups: dict[str, list[Row]] = {}
     for row in rows:

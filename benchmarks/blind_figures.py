@@ -8,7 +8,8 @@ from statsmodels.stats.proportion import proportion_confint
 
 from benchmarks.blind_measures import TOLD, TRUE_STRUCTURE
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.workbench.campaign.against_truth import (
+from heli_identifier.workbench.campaign.row import Row, error_column
+from heli_identifier.workbench.campaign.summary import (
     UNKNOWN,
     coverage,
     false_entries,
@@ -17,7 +18,6 @@ from heli_identifier.workbench.campaign.against_truth import (
     right,
     unknown_recognised,
 )
-from heli_identifier.workbench.campaign.row import Row, error_column
 from heli_plant.effects import AXES
 
 TOLD_NEEDED = 6.0

@@ -10,8 +10,7 @@ import numpy as np
 from heli_identifier.tracing.diagnosis.result import Diagnosis
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.search.model import effect_score, free_fields
 from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_identifier.workbench.campaign import Rig

@@ -21,8 +21,8 @@ from benchmarks.blind_figures import (
     told,
 )
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.workbench.campaign.against_truth import false_entries, named_first, right
 from heli_identifier.workbench.campaign.row import Row
+from heli_identifier.workbench.campaign.summary import false_entries, named_first, right
 from tests.blind.battery import Case
 
 Rows = Mapping[str, list[Row]]

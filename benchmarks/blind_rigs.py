@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Mapping
 
-from heli_identifier.records import Log, log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import effect
@@ -78,4 +78,4 @@ def _true_effect(held: Effect) -> TrueEffect:
 
 
 def _log(name: str, samples) -> Log:
-    return log_from_samples(name, RATE, samples[:, 1:3], samples[:, 3:])
+    return Log(name, RATE, samples[:, 1:3], samples[:, 3:])

@@ -17,7 +17,7 @@ from benchmarks.machine import measured_at
 from benchmarks.tables import figure, seconds, table
 from benchmarks.timing import in_turn
 from heli_identifier.online import IdentifierSettings
-from heli_identifier.records import Log, log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.workbench.identify.replay import replay
 from heli_identifier.workbench.report.figures.style import write_figure
@@ -45,7 +45,7 @@ RIG = draw_rig(np.random.SeedSequence(7), "dry_friction:pitch")
 def log(duration: float, number: int) -> Log:
     """Make a log of some seconds."""
     samples = simulate_log(RIG, multisines(duration, np.random.default_rng(number)), number)
-    return log_from_samples(f"log{number}", RATE, samples[:, 1:3], samples[:, 3:])
+    return Log(f"log{number}", RATE, samples[:, 1:3], samples[:, 3:])
 
 
 def effects_on(count: int) -> PlantParameters:
@@ -65,7 +65,7 @@ class Run:
 def run(logs: Sequence[Log], held_out: Log) -> Run:
     """Diagnose once, without report and unit."""
     began = perf_counter()
-    diagnosis = diagnose(logs, [held_out])
+    diagnosis = diagnose(logs, held_out=held_out)
     return Run(perf_counter() - began, len(diagnosis.effects))
 
 
@@ -141,7 +141,7 @@ def interpreted_steps(parameters: PlantParameters) -> None:
 
 def section(load: float) -> str:
     held_out = log(LOG_SECONDS, 100)
-    diagnose([log(LOG_SECONDS, 101)], [held_out])
+    diagnose(log(LOG_SECONDS, 101), held_out=held_out)
     lengths, logs, effects = length_costs(held_out), log_costs(held_out), effect_costs()
     for name, drawn in (
         ("cost-samples", by_samples([(n, s, r, d.seconds if d else None) for n, s, r, d in lengths])),

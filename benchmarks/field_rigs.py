@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from benchmarks.blind_rigs import SHAPE_NAMES
-from heli_identifier.records import Log, log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import CATALOGUE, effect
@@ -110,4 +110,4 @@ def _true_effect(held: Effect) -> TrueEffect:
 
 
 def _log(name: str, rate: float, samples) -> Log:
-    return log_from_samples(name, rate, samples[:, 1:3], samples[:, 3:])
+    return Log(name, rate, samples[:, 1:3], samples[:, 3:])

@@ -11,10 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fmu_src.builder import build
-from fmu_src.errors import MasterError
+from fmu_src import CLOSED_LOOP, MasterError, build
 from fmu_src.master import run_apart
-from fmu_src.wiring import CLOSED_LOOP
 
 
 def main() -> None:

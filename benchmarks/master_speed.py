@@ -83,8 +83,7 @@ def ecos(order: dict, steps: int) -> float:
 
 def models_alone(order: dict, steps: int) -> float:
     """Run the four units' Python code in the same loop without FMI: what is not the boundary."""
-    from fmu_src.builder import unit_class
-    from fmu_src.wiring import CLOSED_LOOP
+    from fmu_src import CLOSED_LOOP, unit_class
 
     units = {}
     for name, kind in CLOSED_LOOP.units:
@@ -114,8 +113,8 @@ def empty_units(order: dict, steps: int) -> float:
     """Step four pythonfmu units that do nothing, wired alike, with the master: the boundary's floor."""
     from pythonfmu.builder import FmuBuilder
 
+    from fmu_src import CLOSED_LOOP, Connection, Scenario
     from fmu_src.master import run
-    from fmu_src.wiring import CLOSED_LOOP, Connection, Scenario
 
     units = [name for name, _ in CLOSED_LOOP.units]
     place = {(w.source_unit, w.source): None for w in CLOSED_LOOP.connections}
@@ -144,13 +143,14 @@ def _do_step(order: dict, steps: int, unit: str, parameters: dict) -> float:
     from fmu_src.master.instance import Instance
     from fmu_src.master.tape import Clock, Tape
 
-    instance, clock = Instance("unit", Path(order["units"][unit])), Clock(STEP)
+    alarm, clock = [], Clock(STEP)
+    instance = Instance("unit", Path(order["units"][unit]), alarm)
     instance.initialise(parameters, 0.0, steps * STEP)
     inputs = [name for name, v in instance.variables.items() if v.causality == "input"]
     instance.bind(inputs, instance.outputs, np.full(len(inputs), 0.8), np.zeros(len(instance.outputs)), clock)
     instance.finish_initialisation(0.0)
-    Tape(instance.puts, clock, instance.alarm).play(0.0)
-    tape = Tape(instance.steps, clock, instance.alarm)
+    Tape(instance.puts, clock, alarm).play(0.0)
+    tape = Tape(instance.steps, clock, alarm)
     began = time.perf_counter()
     for k in range(steps):
         tape.play(k * STEP)
@@ -206,10 +206,8 @@ def child(case: str, path: str, steps: str) -> None:
 
 def main(steps: int, rounds: int) -> None:
     """Build, run all cases in turn, print the table and the ratios."""
-    from fmu_src.builder import build_all
-    from fmu_src.master.order import parameters_by_unit
+    from fmu_src import CLOSED_LOOP, build_all
     from fmu_src.ssp import write_ssp
-    from fmu_src.wiring import CLOSED_LOOP
 
     times: dict[str, list[float]] = {case: [] for case in CASES}
     with TemporaryDirectory() as folder:
@@ -220,7 +218,7 @@ def main(steps: int, rounds: int) -> None:
             "units": {name: str(path) for name, path in built.items()},
             "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
             "outputs": {name: _outputs(kind) for name, kind in CLOSED_LOOP.units},
-            "parameters": parameters_by_unit(CLOSED_LOOP, GIVEN),
+            "parameters": CLOSED_LOOP.parameters_by_unit(GIVEN),
             "ssp": str(write_ssp(CLOSED_LOOP, Path(folder) / "closed_loop.ssp", GIVEN, files)),
         }
         path = Path(folder) / "order.json"
@@ -249,7 +247,7 @@ def main(steps: int, rounds: int) -> None:
 
 def _outputs(kind: str) -> list[str]:
     """Names of a unit's outputs."""
-    from fmu_src.builder import unit_class
+    from fmu_src import unit_class
 
     return [variable.name for variable in unit_class(kind).variables if variable.causality == "output"]
 

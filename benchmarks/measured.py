@@ -24,7 +24,7 @@ from heli_identifier.records import read_logs
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.tracing.diagnosis.result import Diagnosis
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.search.findings import FoundEffect
+from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
 from heli_identifier.workbench.fleet import Finding, Fleet, fleet_of, page, rig_folder
 from heli_identifier.workbench.report.rounding import is_known
 from heli_plant.effects import AXES
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str]) -> None:
             others = tuple(b for b in BANDWIDTHS if b != bandwidth)
             settings = DiagnosisSettings(bandwidth, others, voltage_limit=asked.voltage_limit)
             logs = [read_logs(paths, start=asked.start) for paths in (training, held)]
-            diagnosis = diagnose(*logs, settings)
+            diagnosis = diagnose(logs[0], held_out=logs[1], settings=settings)
             diagnoses.setdefault(title, diagnosis)
             rows.append(row(title, bandwidth, diagnosis))
             print(rows[-1], flush=True)
@@ -103,12 +103,12 @@ def row(title: str, bandwidth: float, found: Diagnosis) -> str:
 
 def effect_text(effect: FoundEffect) -> str:
     """One effect in a cell."""
-    if effect.coefficient is None:
-        return f"unknown on {effect.axis}: {effect.shape['description']}"
     c = effect.coefficient
+    if c is None or not isinstance(effect.shape, NamedShape):
+        return f"unknown on {effect.axis}: {effect.shape.to_dict()['description']}"
     text = f"{effect.name} on {effect.axis} {c.value:.3g} +- {1.96 * (c.standard_error or 0.0):.2g} {c.unit}"
     shapes = [
-        f"{name} {s['value']:.4g} {s['unit']}" for name, s in effect.shape.items() if s["standard_error"] is not None
+        f"{name} {s.value:.4g} {s.unit}" for name, s in effect.shape.parameters.items() if s.standard_error is not None
     ]
     if shapes:
         text += f" ({', '.join(shapes)})"

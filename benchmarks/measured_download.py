@@ -23,7 +23,7 @@ from urllib.request import urlopen
 import numpy as np
 
 from heli_identifier.files import write_atomically
-from heli_identifier.records import Log, log_from_samples, write_log
+from heli_identifier.records import Log, write_log
 
 SOURCES = Path(__file__).with_name("measured_sources.csv")
 PUBLIC = "https://raw.githubusercontent.com/{repository}/{commit}/{path}"
@@ -180,4 +180,4 @@ def converted(content: bytes, source: Source) -> Log:
     V_d, V_s = layout.sign * rows[layout.difference], rows[layout.sum]
     voltages = np.clip(np.column_stack((V_s + V_d, V_s - V_d)) / 2.0, -CONVERTER_LIMIT, CONVERTER_LIMIT)
     angles = layout.unit * np.column_stack((layout.sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
-    return log_from_samples(source.log, RATE, voltages, angles)
+    return Log(source.log, RATE, voltages, angles)

@@ -26,7 +26,6 @@ from benchmarks.selection_rigs import Entries, Matrix, chosen, matrices
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, ratio, seconds_of
 from heli_identifier.tracing.search.selection import select
-from heli_identifier.tracing.search.settings import SelectionSettings
 
 ROUNDS = 2
 ONCE = {"whole", "sysidentpy"}
@@ -78,23 +77,23 @@ Answer = tuple[float, list[Entries]]
 """Mean seconds a rig, and the entries selected on every rig."""
 
 
-def own_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
+def own_answer(rigs: Sequence[Matrix]) -> Answer:
     """Select from the matrices with the tracer's functions."""
     selected: list[Entries] = []
 
     def choose(rig: Matrix) -> None:
-        selected.append(rig.entries(chosen(rig.scanned, settings)))
+        selected.append(rig.entries(chosen(rig.scanned)))
 
     with threadpool_limits(1):
         return fmean([seconds_of(partial(choose, rig)) for rig in rigs]), selected
 
 
-def whole_answer(rigs: Sequence[Matrix], settings: SelectionSettings) -> Answer:
+def whole_answer(rigs: Sequence[Matrix]) -> Answer:
     """Search as a diagnosis does."""
     selected: list[Entries] = []
 
     def search(rig: Matrix) -> None:
-        model = select(rig.problem, rig.start, settings).model
+        model = select(rig.problem, rig.start).model
         unknown = [("unknown", unknown.axis) for unknown in model.unknowns]
         selected.append(frozenset([*((effect.name, effect.axis) for effect in model.effects), *unknown]))
 
@@ -130,15 +129,14 @@ def peer_python(method: str) -> str:
 
 def measured(rigs: Sequence[Matrix]) -> dict[str, tuple[Times, list[Entries]]]:
     """Run all methods in turn; those whose package is missing are left out."""
-    settings = SelectionSettings()
     with TemporaryDirectory() as folder:
         files = [Path(folder) / f"{number}.npz" for number in range(len(rigs))]
         for file, rig in zip(files, rigs, strict=True):
             np.savez(file, X=rig.scanned.directions, y=-rig.scanned.white)
         contenders: dict[str, Callable[[], Answer | None]] = {
-            "tracer": lambda: own_answer(rigs, settings),
+            "tracer": lambda: own_answer(rigs),
             **{name: partial(peer_answer, name, rigs, files) for name in selection_peers.METHODS},
-            "whole": lambda: whole_answer(rigs, settings),
+            "whole": lambda: whole_answer(rigs),
         }
         times: dict[str, list[float]] = {}
         selected: dict[str, list[Entries]] = {}
@@ -151,8 +149,8 @@ def measured(rigs: Sequence[Matrix]) -> dict[str, tuple[Times, list[Entries]]]:
 
 
 def section(load: float) -> str:
-    rigs = list(matrices(SelectionSettings()))
-    own_answer(rigs[:1], SelectionSettings())
+    rigs = list(matrices())
+    own_answer(rigs[:1])
     found = measured(rigs)
     true = [rig.true for rig in rigs]
     tallies = {name: tally(selected, true) for name, (_, selected) in found.items()}

@@ -9,13 +9,12 @@ from benchmarks.blind_rigs import sources
 from heli_identifier.records import Log, demo_logs, read_logs
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.scan import Scan, subset
-from heli_identifier.tracing.search.selection import looked_at
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.selection import score_catalogue
+from heli_identifier.tracing.search.settings import MOST_EFFECTS, SIGNIFICANCE
 from heli_identifier.tracing.search.threshold import largest_scores, quantile
 from heli_plant.parameters import PlantParameters
 
@@ -58,38 +57,38 @@ class Matrix:
         return frozenset((effect.name, effect.axis) for effect in effects)
 
 
-def matrices(settings: SelectionSettings) -> Iterator[Matrix]:
+def matrices() -> Iterator[Matrix]:
     """Give the demonstration rigs and the first of each of the blind battery's kinds of pairs."""
     for rig, true in DEMO_TRUTH.items():
-        yield matrix(rig, true, read_logs(demo_logs(rig)[0]), settings)
+        yield matrix(rig, true, read_logs(demo_logs(rig)[0]))
     for name, (_, source) in sources(("pair",), {"pair": 1}).items():
         made = source.load()
         assert made.truth is not None
         true = frozenset((effect.name, effect.axis) for effect in made.truth.effects)
-        yield matrix(name, true, made.training, settings)
+        yield matrix(name, true, made.training)
 
 
-def matrix(rig: str, true: Entries, logs: tuple[Log, ...], settings: SelectionSettings) -> Matrix:
+def matrix(rig: str, true: Entries, logs: tuple[Log, ...]) -> Matrix:
     """Fit the simplified model to a rig's training logs and score the catalogue."""
     diagnosis = DiagnosisSettings()
     problem = Problem(tuple(reduce_log(log) for log in logs), diagnosis.bandwidth)
     start = first_estimate(problem.records, diagnosis.base_parameters())
-    scanned = looked_at(Model(fit(problem, start)), settings).scanned
+    scanned = score_catalogue(Model(fit(problem, start))).scanned
     seen = np.flatnonzero(np.linalg.norm(scanned.directions, axis=0) > 0.5)
     return Matrix(rig, true, problem, start, subset(scanned, [int(i) for i in seen]))
 
 
-def chosen(scanned: Scan, settings: SelectionSettings) -> list[int]:
+def chosen(scanned: Scan) -> list[int]:
     """Columns that the tracer's scores and thresholds choose of the matrix alone.
 
     A round of the tracer without its refits: the largest admissible score enters if it passes the threshold over the
     whole catalogue; its column is projected out of residual and regressors, and the next round begins.
     """
     found: list[int] = []
-    while len(found) < settings.most:
+    while len(found) < MOST_EFFECTS:
         scores = np.where(scanned.allowed(), np.abs(scanned.scores), 0.0)
         best = int(np.argmax(scores))
-        if scores[best] < quantile(largest_scores(scanned), settings.significance):
+        if scores[best] < quantile(largest_scores(scanned), SIGNIFICANCE):
             break
         found.append(best)
         scanned = without_column(scanned, best)

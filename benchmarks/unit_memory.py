@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fmu_src.builder import build_all
+from fmu_src import build_all
 
 HOSTS = Path(__file__).resolve().parent.parent / "tests" / "hosts"
 WARM_UP = 100

@@ -1,1 +1,9 @@
-"""FMI 2.0 co-simulation units of the bench helicopter, their builder, wiring and master."""
+"""FMI 2.0 co-simulation units of the bench helicopter, their builder, wiring table, master and SSP files.
+
+The stub beside this file lists what others may use; each name is loaded when it is first used. :mod:`fmu_src.master`
+runs the units, :mod:`fmu_src.ssp` writes SSP files.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

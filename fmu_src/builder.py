@@ -1,14 +1,13 @@
-"""Build a unit into an FMU: ``build("HelicopterPlant", Path("build"))``.
+"""Build a unit into an FMU: ``build("HelicopterPlant", "build")``.
 
 The zip holds the unit's sources under hashed names (:mod:`fmu_src.packaging.sources`), pythonfmu's binaries, the model
-description with a GUID that follows from the content, documentation and icon. Two builds of the same sources and
+description with a GUID that depends on the content, the documentation and an icon. Two builds of the same sources and
 parameters are the same bytes.
 """
 
 from __future__ import annotations
 
 import hashlib
-import zlib
 from collections.abc import Mapping
 from importlib import import_module
 from importlib.metadata import distribution
@@ -18,15 +17,22 @@ from uuid import UUID, uuid5
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
-from .errors import BuildError
-from .packaging.archive import zip_bytes
-from .packaging.documentation import index_html
-from .packaging.icon import icon
-from .packaging.model_description import model_description, xml_text
-from .packaging.sources import content_hash, needed_sources, renamed, slave_script
+from .errors import BuildError, WiringError
+from .packaging import (
+    content_hash,
+    icon,
+    index_html,
+    model_description,
+    needed_sources,
+    renamed,
+    slave_script,
+    xml_text,
+    zip_bytes,
+)
 from .slave_base import SlaveBase
 from .value_table import TYPES
 from .variables import Value, problem_with
+from .wiring import Scenario
 
 UNITS: dict[str, str] = {
     "HelicopterPlant": "fmu_src.units.helicopter_plant",
@@ -38,6 +44,7 @@ UNITS: dict[str, str] = {
 """Module of each unit."""
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
+_NO_GUID = "{00000000-0000-0000-0000-000000000000}"
 
 
 def unit_class(name: str) -> type[SlaveBase]:
@@ -59,7 +66,7 @@ def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value])
     Raises
     ------
     BuildError
-        A name is no parameter of the unit, or a value is out of range: name, value, bound and unit are given.
+        A name is no parameter of the unit, or a value is out of range: name, value, bounds and unit.
     """
     known = {variable.name: variable for variable in unit.variables if variable.causality == "parameter"}
     values: dict[str, Value] = {}
@@ -73,23 +80,6 @@ def checked_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value])
     return values
 
 
-def build_class(unit: type[SlaveBase], directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:
-    """Build the FMU of a unit class into ``directory``; see :func:`build`."""
-    start_values = checked_start_values(unit, parameters or {})
-    sources = needed_sources(unit.__module__)
-    tag = content_hash(sources, start_values)
-    script = f"{unit.__name__}_{tag}"
-    entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
-    entries[f"resources/{script}.py"] = slave_script(unit, tag, start_values).encode()
-    entries["resources/slavemodule.txt"] = script.encode()
-    entries["documentation/index.html"] = index_html(unit, start_values).encode()
-    entries["model.png"] = icon(_colour(unit.__name__))
-    entries |= _from_pythonfmu(unit.__name__)
-    entries["modelDescription.xml"] = xml_text(model_description(unit, start_values))
-    entries["modelDescription.xml"] = xml_text(model_description(unit, start_values, _guid(entries)))
-    return write_atomically(Path(directory) / f"{unit.__name__}.fmu", zip_bytes(entries))
-
-
 def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None) -> Path:
     """Build a unit into ``directory/<unit>.fmu``.
 
@@ -98,10 +88,10 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     unit : str
         A key of :data:`UNITS`.
     directory : path
-        Made if it does not exist; the file appears complete or not at all.
+        Created if it does not exist; the file appears complete or not at all.
     parameters : mapping, optional
-        Start values of the unit's parameters by structured name, in the units of the model description; this is how
-        a corrected plant is handed back.
+        Start values of the unit's parameters by structured name, in the units of the model description; a corrected
+        plant is delivered in this way.
 
     Returns
     -------
@@ -111,14 +101,46 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     Raises
     ------
     BuildError
-        Unknown unit or parameter, a value out of range, or a source that an FMU must not hold.
+        An unknown unit or parameter, a value out of range, or a source that an FMU must not hold.
     """
-    return build_class(unit_class(unit), directory, parameters)
+    kind = unit_class(unit)
+    start_values = checked_start_values(kind, parameters or {})
+    sources = needed_sources(kind.__module__)
+    tag = content_hash(sources, start_values)
+    script = f"{unit}_{tag}"
+    entries = {f"resources/{path}": text.encode() for path, text in renamed(sources, tag).items()}
+    entries[f"resources/{script}.py"] = slave_script(kind, tag, start_values).encode()
+    entries["resources/slavemodule.txt"] = script.encode()
+    entries["documentation/index.html"] = index_html(kind, start_values).encode()
+    entries["model.png"] = icon(unit)
+    entries |= _from_pythonfmu(unit)
+    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _NO_GUID))
+    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _guid(entries)))
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
 def build_all(directory: str | Path) -> dict[str, Path]:
-    """Build every unit with its default parameters."""
+    """Build every unit with its default parameters; return the FMUs by unit."""
     return {name: build(name, directory) for name in UNITS}
+
+
+def scenario_fmus(wiring: Scenario, fmus: Mapping[str, str | Path], directory: str | Path) -> dict[str, Path]:
+    """Return the FMU of every unit of a scenario: the given file, or one that is built into ``directory``.
+
+    Raises
+    ------
+    WiringError
+        ``fmus`` names a unit that is not in the scenario.
+    BuildError
+        A given file does not exist, or a unit cannot be built.
+    """
+    names = [name for name, _ in wiring.units]
+    for name, file in fmus.items():
+        if name not in names:
+            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {', '.join(names)}")
+        if not Path(file).is_file():
+            raise BuildError(f"the FMU of {name} is missing: {file}")
+    return {name: Path(fmus[name]) if name in fmus else build(unit, directory) for name, unit in wiring.units}
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
@@ -131,20 +153,14 @@ def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
         elif file.name == "LICENSE":
             entries["documentation/licenses/pythonfmu.txt"] = Path(str(file.locate())).read_bytes()
     if not any(name.startswith("binaries/") for name in entries):
-        raise BuildError("the installed pythonfmu brings no binaries; install a wheel of it (pip install pythonfmu)")
+        raise BuildError("the installed pythonfmu has no binaries; install its wheel (pip install pythonfmu)")
     return entries
 
 
 def _guid(entries: Mapping[str, bytes]) -> str:
-    """GUID that follows from the content of all entries."""
+    """GUID that depends on the content of all entries."""
     digest = hashlib.sha256()
     for name in sorted(entries):
         digest.update(f"{name}\0{len(entries[name])}\0".encode())
         digest.update(entries[name])
     return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
-
-
-def _colour(name: str) -> tuple[int, int, int]:
-    """Return a dark colour that follows from the unit's name."""
-    number = zlib.crc32(name.encode())
-    return 40 + number % 150, 40 + number // 150 % 150, 40 + number // 22500 % 150

@@ -2,20 +2,20 @@
 
 
 class FmuError(Exception):
-    """Root of every error that ``fmu_src`` raises on purpose."""
+    """Root of the errors of ``fmu_src``."""
 
 
 class Refusal(FmuError):
-    """A unit declines a call: bad value, bad time, bad file. The host sees fmi2Discard and the reason in its log."""
+    """A unit refuses a call because of a value, a time or a file; its log tells the host the reason."""
 
 
 class BuildError(FmuError):
-    """A unit cannot be built as asked: unknown name, value out of range, a source that an FMU must not hold."""
+    """A unit cannot be built: an unknown name, a value out of range, a source that an FMU must not hold."""
 
 
 class WiringError(FmuError):
-    """A scenario, unit or variable that the wiring table does not hold."""
+    """A scenario, unit or variable is not in the wiring table, or a run does not fit it."""
 
 
 class MasterError(FmuError):
-    """A unit answered a call of the master with anything but fmi2OK."""
+    """A unit answered a call of the master with a status worse than a warning, or a run failed."""

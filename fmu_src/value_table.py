@@ -1,7 +1,7 @@
-"""The values of a unit by reference: one flat list, what may be read of it, and what may be set to what.
+"""The values of a unit in one flat list by value reference, with the checks of reading and setting them.
 
-A value that is not finite, out of range, or not open to be set is not taken; :meth:`ValueTable.take` returns the
-reason. ``refused`` remembers the variables whose last value was bad.
+:meth:`ValueTable.take` ignores a value that is not finite, out of range, or of a variable that may not be set, and
+returns the reason. ``refused`` keeps the variables whose last value was bad, until they are set to a good one.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 """Python type of each FMI type."""
 
 EARLY, LATE = ("input", "parameter"), ("input",)
-"""Causalities that may be set before initialisation has ended, and after; tunable parameters always."""
+"""Causalities that may be set before and after the end of the initialisation; tunable parameters may always be set."""
 
 _PICKERS_KEPT = 256
-"""A host asks for the same few sets of variables again and again; one that does not must not fill the memory."""
+"""A host reads the same few sets of variables again and again; the bound is for one that does not."""
 
 
 class ValueTable:
-    """Values of all variables, value references being the positions in ``variables`` and in ``values``."""
+    """Values of all variables; a value reference is the position in ``variables`` and in ``values``."""
 
     def __init__(self, variables: tuple[Variable, ...], start_values: Mapping[str, Value]) -> None:
         self.variables = variables
@@ -36,14 +36,14 @@ class ValueTable:
             kind: frozenset(reference for reference, variable in enumerate(variables) if variable.type == kind)
             for kind in TYPES
         }
-        self.pickers = {kind: Pickers(known) for kind, known in self.of_type.items()}
+        self.pickers = {kind: Pickers(kind, known) for kind, known in self.of_type.items()}
         self.refused: dict[int, str] = {}
         self.open_for(EARLY)
 
     def open_for(self, causalities: tuple[str, ...]) -> None:
-        """Let variables of these causalities and tunable parameters be set from now on.
+        """Allow setting variables of these causalities, and tunable parameters, from now on.
 
-        ``limits`` are the bounds of every such variable by its reference, ``real_limits`` those of the Reals.
+        ``limits`` holds the bounds of every such variable by its reference, ``real_limits`` those of the Reals.
         """
         self.limits = {
             reference: variable.bounds
@@ -54,27 +54,29 @@ class ValueTable:
         self.real_limits = {reference: bounds for reference, bounds in self.limits.items() if reference in reals}
 
     def take(self, kind: str, references: Sequence[int], values: Sequence[Value]) -> list[str]:
-        """Take values that are good; return why the others were not taken."""
-        known, problems = self.of_type[kind], []
+        """Set the good values; return a sentence for each of the others."""
+        problems = []
         for reference, value in zip(references, values, strict=True):
-            is_open = reference in known and reference in self.limits
-            if is_open and problem_with(self.variables[reference], value) is None:
+            problem = self._problem(kind, reference, value)
+            if problem is None:
                 self.values[reference] = value
                 self.refused.pop(reference, None)
             else:
-                problems.append(self._problem(kind, reference, value))
+                problems.append(problem)
         return problems
 
-    def _problem(self, kind: str, reference: int, value: Value) -> str:
-        """Say why ``value`` is not taken; remember it if a better value can still come."""
+    def _problem(self, kind: str, reference: int, value: Value) -> str | None:
+        """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
         if reference not in self.of_type[kind]:
-            return f"no variable of this type has value reference {reference}"
+            return _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self.limits:
             reason = "is an output" if variable.causality == "output" else "is fixed once initialisation has ended"
-            return f"{variable.name} {reason}; {value!r} was not taken"
-        self.refused[reference] = problem_with(variable, value) or f"{variable.name} = {value!r} was not taken"
-        return self.refused[reference]
+            return f"{variable.name} {reason}; the value {value!r} was ignored"
+        problem = problem_with(variable, value)
+        if problem is not None:
+            self.refused[reference] = problem
+        return problem
 
     def parameters(self) -> list[Value]:
         """Return the value of every parameter, in order."""
@@ -85,10 +87,14 @@ class ValueTable:
         ]
 
 
-class Pickers(dict[tuple[int, ...], Callable[[list[Any]], list[Any]]]):
-    """What picks variables of one type out of the values as a new list, by their references; made when first asked for.
+def _unknown(kind: str, reference: int) -> str:
+    return f"no {kind} variable has value reference {reference}"
 
-    ``pickers[references](values)``; neighbours, or a single one, are picked by a slice.
+
+class Pickers(dict[tuple[int, ...], Callable[[list[Any]], list[Any]]]):
+    """Functions that read variables of one type: ``pickers[references](values)`` is a new list of their values.
+
+    Each is made when its references are read for the first time; neighbours are read by a slice.
 
     Raises
     ------
@@ -96,14 +102,14 @@ class Pickers(dict[tuple[int, ...], Callable[[list[Any]], list[Any]]]):
         A reference is not among those ``known``.
     """
 
-    def __init__(self, known: frozenset[int]) -> None:
+    def __init__(self, kind: str, known: frozenset[int]) -> None:
         super().__init__()
-        self.known = known
+        self.kind, self.known = kind, known
 
     def __missing__(self, references: tuple[int, ...]) -> Callable[[list[Any]], list[Any]]:
         for reference in references:
             if reference not in self.known:
-                raise KeyError(f"no variable of this type has value reference {reference}")
+                raise KeyError(_unknown(self.kind, reference))
         if len(self) == _PICKERS_KEPT:
             self.clear()
         self[references] = picker = _picker(references)

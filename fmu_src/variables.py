@@ -1,7 +1,7 @@
-"""A variable of a unit: everything that its model description says about it.
+"""A variable of a unit, with everything that the model description says about it.
 
 A unit lists its variables once, as a tuple of :class:`Variable`; value references are the positions in that tuple.
-The slave base reads ranges and start values from it, the packaging writes the model description from it.
+The slave base takes ranges and start values from it, the packaging writes the model description from it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import NamedTuple, Union
 Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
 LARGEST = float_info.max
-"""Bound of a Real without a bound of its own: it still keeps infinities and NaN out."""
+"""Bound of a Real that declares no bound; infinities and NaN stay out of range."""
 
 
 class Variable(NamedTuple):
@@ -50,7 +50,7 @@ def real_input(name, unit, bound, nominal, description, start=0.0) -> Variable:
 
 
 def real_output(name, unit, nominal, description, depends_on: Sequence[str] = (), variability="continuous") -> Variable:
-    """Return a Real output; it is calculated, so it has no start value."""
+    """Return a Real output; outputs are calculated and have no start value."""
     return Variable(
         name, "output", description, "Real", unit, nominal=nominal, variability=variability,
         initial_dependencies=tuple(depends_on),
@@ -81,7 +81,7 @@ def string_parameter(name, start, description) -> Variable:
 
 
 def problem_with(variable: Variable, value: object) -> str | None:
-    """Say what is wrong with ``value`` for ``variable`` (name, value, bound, unit), or None if it is fine."""
+    """Return what is wrong with ``value`` for ``variable`` (name, value, bounds, unit), or None if it is good."""
     if variable.type in ("Real", "Integer"):
         low, high = variable.bounds
         if not isinstance(value, (int, float)) or not low <= value <= high:

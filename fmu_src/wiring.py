@@ -1,8 +1,8 @@
 """The wiring table: which output feeds which input in each scenario, and where a step of delay lies.
 
 The master steps by Jacobi's scheme, as importers of .ssp files do: at the communication point t_k every input is set
-to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H, in any order with the
-same result. From this follows, for every scenario:
+to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H. The result does not
+depend on the order of the units. In every scenario there is:
 
 * **no delay** from Exciter or LogPlayer to the others: what these show at t_k is the voltage that holds over
   [t_k, t_{k+1}), and that is how HelicopterPlant and AdaptiveIdentifier take it;
@@ -12,19 +12,22 @@ same result. From this follows, for every scenario:
   t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
   same delay of one control period. Over [t_0, t_1) it gives its trim voltage.
 
-Before the first step inputs are set in the same way from the outputs at t_0; no output at t_0 depends on an input, so
-one pass is enough.
+Before the first step inputs are set in the same way from the outputs at t_0. One pass is enough, because no output at
+t_0 depends on an input.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 
 from heli_plant.errors import did_you_mean
 
 from .errors import WiringError
+from .units.signals import AXES
+from .variables import Value
 
-AXES = ("pitch", "elevation", "travel")
 VOLTAGES = ("v_front", "v_rear")
 
 
@@ -40,12 +43,20 @@ class Connection:
 
 @dataclass(frozen=True)
 class Scenario:
-    """Units by the name they have in this scenario, their connections, and parameters that it needs changed.
+    """Units, their connections, and parameters that differ from their defaults.
+
+    Attributes
+    ----------
+    name, title : str
+    units : tuple of (name in this scenario, unit class)
+        ``("plant", "HelicopterPlant")``.
+    connections : tuple of Connection
+    parameters : tuple of (``unit.parameter``, value)
 
     Raises
     ------
     WiringError
-        A connection names a unit that is not there, or an input is fed twice.
+        A connection names a unit that is not in the scenario, or an input is connected twice.
     """
 
     name: str
@@ -60,11 +71,33 @@ class Scenario:
         for wire in self.connections:
             for unit in (wire.source_unit, wire.target_unit):
                 if unit not in known:
-                    raise WiringError(f"scenario {self.name}: {wire} names the unit {unit!r}, which is not in it")
+                    raise WiringError(
+                        f"scenario {self.name}: {wire} names the unit {unit!r}; its units are {', '.join(known)}"
+                    )
             target = (wire.target_unit, wire.target)
             if target in fed:
-                raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is fed twice")
+                raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
             fed.add(target)
+
+    def parameters_by_unit(self, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
+        """Return the scenario's own parameters and ``parameters`` (``unit.parameter``, they prevail) for each unit.
+
+        Raises
+        ------
+        WiringError
+            The scenario has no such unit.
+        """
+        names = tuple(name for name, _ in self.units)
+        by_unit: dict[str, dict[str, Value]] = {name: {} for name in names}
+        for full, value in {**dict(self.parameters), **parameters}.items():
+            unit, _, name = full.partition(".")
+            if unit not in by_unit:
+                raise WiringError(
+                    f"parameter {full!r}: scenario {self.name} has no unit {unit!r}{did_you_mean(unit, names)}; "
+                    f"its units are {', '.join(names)}"
+                )
+            by_unit[unit][name] = value
+        return by_unit
 
 
 def _wires(source: str, target: str, names: tuple[str, ...]) -> tuple[Connection, ...]:
@@ -99,7 +132,7 @@ CLOSED_LOOP = Scenario(
         *_wires("controller", "identifier", VOLTAGES),
         *_wires("plant", "identifier", AXES),
     ),
-    # the controller brings its own trim, the exciter's base voltage would come on top
+    # the controller has its own trim; the exciter's base voltage would be added to it
     (("exciter.excitation.base", 0.0),),
 )
 MEASURED_DATA = Scenario(
@@ -123,15 +156,33 @@ SCENARIOS: dict[str, Scenario] = {
 }
 
 
-def scenario(name: str) -> Scenario:
-    """Return a scenario by name.
+def scenario(name: str | Scenario) -> Scenario:
+    """Return a scenario by its name in :data:`SCENARIOS`; a scenario of your own is returned as it is.
 
     Raises
     ------
     WiringError
         No scenario has this name.
     """
+    if isinstance(name, Scenario):
+        return name
     if name not in SCENARIOS:
         there = ", ".join(SCENARIOS)
         raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {there}")
     return SCENARIOS[name]
+
+
+def whole_steps(duration: float, step: float) -> int:
+    """Return the number of communication steps of ``step`` [s] in ``duration`` [s].
+
+    Raises
+    ------
+    WiringError
+        It is no whole number, or the two are not positive and finite.
+    """
+    if not (0.0 < step < inf and step <= duration < inf):
+        raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
+    steps = round(duration / step)
+    if abs(steps * step - duration) > 1e-6 * step:
+        raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")
+    return steps

@@ -1,18 +1,36 @@
 __all__ = [
+    "Check",
     "Diagnosis",
     "DiagnosisSettings",
+    "Identification",
     "Log",
     "LogFormat",
+    "ParameterSet",
     "RigConfiguration",
+    "Simulation",
+    "__version__",
+    "build",
+    "check",
     "demo_logs",
     "diagnose",
+    "identify",
+    "linearise",
     "read_configuration",
     "read_data_set",
     "read_log",
     "read_logs",
-    "write_results",
+    "read_parameters",
+    "simulate",
 ]
 
 from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
-from .tracing import Diagnosis, DiagnosisSettings
-from .workbench.interface import diagnose, write_results
+from .tracing import DiagnosisSettings
+from .workbench.delivery.parameter_file import read_parameters
+from .workbench.delivery.parameter_set import ParameterSet
+from .workbench.delivery.provenance import __version__
+from .workbench.interface.checking import Check, check
+from .workbench.interface.diagnosis import Diagnosis, diagnose
+from .workbench.interface.identification import Identification, identify
+from .workbench.interface.linearisation import linearise
+from .workbench.interface.simulation import Simulation, simulate
+from .workbench.interface.units import build

@@ -16,7 +16,10 @@ from .laws import motor_time_constant
 
 
 class Parameter(NamedTuple):
-    """What there is to know about one field of :class:`PlantParameters`."""
+    """What there is to know about one field of :class:`PlantParameters`.
+
+    ``symbol`` is the letter of the paper's Table 2, its subscript after an underscore; empty where it has none.
+    """
 
     field: str
     name: str
@@ -30,12 +33,12 @@ class Parameter(NamedTuple):
 
 _BASE = (
     # pitch, eq. (2); elevation, eq. (10); travel, eq. (12): values of Table 2
-    Parameter("a_wx", "pitch.damping", "a_wx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
-    Parameter("a_th", "pitch.stiffness", "a_th", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
+    Parameter("a_wx", "pitch.damping", "a_ωx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
+    Parameter("a_th", "pitch.stiffness", "a_θ", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
     Parameter("k_x", "pitch.gain", "k_x", "rad/s^2/V", 0.293, -50.0, 50.0, "pitch acceleration per volt of v_f - v_r"),
-    Parameter("theta0", "pitch.rest_angle", "theta0", "rad", radians(-7.8), -3.2, 3.2, "pitch at rest"),
-    Parameter("a_wz", "elevation.damping", "a_wz", "1/s", 0.032, -10.0, 10.0, "elevation damping"),
-    Parameter("a_e", "elevation.stiffness", "a_e", "1/s^2", 2.59, -100.0, 100.0, "elevation stiffness"),
+    Parameter("theta0", "pitch.rest_angle", "θ_0", "rad", radians(-7.8), -3.2, 3.2, "pitch at rest"),
+    Parameter("a_wz", "elevation.damping", "a_ωz", "1/s", 0.032, -10.0, 10.0, "elevation damping"),
+    Parameter("a_e", "elevation.stiffness", "a_ε", "1/s^2", 2.59, -100.0, 100.0, "elevation stiffness"),
     Parameter(
         "a_1",
         "elevation.offset",
@@ -49,7 +52,7 @@ _BASE = (
     Parameter(
         "a_lt",
         "elevation.coupling",
-        "a_lt",
+        "a_λθ",
         "1",
         0.026,
         -10.0,
@@ -66,7 +69,7 @@ _BASE = (
         50.0,
         "elevation acceleration per volt of v_f + v_r",
     ),  # fmt: skip
-    Parameter("a_wy", "travel.damping", "a_wy", "1/s", 0.114, -10.0, 10.0, "travel damping"),
+    Parameter("a_wy", "travel.damping", "a_ωy", "1/s", 0.114, -10.0, 10.0, "travel damping"),
     Parameter(
         "k_y",
         "travel.gain",

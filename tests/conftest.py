@@ -29,7 +29,7 @@ def pytest_configure(config):
 @pytest.fixture(scope="session")
 def fmus(tmp_path_factory):
     """Every unit, built once with its default parameters: a dict of paths by unit name."""
-    from fmu_src.builder import build_all
+    from fmu_src import build_all
 
     return build_all(tmp_path_factory.mktemp("fmus"))
 

@@ -6,13 +6,15 @@ import numpy as np
 
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.online.excitation import paper_excitation, voltages
-from heli_identifier.records import log_from_samples
-from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, EffectCurve, HeldOutSeries
+from heli_identifier.records import Log
+from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.search.findings import CatalogueVerdict, FoundEffect
-from heli_identifier.tracing.validation.bootstrap import rms_figures
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure
-from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
+from heli_identifier.tracing.prediction.observer import observer_start
+from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
+from heli_identifier.tracing.validation.prediction import free_run, stable_axes
+from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
@@ -30,20 +32,18 @@ def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     count = round(seconds / H)
     held = np.array([voltages(k * H, paper_excitation(1)) for k in range(count)])
     _, angles = simulate(held, H, rest_state(parameters, 1.0), parameters)
-    return log_from_samples(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
+    return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 
 def series_of(log, seed=1):
-    """Its free runs, and residuals that are white after and coloured before."""
+    """Its free runs, and residuals that are white after and correlated before."""
     random = np.random.default_rng(seed)
     after = random.normal(0.0, 5e-3, (int(log.duration / REDUCED) - 50, 3))
     before = after + 8e-3 * np.sin(0.25 * np.arange(len(after)))[:, None]
     runs = [free_run(log, p) for p in (BEFORE, AFTER)]
-    start = run_start(log)._asdict()
+    start = observer_start(log)._asdict()
     white = (before[25:] / 5e-3, after[25:] / 5e-3)
-    return HeldOutSeries(
-        log.name, log.step, log.voltages, log.angles, *runs, start, before, after, *white, REDUCED
-    )  # fmt: skip
+    return HeldOutSeries(log, *runs, start, before, after, *white, REDUCED)
 
 
 def figure(value):
@@ -52,7 +52,7 @@ def figure(value):
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
-    errors = [s.measured - s.free_run_after for s in series]
+    errors = [s.log.angles - s.free_run_after for s in series]
     run = rms_figures(errors, H)
     stable = stable_axes(AFTER)
     reports = {}
@@ -74,30 +74,26 @@ def estimates(parameters):
 
 
 def found_effects():
-    """One shown, one ambiguous with a shape, one unknown line, one unknown curve."""
+    """One shown, one ambiguous with a shape, one periodic torque, one unknown curve."""
     turns = np.linspace(0.0, 2.0 * np.pi, 20)
-    curve = [[x, 0.01 * np.sin(x)] for x in turns]
+    wave = 0.01 * np.sin(turns)
+    curve, band = np.column_stack((turns, wave)), np.column_stack((turns, wave - 1e-3, wave + 1e-3))
+    bending = {"frequency": Estimate(3.1, 0.02, "Hz"), "damping": Estimate(0.05, None, "1")}
     return (
-        FoundEffect("dry_friction", "pitch", FRICTION, "shown", (), {}, 41.0, {2.0: FRICTION, 8.0: FRICTION}),
         FoundEffect(
-            "arm_bending", "elevation", Estimate(2e-3, 1e-4, "rad/V"), "ambiguous", (("ground_effect", "elevation"),),
-            {
-                "frequency": {"value": 3.1, "standard_error": 0.02, "unit": "Hz"},
-                "damping": {"value": 0.05, "standard_error": None, "unit": "1"},
-            },
-            20.0, {}, "Excite the voltage sum with a chirp from 1 to 6 Hz.",
+            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, (), NamedShape(), 41.0, {2.0: FRICTION, 8.0: FRICTION}
         ),
         FoundEffect(
-            "unknown", "elevation", None, "unknown effect", (),
-            {"variable": "time", "description": "a line at 0.7 Hz", "frequency_hz": 0.7, "amplitude": 0.02}, 9.0,
+            "arm_bending", "elevation", Estimate(2e-3, 1e-4, "rad/V"), Verdict.AMBIGUOUS,
+            (("ground_effect", "elevation"),), NamedShape(bending), 20.0, {},
+            "Excite the voltage sum with a chirp from 1 to 6 Hz.",
         ),
         FoundEffect(
-            "unknown", "travel", None, "unknown effect", (),
-            {
-                "variable": "travel", "description": "periodic in the travel", "unit": "rad", "curve": curve,
-                "band": [[x, y - 1e-3, y + 1e-3] for x, y in curve],
-            },
-            8.0,
+            "unknown", "elevation", None, Verdict.UNKNOWN, (), PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0,
+        ),
+        FoundEffect(
+            "unknown", "travel", None, Verdict.UNKNOWN, (),
+            CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
         ),
     )  # fmt: skip
 
@@ -125,13 +121,21 @@ def catalogue():
     for number, entry in enumerate(CATALOGUE):
         value = Estimate(1e-3, 1e-3, entry.unit)
         row = CatalogueVerdict(
-            entry.name, entry.axis, "not shown", value, 1.0, 0.02 * (number + 1), 3e-3, "score +1.0, 3.7 needed", ""
+            entry.name,
+            entry.axis,
+            Verdict.NOT_SHOWN,
+            value,
+            1.0,
+            0.02 * (number + 1),
+            3e-3,
+            "score +1.0, 3.7 needed",
+            "",
         )
         if (entry.name, entry.axis) == ("dry_friction", "pitch"):
-            row = replace(row, verdict="shown", estimate=FRICTION, score=41.0)
+            row = replace(row, verdict=Verdict.SHOWN, estimate=FRICTION, score=41.0)
         if entry.name == "inertial_coupling":
             row = replace(
-                row, verdict="not testable", visibility=0.004, upper_bound=None, why="only 0.4 % is left",
+                row, verdict=Verdict.NOT_TESTABLE, visibility=0.004, upper_bound=None, why="only 0.4 % is left",
                 experiment="Turn the travel fast.", estimate=Estimate(0.0, float("inf"), entry.unit),
             )  # fmt: skip
         verdicts.append(row)
@@ -142,14 +146,14 @@ def example(logs=None):
     """The diagnosis of one or two held-out logs of twenty seconds."""
     logs = logs or [made_log()]
     series = tuple(series_of(log) for log in logs)
-    names = tuple(f"{entry.name} {entry.axis}" for entry in CATALOGUE)
+    names = tuple((entry.name, entry.axis) for entry in CATALOGUE)
     correlation = np.eye(len(names))
     correlation[3, 0] = correlation[0, 3] = 0.95
     correlation[7, 2] = correlation[2, 7] = -0.5
     return Diagnosis(
-        verdict="effects shown",
+        verdict=RigVerdict.EFFECTS_SHOWN,
         effects=found_effects(),
-        withdrawn=(("cable_stiffness", "travel", "the held-out logs do not bear it out"),),
+        withdrawn=(Withdrawal("cable_stiffness", "travel", "the held-out logs are likelier without it"),),
         catalogue=catalogue(),
         parameters_before=estimates(BEFORE),
         parameters_after=estimates(AFTER),
@@ -159,7 +163,7 @@ def example(logs=None):
         axes=axis_reports(series),
         series=series,
         curves=curves(),
-        correlation_names=names,
+        correlation_labels=names,
         correlation=correlation,
         data=(
             DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch converted from deg to rad",)),
@@ -177,8 +181,8 @@ def example(logs=None):
 def adequate():
     """The same rig, found adequate."""
     whole = example()
-    shown = tuple(replace(v, verdict="not shown") if v.verdict == "shown" else v for v in whole.catalogue)
+    shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
     return replace(
-        whole, verdict="model adequate", effects=(), withdrawn=(), curves=(), catalogue=shown,
+        whole, verdict=RigVerdict.MODEL_ADEQUATE, effects=(), withdrawn=(), curves=(), catalogue=shown,
         parameters_after=whole.parameters_before, effects_after={},
     )  # fmt: skip

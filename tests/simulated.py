@@ -1,4 +1,4 @@
-"""Records of the plant for the tests of prediction, tracing and evaluation: exact, or with a room and encoders.
+"""Records of the plant for the tests of prediction, tracing and evaluation: exact, or with process noise and encoders.
 
 The loop below is the interpreted step with an acceleration d of its own, held over each sampling period h: angles
 move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
@@ -20,8 +20,8 @@ from heli_plant.state import PlantState, rest_state
 from tests.blind.signals import multisines, square_and_chirp
 from tests.online_record import H, read
 
-ROOM = 0.003
-"""Standard deviation of a room's torque on each axis [rad/s^2]; it is correlated over 1 s."""
+PROCESS_NOISE = 0.003
+"""Standard deviation of the process noise on each axis [rad/s^2]; it is correlated over 1 s."""
 
 Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
 
@@ -45,10 +45,10 @@ def rest(parameters, voltages):
 def exact(parameters, voltages, name="exact", h=H):
     """Record without any noise, and its start."""
     start = rest(parameters, voltages)
-    return Record(name, h, voltages, simulate(voltages, h, start, parameters)[1]), start
+    return Log(name, 1.0 / h, voltages, simulate(voltages, h, start, parameters)[1]), start
 
 
-def room_torque(count, seed, deviation=ROOM, correlation_time=1.0):
+def process_noise(count, seed, deviation=PROCESS_NOISE, correlation_time=1.0):
     """Random accelerations (N, 3) [rad/s^2] of a first-order process."""
     pole = float(np.exp(-H / correlation_time))
     white = np.random.default_rng(seed).standard_normal((count + 1000, 3))
@@ -87,10 +87,10 @@ def pushed(
     return used, angles
 
 
-def noisy(parameters, voltages, seed, law=None, deviation=ROOM, name="noisy"):
-    """Record with a room's torque, read by the rig's encoders."""
-    torque = room_torque(len(voltages), seed, deviation)
-    return Record(name, H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
+def noisy(parameters, voltages, seed, law=None, deviation=PROCESS_NOISE, name="noisy"):
+    """Record with process noise, read by the rig's encoders."""
+    torque = process_noise(len(voltages), seed, deviation)
+    return Log(name, 1.0 / H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
 
 
 def closed_loop(parameters, seconds, seed, name="closed loop"):
@@ -107,8 +107,8 @@ def closed_loop(parameters, seconds, seed, name="closed loop"):
         waiting.append(voltages)
         return waiting.pop(0)
 
-    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), room_torque(count, seed), None, controller)
-    return Record(name, H, voltages, read(angles))
+    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), process_noise(count, seed), None, controller)
+    return Log(name, 1.0 / H, voltages, read(angles))
 
 
 UNSTABLE = TABLE_2._replace(a_th=-0.4, theta0=0.1)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.workbench.campaign import (
     FolderRig,
@@ -19,18 +19,18 @@ from heli_identifier.workbench.campaign import (
     folder_rigs,
     generated_rigs,
 )
-from heli_identifier.workbench.campaign.against_truth import (
+from heli_identifier.workbench.campaign.key import result_key, source_digest
+from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
+from heli_identifier.workbench.campaign.row import truth_columns
+from heli_identifier.workbench.campaign.summary import (
     all_named,
     coverage,
     false_entries,
     named_first,
     right,
+    summarised,
     unknown_recognised,
 )
-from heli_identifier.workbench.campaign.key import result_key, source_digest
-from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
-from heli_identifier.workbench.campaign.row import truth_columns
-from heli_identifier.workbench.campaign.summary import summarised
 
 SETTINGS = DiagnosisSettings()
 
@@ -108,10 +108,10 @@ def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuratio
 
 GENERATOR = """
 from heli_identifier.workbench.campaign import Rig
-from heli_identifier.records import log_from_samples
+from heli_identifier.records import Log
 
 def make(seed):
-    log = log_from_samples("log", 100.0, [[seed, 0.0]] * 9, [[0.0, 0.0, 0.0]] * 9)
+    log = Log("log", 100.0, [[seed, 0.0]] * 9, [[0.0, 0.0, 0.0]] * 9)
     return Rig((log,), (log,))
 
 def nothing(seed):
@@ -157,7 +157,7 @@ def test_generator_that_gives_no_rig_is_told_so(generator):
 
 
 def test_rig_without_a_log_to_judge_by_is_refused():
-    log = log_from_samples("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3)))
+    log = Log("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3)))
     with pytest.raises(ConfigurationError, match="held_out"):
         Rig((log,), ())
 

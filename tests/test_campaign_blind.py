@@ -12,8 +12,7 @@ from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
 from benchmarks.page import markers, write_section
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_identifier.workbench.campaign import TrueEffect, TrueUnknown, Truth

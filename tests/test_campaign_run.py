@@ -14,15 +14,13 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import demo_logs, log_from_samples, read_log, write_log
+from heli_identifier.records import Log, demo_logs, read_log, write_log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.prediction import problem, workers
-from heli_identifier.tracing.prediction.record import reduce_log
-from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key, work
+from heli_identifier.tracing.prediction.workers import parallel, use_threads
+from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
 from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
+from heli_identifier.workbench.campaign.row import diagnosed
 from heli_identifier.workbench.campaign.run import run_campaign
-from heli_identifier.workbench.campaign.work import diagnosed
-from heli_plant.parameters import PlantParameters
 
 RIGS = 8
 
@@ -80,7 +78,7 @@ def test_killed_worker_costs_no_result_and_doubles_none(stand_in):
             os.kill(process, signal.SIGKILL)
 
     rows = run_campaign(
-        stand_in.sources(range(RIGS), 0.2, {0: 60.0}), stand_in.folder, workers=2, tell=kill_the_one_at_work,
+        stand_in.sources(range(RIGS), 0.2, {0: 60.0}), stand_in.folder, workers=2, progress=kill_the_one_at_work,
         work=stand_in.work,
     )  # fmt: skip
     assert [row["rig"] for row in rows] == [f"rig {seed}" for seed in range(RIGS)]
@@ -101,7 +99,7 @@ def test_restart_makes_only_what_is_missing(stand_in):
     told = []
     again = run_campaign(
         stand_in.sources(range(4), 0.0), stand_in.folder, workers=1, work=stand_in.work,
-        tell=lambda done, total, row: told.append((done, total)),
+        progress=lambda done, total, row: told.append((done, total)),
     )  # fmt: skip
     assert again[:3] == first
     assert Counter(seed for event, seed, _ in stand_in.noted() if event == "ended") == {0: 1, 1: 2, 2: 1, 3: 1}
@@ -179,7 +177,8 @@ def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(
 
 
 def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, monkeypatch):
-    monkeypatch.setattr(cluster, "find_spec", lambda name: None)
+    for package in ("distributed", "pyarrow"):
+        monkeypatch.setitem(sys.modules, package, None)  # Python's way to say that a package is not there
     with pytest.raises(ConfigurationError, match=r"distributed and pyarrow cannot be found; .*heli-twin\[cluster\]"):
         run_campaign(stand_in.sources((1,), 0.0), stand_in.folder)
 
@@ -191,11 +190,11 @@ def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, mon
 def as_a_worker():
     """Undo afterwards what work does to its process."""
     yield
-    workers.use_threads(os.cpu_count() or 1)
+    use_threads(os.cpu_count() or 1)
 
 
 class Given:
-    """A source that has its rig already."""
+    """A source that has its rig already, or an error in its place."""
 
     rig = "given"
 
@@ -203,45 +202,32 @@ class Given:
         self.loaded = loaded
 
     def load(self):
+        if isinstance(self.loaded, Exception):
+            raise self.loaded
         return self.loaded
 
 
-def short_rig(truth):
-    logs = [log_from_samples(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
+def still_rig(truth):
+    """A rig that nothing drives: its diagnosis ends with an error."""
+    logs = [Log(name, 100.0, np.zeros((400, 2)), np.zeros((400, 3))) for name in ("train", "held")]
     return Rig((logs[0],), (logs[1],), truth)
 
 
-def test_worker_keeps_to_one_core(as_a_worker, monkeypatch):
-    threads = set()
-
-    def observe(record, *others):
-        threads.add(threading.get_ident())
-        return np.zeros((record.samples, 3)), None
-
-    def diagnose(training, held_out, settings):
-        data = problem.Problem(tuple(reduce_log(log) for log in training))
-        data.residuals_of([PlantParameters()] * 20)
-        raise ZeroDivisionError("seen enough")
-
-    monkeypatch.setattr(problem, "observe", observe)
-    monkeypatch.setattr(work, "diagnose", diagnose)
-    assert "seen enough" in diagnosed(Given(short_rig(None)), DiagnosisSettings())["error"]
-    assert len(threads) == 1
+def test_worker_keeps_to_one_core(as_a_worker):
+    diagnosed(Given(still_rig(None)), DiagnosisSettings())
+    assert set(parallel(lambda _: threading.get_ident(), range(50))) == {threading.get_ident()}
 
 
-def test_truth_never_reaches_the_diagnosis_and_stands_beside_a_failed_one(as_a_worker, monkeypatch):
-    given = []
+def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it(as_a_worker):
+    truth = Truth("dry_friction", {"a_wx": 0.06}, (TrueEffect("dry_friction", "pitch", 0.02),))
+    with_truth, without = (diagnosed(Given(still_rig(one)), DiagnosisSettings()) for one in (truth, None))
+    assert (with_truth["true_kind"], with_truth["true_a_wx"]) == ("dry_friction", 0.06)
+    assert with_truth["error"] == without["error"] != ""
 
-    def recording(*arguments):
-        given.extend(arguments)
-        raise ZeroDivisionError("nothing moves")
 
-    monkeypatch.setattr(work, "diagnose", recording)
-    rig = short_rig(Truth("dry_friction", {"a_wx": 0.06}, (TrueEffect("dry_friction", "pitch", 0.02),)))
-    row = diagnosed(Given(rig), DiagnosisSettings())
-    assert given == [rig.training, rig.held_out, DiagnosisSettings()]
-    assert row["error"].startswith("ZeroDivisionError: nothing moves (in recording, test_campaign_run.py line ")
-    assert (row["true_kind"], row["true_a_wx"]) == ("dry_friction", 0.06)
+def test_error_that_nobody_foresaw_is_told_with_its_place(as_a_worker):
+    row = diagnosed(Given(ZeroDivisionError("nothing moves")), DiagnosisSettings())
+    assert row["error"].startswith("ZeroDivisionError: nothing moves (in load, test_campaign_run.py line ")
 
 
 def test_folder_of_rigs_is_diagnosed_from_the_command_line_and_a_bad_one_is_listed(tmp_path):

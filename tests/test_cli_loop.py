@@ -10,16 +10,18 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from fmu_src.builder import build
+from fmu_src import build
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.commands.logs import split_logs
-from heli_identifier.workbench.delivery.parameter_set import plant_values, read_parameter_set
-from heli_identifier.workbench.delivery.provenance import provenance
-from heli_identifier.workbench.delivery.result_folder import check_free_run, unit_run, write_results
+from heli_identifier.workbench.delivery.parameter_file import read_parameters
+from heli_identifier.workbench.delivery.parameter_set import plant_values
+from heli_identifier.workbench.delivery.result_folder import check_free_run, unit_run
 from heli_identifier.workbench.identify.identification import NAMES
-from heli_identifier.workbench.report.sentences import MEANINGS
+from heli_identifier.workbench.report.figures.over_time import run_figure
+from heli_identifier.workbench.report.sentences import meaning
+from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
@@ -99,22 +101,24 @@ def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp
 
 
 @pytest.mark.parametrize("step", [0.004, 0.01, 0.03])
-def test_a_log_is_played_whole_in_steps_of_any_length_and_drawn_over_its_own_time(tmp_path, monkeypatch, step):
-    drawn = []
-    writer = "heli_identifier.workbench.report.figures.style.write_figure"
-    monkeypatch.setattr(writer, lambda figure, path: drawn.append(figure))
+def test_a_log_is_played_whole_in_steps_of_any_length(tmp_path, step):
     log = made_log(6.0)
-    words = ("--log", write_log(log, tmp_path / "log.csv"), "--output", tmp_path / "run.csv", "--plot", "run.svg")
+    words = ("--log", write_log(log, tmp_path / "log.csv"), "--output", tmp_path / "run.csv")
     assert run("simulate", "plant_beside_log", *words, "--step", step).exit_code == 0
     end = np.genfromtxt(tmp_path / "run.csv", delimiter=",", skip_header=1)[-1, 0]
     # the last sample is that of 5.99 s; the run ends there, or less than a step before
     assert log.samples == 600
     assert 5.99 - step < end <= 5.99 + 1e-9
-    (measured,) = (line for line in drawn[0].axes[1].lines if line.get_label() == "measured")
-    time, pitch = measured.get_data()
-    # the file has nine digits
-    np.testing.assert_allclose(time, log.time[log.time <= end + 1e-9], atol=1e-9)
-    np.testing.assert_allclose(pitch, log.angles[: len(time), 0], atol=1e-9)
+
+
+def test_a_measurement_is_drawn_as_far_as_the_run_goes():
+    log = made_log(6.0)
+    time = np.arange(0.0, 3.0, 0.03)
+    figure = run_figure(("plant.pitch",), ("rad",), time, np.zeros((len(time), 1)), (log.time, log.angles))
+    (measured,) = (line for line in figure.axes[0].lines if line.get_label() == "measured")
+    drawn, pitch = measured.get_data()
+    np.testing.assert_array_equal(drawn, log.time[log.time <= time[-1] + 1e-9])
+    np.testing.assert_array_equal(pitch, log.angles[: len(drawn), 0])
 
 
 @pytest.fixture(scope="module")
@@ -127,10 +131,8 @@ def corrected_unit(tmp_path_factory):
 def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log(corrected_unit, rate):
     log = made_log(8.0)
     held = np.repeat(log.voltages, 10, axis=0)[:: int(1000 / rate)]
-    log = replace(
-        log, rate_hz=rate, time=np.arange(len(held)) / rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01
-    )  # fmt: skip
-    series = replace(example().series[0], step=log.step, voltages=log.voltages, measured=log.angles)
+    log = replace(log, rate_hz=rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01)
+    series = replace(example().series[0], log=log)
     _, angles = simulate(log.voltages, log.step, PlantState(**series.start), AFTER)
     # 400 to 2700 steps of the same arithmetic, compiled and interpreted
     assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12
@@ -145,9 +147,9 @@ def test_a_unit_that_does_not_reach_the_reported_free_run_is_not_delivered(corre
 
 def test_the_files_of_a_diagnosis_agree_with_each_other(tmp_path):
     diagnosis = replace(example(), effects=example().effects[:1])
-    document = write_results(diagnosis, provenance(["heli"]), "rig", tmp_path)
-    assert json.loads((tmp_path / "diagnosis.json").read_text()) == document
-    assert read_parameter_set(tmp_path / "parameters.json").plant() == AFTER
+    assert diagnosis.write(tmp_path) == tmp_path
+    assert json.loads((tmp_path / "diagnosis.json").read_text()) == diagnosis.to_dict()
+    assert read_parameters(tmp_path / "parameters.json").plant() == AFTER
     assert {path.name for path in tmp_path.iterdir()} == RESULTS
 
 
@@ -160,7 +162,7 @@ def logs(tmp_path):
 def test_without_a_log_to_judge_by_the_last_one_is_held_out_and_that_is_said(logs, capsys):
     training, held = split_logs(logs, [], RigConfiguration(), None, None)
     assert ([log.name for log in training], [log.name for log in held]) == (["run0"], ["run1"])
-    assert "held out to judge by" in capsys.readouterr().err
+    assert "held out: " in capsys.readouterr().err
 
 
 def test_of_a_single_log_the_last_third_is_held_out_and_no_sample_is_in_both(logs, capsys):
@@ -203,7 +205,7 @@ def test_identify_says_what_every_symbol_means(tmp_path):
     said = run("identify", training[0], "--to", 30, "--output", tmp_path / "out")
     assert said.exit_code == 0
     rows = {line.split()[0]: line for line in said.stdout.splitlines() if line.strip()}
-    assert all(MEANINGS[name] in rows[name] for name in NAMES)
+    assert all(meaning(name) in rows[name] for name in NAMES)
 
 
 def test_build_makes_all_five_units_and_lists_them(tmp_path):
@@ -224,7 +226,7 @@ def test_a_scenario_goes_into_one_file_with_the_parameters_given(tmp_path):
 def test_effects_lists_every_entry_with_a_parameter_that_the_plant_has():
     listed = json.loads(run("effects", "--json").stdout)
     names = to_names(AFTER)
-    assert len(listed) == 31
+    assert [(entry["name"], entry["axis"]) for entry in listed] == [(e.name, e.axis) for e in CATALOGUE]
     assert all(entry["parameter"] in names for entry in listed)
     pitch = json.loads(run("effects", "--axis", "pitch", "--json").stdout)
     assert {entry["axis"] for entry in pitch} == {"pitch"}
@@ -232,7 +234,7 @@ def test_effects_lists_every_entry_with_a_parameter_that_the_plant_has():
 
 def test_parameters_of_a_file_reach_the_plant_of_a_scenario_and_set_outranks_them(tmp_path):
     file = tmp_path / "parameters.json"
-    write_results(replace(example(), effects=example().effects[:1]), provenance(["heli"]), "rig", tmp_path)
+    replace(example(), effects=example().effects[:1]).write(tmp_path)
     last = {}
     for name, words in {"file": (), "set": ("--set", "plant.effects.dry_friction.pitch=0")}.items():
         said = run("simulate", "open_loop", "--duration", 8, "--parameters", file, "--json", *words)

@@ -5,13 +5,11 @@ import pytest
 
 from heli_identifier.records import demo_logs
 from heli_identifier.records.data_set import read_logs
-from heli_identifier.records.log import log_from_samples
 from heli_identifier.tracing.diagnosis.curves import accelerations_along
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
-from heli_identifier.tracing.diagnosis.result import EFFECTS_SHOWN, MODEL_ADEQUATE
+from heli_identifier.tracing.diagnosis.result import RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.prediction.record import Record
-from heli_identifier.tracing.search.findings import NOT_SHOWN, SHOWN
+from heli_identifier.tracing.search.verdict import Verdict
 from heli_identifier.tracing.validation.smoothed_state import smoothed_motion
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
@@ -29,21 +27,23 @@ TRUTH = {"rig-a": ("dry_friction", "pitch", 0.025), "rig-b": ("quadratic_thrust"
 
 @pytest.fixture(scope="module")
 def diagnosed():
-    """Diagnoses of the three rigs, and what the progress was told."""
-    told, results = [], {}
+    """Diagnoses of the three rigs, and the progress that was reported."""
+    reported, results = [], {}
     for rig in RIGS:
         training, held_out = (read_logs(paths) for paths in demo_logs(rig))
-        results[rig] = diagnose(training, held_out, progress=lambda what, share: told.append((what, share)))
-    results["told"] = told
+        results[rig] = diagnose(
+            training, held_out=held_out, progress=lambda what, share: reported.append((what, share))
+        )
+    results["reported"] = reported
     return results
 
 
 @pytest.mark.parametrize("rig", TRUTH)
 def test_the_effect_that_the_rig_holds_is_found_alone_within_15_per_cent(diagnosed, rig):
     result, (name, axis, size) = diagnosed[rig], TRUTH[rig]
-    assert result.verdict == EFFECTS_SHOWN
+    assert result.verdict == RigVerdict.EFFECTS_SHOWN
     (found,) = result.effects
-    assert (found.name, found.axis, found.verdict, found.alternatives) == (name, axis, SHOWN, ())
+    assert (found.name, found.axis, found.verdict, found.alternatives) == (name, axis, Verdict.SHOWN, ())
     # the project's bar; the interval is tighter
     assert found.coefficient.value == pytest.approx(size, rel=0.15)
     assert result.withdrawn == ()
@@ -54,7 +54,7 @@ def test_the_effect_that_the_rig_holds_is_found_alone_within_15_per_cent(diagnos
 
 def test_a_rig_that_holds_nothing_is_accused_of_nothing(diagnosed):
     result = diagnosed["rig-c"]
-    assert (result.verdict, result.effects, result.withdrawn) == (MODEL_ADEQUATE, (), ())
+    assert (result.verdict, result.effects, result.withdrawn) == (RigVerdict.MODEL_ADEQUATE, (), ())
     assert result.plant_after == result.plant_before
 
 
@@ -85,19 +85,19 @@ def test_every_entry_of_the_catalogue_gets_one_verdict(diagnosed, rig):
     verdicts = diagnosed[rig].catalogue
     assert len(verdicts) == len(CATALOGUE)
     assert {(v.name, v.axis) for v in verdicts} == {(e.name, e.axis) for e in CATALOGUE}
-    shown = [(v.name, v.axis) for v in verdicts if v.verdict == SHOWN]
+    shown = [(v.name, v.axis) for v in verdicts if v.verdict == Verdict.SHOWN]
     assert shown == ([TRUTH[rig][:2]] if rig in TRUTH else [])
     for verdict in verdicts:
         assert verdict.why
         assert 0.0 <= verdict.visibility <= 1.0
-        if verdict.verdict == NOT_SHOWN:
+        if verdict.verdict == Verdict.NOT_SHOWN:
             assert verdict.upper_bound > 0.0
-        elif verdict.verdict != SHOWN:
+        elif verdict.verdict != Verdict.SHOWN:
             assert verdict.experiment
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_parameters_are_those_of_the_plant_that_is_handed_back(diagnosed, rig):
+def test_parameters_are_those_of_the_plant_that_is_delivered(diagnosed, rig):
     result = diagnosed[rig]
     for plant, listed in (
         (result.plant_before, result.parameters_before),
@@ -118,13 +118,13 @@ def test_parameters_are_those_of_the_plant_that_is_handed_back(diagnosed, rig):
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_the_free_run_can_be_repeated_from_what_is_handed_back(diagnosed, rig):
+def test_the_free_run_can_be_repeated_from_what_is_delivered(diagnosed, rig):
     result = diagnosed[rig]
     (series,) = result.series
-    _, angles = simulate(series.voltages, series.step, PlantState(**series.start), result.plant_after)
+    _, angles = simulate(series.log.voltages, series.log.step, PlantState(**series.start), result.plant_after)
     assert np.array_equal(angles, series.free_run_after)
     figure = result.axes["pitch"].after.free_run
-    assert figure.value == pytest.approx(np.sqrt(np.mean((series.measured - angles)[:, 0] ** 2)), rel=1e-9)
+    assert figure.value == pytest.approx(np.sqrt(np.mean((series.log.angles - angles)[:, 0] ** 2)), rel=1e-9)
     assert result.axes["travel"].after.free_run is None
 
 
@@ -132,7 +132,7 @@ def test_the_free_run_can_be_repeated_from_what_is_handed_back(diagnosed, rig):
 def test_residuals_of_the_held_out_log_are_white_once_the_effect_is_in_the_model(diagnosed, rig):
     (series,) = diagnosed[rig].series
     assert series.residual_after.shape[0] == series.white_after.shape[0] + 25
-    # unit variance: 2200 samples, 1.5 %, and the colour's own sampling error
+    # unit variance: 2200 samples, 1.5 %, and the whitener's own sampling error
     np.testing.assert_allclose(series.white_after.std(axis=0), 1.0, atol=0.15)
 
 
@@ -152,7 +152,7 @@ def test_the_friction_is_drawn_as_a_step_of_its_size(diagnosed):
 def test_correlations_of_signatures_are_those_of_unit_vectors(diagnosed):
     result = diagnosed["rig-c"]
     matrix = result.correlation
-    assert matrix.shape == (len(result.correlation_names),) * 2
+    assert matrix.shape == (len(result.correlation_labels),) * 2
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)
     diagonal = np.diag(matrix)
     # one, or zero for what these data do not see
@@ -168,7 +168,7 @@ def test_the_data_are_listed_with_their_use(diagnosed, rig):
 
 
 def test_progress_only_grows(diagnosed):
-    shares = [share for _, share in diagnosed["told"]]
+    shares = [share for _, share in diagnosed["reported"]]
     count = len(shares) // len(RIGS)
     for first in range(0, len(shares), count):
         assert np.all(np.diff(shares[first : first + count]) > 0.0)
@@ -179,23 +179,22 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_and_that_is_said():
     moved = TABLE_2._replace(moving_mass_elevation=0.01, moving_mass_time=33.0)
     records = [noisy(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
     records.append(noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
-    logs = [log_from_samples(r.name, 100.0, r.voltages, r.angles) for r in records]
-    result = diagnose(logs[:2], logs[2:])
-    assert result.verdict == MODEL_ADEQUATE
+    result = diagnose(records[:2], held_out=records[2])
+    assert result.verdict == RigVerdict.MODEL_ADEQUATE
     assert result.effects == ()
     ((name, axis, why),) = result.withdrawn
     assert (name, axis) == ("moving_mass", "elevation")
     assert "held-out" in why
     assert result.plant_after.moving_mass_elevation == 0.0
     (verdict,) = [v for v in result.catalogue if v.name == "moving_mass"]
-    assert verdict.verdict == NOT_SHOWN
-    assert "withdrawn" in verdict.why
+    assert verdict.verdict == Verdict.NOT_SHOWN
+    assert verdict.withdrawn
 
 
 def test_accelerations_along_a_record_are_those_that_moved_it():
     record, start = exact(TABLE_2, drive(30.0, 4))
     states, _ = simulate(record.voltages, H, start, TABLE_2)
-    found, mu = accelerations_along(Record("again", H, record.voltages, record.angles), TABLE_2)
+    found, mu = accelerations_along(record, TABLE_2)
     np.testing.assert_allclose(mu[:, 0], states[:, 6] - states[:, 7], rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(mu[:, 1], states[:, 6] + states[:, 7], rtol=0.0, atol=1e-9)
     true = [simplified_accelerations(*s[[0, 1, 3, 4, 5]], s[6] - s[7], s[6] + s[7], TABLE_2) for s in states]

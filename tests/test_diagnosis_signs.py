@@ -8,11 +8,10 @@ from typer.testing import CliRunner
 
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.records import demo_logs, read_log
-from heli_identifier.tracing.diagnosis.findings import parameter_estimates
+from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.commands.summary import print_diagnosis
@@ -33,7 +32,7 @@ MIRRORED = {
 
 
 def fitted(log):
-    """Estimates of the bare model from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
+    """Estimates of the null model from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
     problem = Problem((reduce_log(log),), 4.0)
     return parameter_estimates(fit(problem, first_estimate(problem.records, PlantParameters())))
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from heli_identifier.records.log import log_from_samples
 from heli_identifier.tracing.prediction.fit import BASE, fit
 from heli_identifier.tracing.prediction.observer import observe, observer_start
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.whitening import fit_axis
-from heli_identifier.tracing.validation.free_run import free_run, run_start, stable_axes
-from heli_identifier.tracing.validation.judgement import figures, judged, noise_floor
+from heli_identifier.tracing.validation.comparison import compared, figures, noise_floor
+from heli_identifier.tracing.validation.held_out import hold_out
 from heli_identifier.tracing.validation.noise_floor import PIECE, synthetic_pieces, synthetic_record
+from heli_identifier.tracing.validation.prediction import ModelErrors, free_run, stable_axes
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.online_record import H
@@ -25,23 +25,16 @@ def record():
     return noisy(TABLE_2, drive(SECONDS, 1), 1)
 
 
-def log_of(record):
-    return log_from_samples(record.name, 1.0 / record.step, record.voltages, record.angles)
-
-
 def test_a_free_run_is_the_simulation_from_the_logs_own_start_bit_for_bit(record):
-    log = log_of(record)
-    once, again = free_run(log, TABLE_2), free_run(log, TABLE_2)
+    once, again = free_run(record, TABLE_2), free_run(record, TABLE_2)
     assert np.array_equal(once, again)
-    start = run_start(log)
-    assert np.array_equal(once, simulate(log.voltages, log.step, start, TABLE_2)[1])
-    assert start == observer_start(record)
+    assert np.array_equal(once, simulate(record.voltages, record.step, observer_start(record), TABLE_2)[1])
 
 
 def test_the_free_run_of_the_true_model_keeps_to_an_exact_record():
     exact_record, start = exact(TABLE_2, drive(SECONDS, 3))
-    error = free_run(log_of(exact_record), TABLE_2) - exact_record.angles
-    read = run_start(log_of(exact_record))
+    error = free_run(exact_record, TABLE_2) - exact_record.angles
+    read = observer_start(exact_record)
     # a straight line over the first .3 s misses the bend of the motion there, acceleration times .3^2 / 12 or so;
     # pitch and elevation carry that on as a swing of the same size
     off = [abs(read.pitch - start.pitch) + abs(read.pitch_rate) / TABLE_2.a_th**0.5]
@@ -80,8 +73,9 @@ def test_seeds_give_other_records_and_the_same_again(record):
 def test_the_noise_floor_of_a_model_is_its_own_error_on_its_own_data(record):
     made = tuple(synthetic_record(record, TABLE_2, 4.0, seed) for seed in (11, 12))
     problem = Problem(made)
-    own = figures(problem, TABLE_2, [free_run(log_of(r), TABLE_2) - r.angles for r in made], H)
-    floor = noise_floor(problem, TABLE_2)
+    errors = ModelErrors(problem, TABLE_2)
+    own = figures(errors, [free_run(r, TABLE_2) - r.angles for r in made], [H, H])
+    floor = noise_floor(errors)
     for kind in ("prediction_1s", "prediction_2s", "acceleration"):
         for mine, least in zip(getattr(own, kind), getattr(floor, kind), strict=True):
             # two draws of the same noise, 180 s each: their 95 % intervals overlap, all but one pair in a hundred
@@ -92,7 +86,7 @@ def test_the_noise_floor_of_a_model_is_its_own_error_on_its_own_data(record):
 
 
 def test_longer_horizons_err_more(record):
-    floor = noise_floor(Problem((record,)), TABLE_2)
+    floor = noise_floor(ModelErrors(Problem((record,)), TABLE_2))
     for axis in range(3):
         assert floor.prediction_1s[axis].value < floor.prediction_2s[axis].value
 
@@ -105,22 +99,23 @@ def test_an_unstable_model_has_its_floor_from_short_pieces():
         assert piece.duration == pytest.approx(PIECE)
         # begun at the rig's motion, it stays near the rig
         assert np.abs(piece.angles[0] - record.angles[round(float(piece.name.split("[")[1][:-1]))]).max() < 0.02
-    floor = noise_floor(Problem((record,)), UNSTABLE)
+    measured = ModelErrors(Problem((record,)), UNSTABLE)
+    floor = noise_floor(measured)
     assert floor.free_run == [None, None, None]
-    errors = figures(Problem((record,)), UNSTABLE, None, H)
+    errors = figures(measured, None, [H])
     for axis in range(3):
         # a true model is at its floor: pieces are noisier figures of fewer starts, within a half
         assert floor.prediction_1s[axis].value == pytest.approx(errors.prediction_1s[axis].value, rel=0.5)
 
 
-def test_judgement_sees_a_missing_effect_before_and_the_floor_after():
+def test_a_comparison_sees_a_missing_effect_before_and_the_floor_after():
     truth = TABLE_2._replace(dry_friction_pitch=0.03)
     training = Problem(tuple(noisy(truth, drive(60.0, seed), seed) for seed in (1, 2)))
     held = noisy(truth, drive(60.0, 5), 5)
     before = fit(training, first_estimate(training.records, TABLE_2))
     begin = before.parameters._replace(dry_friction_pitch=0.01)
     after = fit(training, begin, (*BASE, "dry_friction_pitch"))
-    reports, runs = judged([log_of(held)], Problem((held,)), before, after)
+    reports, _, run_after = compared(hold_out([held], 4.0), before, after)
     pitch = reports["pitch"]
     assert pitch.after.prediction_1s.value < 0.7 * pitch.before.prediction_1s.value
     assert pitch.after.acceleration.value < 0.7 * pitch.before.acceleration.value
@@ -135,7 +130,7 @@ def test_judgement_sees_a_missing_effect_before_and_the_floor_after():
     # the whitening of the training logs fits the held-out one but for its own sampling error
     assert pitch.whiteness_p["after"] > 1e-4
     assert reports["travel"].after.free_run is None
-    (run,) = runs["after"]
+    (run,) = run_after.free_runs
     error = np.sqrt(np.mean((held.angles - run) ** 2, axis=0))
     assert pitch.after.free_run is not None
     assert pitch.after.free_run.value == pytest.approx(error[0], rel=1e-12)

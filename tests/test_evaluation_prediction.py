@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from heli_identifier.records.log import log_from_samples
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_identifier.tracing.validation.gate import hold_to
 from heli_identifier.tracing.validation.prediction import SPACING, prediction_errors
 from heli_identifier.tracing.validation.smoothed_state import FIELDS, WINDOW, smoothed_motion, smoothed_states
@@ -24,7 +23,7 @@ def test_smoothing_reproduces_a_cubic_and_its_derivatives(order):
     time = H * np.arange(300)
     coefficients = ([0.1, -0.2, 0.3, 0.05], [0.0, 1.0, 0.0, -0.1], [2.0, 0.0, -0.4, 0.2])
     cubics = [np.polynomial.Polynomial(c) for c in coefficients]
-    record = Record("cubic", H, np.zeros((300, 2)), np.column_stack([p(time) for p in cubics]))
+    record = Log("cubic", 1.0 / H, np.zeros((300, 2)), np.column_stack([p(time) for p in cubics]))
     wanted = np.column_stack([p.deriv(order)(time) if order else p(time) for p in cubics])
     # rounding of angles of order ten, over h^2 for the second derivative of 41 points
     np.testing.assert_allclose(smoothed_motion(record, order), wanted, rtol=0.0, atol=1e-8)
@@ -85,7 +84,7 @@ def test_a_better_model_predicts_better_on_a_noisy_record():
 
 
 def test_a_gate_passes_what_keeps_its_limit_and_names_what_does_not():
-    log = log_from_samples("run", 100.0, VOLTAGES, RECORD.angles)
+    log = Log("run", 100.0, VOLTAGES, RECORD.angles)
     outcomes = hold_to(TABLE_2, {"pitch": 0.01, "travel": 1e-6}, [log])
     assert [(o.log, o.axis, o.passed) for o in outcomes] == [("run", "pitch", True), ("run", "travel", False)]
     errors = prediction_errors(RECORD, TABLE_2, 1.0)

@@ -5,13 +5,13 @@ import pytest
 from scipy.signal import lfilter
 from scipy.stats import binom, norm
 
-from heli_identifier.tracing.validation.bootstrap import SEGMENT, rms_figures
+from heli_identifier.tracing.validation.figures import SEGMENT, rms_figures
 from heli_identifier.tracing.validation.whiteness import LAGS, input_correlation, ljung_box_p
 
 SPACING = 0.25
 
 
-def coloured(random, count, memory):
+def correlated(random, count, memory):
     """Unit-variance noise with a memory of some seconds."""
     pole = np.exp(-SPACING / memory) if memory > 0.0 else 0.0
     white = np.sqrt(1.0 - pole**2) * random.standard_normal((count + 200, 1))
@@ -22,7 +22,7 @@ def coloured(random, count, memory):
 def test_bootstrap_intervals_cover_the_true_rms(memory):
     random, draws, covered = np.random.default_rng(1), 200, 0
     for _ in range(draws):
-        (figure,) = rms_figures([coloured(random, 360, memory), coloured(random, 360, memory)], SPACING)
+        (figure,) = rms_figures([correlated(random, 360, memory), correlated(random, 360, memory)], SPACING)
         covered += figure.low <= 1.0 <= figure.high
     # 36 segments, whose variance the bootstrap knows to 12 %, miss some per cent of their nominal 95; half of that
     # again for a second's memory across the segments' ends

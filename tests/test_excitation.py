@@ -13,7 +13,6 @@ from heli_identifier.online.excitation import (
     Excitation,
     Multisine,
     SquareChirp,
-    crest_factor,
     paper_excitation,
     paper_signal,
     voltages,
@@ -119,6 +118,13 @@ def test_a_seed_fixes_the_multisine_and_another_seed_changes_it():
     assert Multisine(seed=3).components != Multisine(seed=4).components
     # Drawn once from Python's Mersenne twister, whose sequence the language guarantees.
     assert isclose(Multisine(seed=3, draws=1).components[0][1], 2 * pi * 0.23796462709189137)
+
+
+def crest_factor(signal):
+    """Peak over root mean square, on a grid of eight points per cycle of the highest tone."""
+    highest = max(omega for omega, _ in signal.components) / (2.0 * pi)
+    count = round(8 * highest * signal.period)
+    return max(abs(signal.at(signal.period * i / count)) for i in range(count)) / signal.rms
 
 
 def test_more_draws_never_raise_the_crest_factor():

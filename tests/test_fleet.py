@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
+from heli_identifier.tracing import Verdict
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.fleet import Finding, fleet_of, pooled, rig_folders
 from heli_identifier.workbench.fleet.document import fleet_document
@@ -128,7 +129,7 @@ def rig(estimates, named=(), alternatives=(), untestable=()):
     for entry in whole.catalogue:
         key = (entry.name, entry.axis)
         value, error = (estimates[key], 0.01) if key in estimates else (0.0, 1.0)
-        verdict = "shown" if key in named else "not testable" if key in untestable else "not shown"
+        verdict = Verdict.SHOWN if key in named else Verdict.NOT_TESTABLE if key in untestable else Verdict.NOT_SHOWN
         catalogue.append(replace(entry, estimate=Estimate(value, error, entry.estimate.unit), verdict=verdict))
     pattern = found_effects()[0]
     effects = tuple(

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src.builder import UNITS
+from fmu_src import UNITS
 
 HOSTS = Path(__file__).parent / "hosts"
 

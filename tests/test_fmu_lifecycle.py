@@ -1,4 +1,4 @@
-"""What every unit must bear from a host: each test runs the real binary in a process of its own."""
+"""Every unit under a real host: each test runs the real binary in a process of its own."""
 
 import json
 import os
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmu_src.builder import UNITS, build
+from fmu_src import UNITS, build
 
 LOG_ROWS = 400
 

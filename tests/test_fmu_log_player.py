@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-from fmu_src.errors import Refusal
+from fmu_src import Refusal
 from fmu_src.units.log_file import read_recording
 from fmu_src.units.log_player import LogPlayer
 
@@ -75,11 +75,11 @@ def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tm
         ((HEADER.replace("pitch [rad]", "pitch [grad]"), *ROWS), "no column 'pitch [rad]' or 'pitch [deg]'"),
         ((HEADER.replace("v_rear [V],", ""), *ROWS), "no column 'v_rear [V]'"),
         ((HEADER + ",pitch [deg]", *ROWS), "2 columns 'pitch [rad]' or 'pitch [deg]'"),
-        ((HEADER, ROWS[0], "4.01,3,nan,.4,.5,.6"), "row 3, column 'v_rear [V]': 'nan' is no finite number"),
-        ((HEADER, ROWS[0], "4.01,3,,.4,.5,.6"), "row 3, column 'v_rear [V]': '' is no finite number"),
-        ((HEADER, ROWS[0], "4.01,3"), "row 3, column 'v_rear [V]': '' is no finite number"),
-        ((HEADER, ROWS[0], ROWS[0]), "row 3: time 4 s must be beyond 4 s"),
-        ((HEADER, ROWS[1], ROWS[0]), "row 3: time 4 s must be beyond 4.01 s"),
+        ((HEADER, ROWS[0], "4.01,3,nan,.4,.5,.6"), "row 3, column 'v_rear [V]': 'nan' is not a finite number"),
+        ((HEADER, ROWS[0], "4.01,3,,.4,.5,.6"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+        ((HEADER, ROWS[0], "4.01,3"), "row 3, column 'v_rear [V]': '' is not a finite number"),
+        ((HEADER, ROWS[0], ROWS[0]), "row 3: time = 4 s must be greater than 4 s"),
+        ((HEADER, ROWS[1], ROWS[0]), "row 3: time = 4 s must be greater than 4.01 s"),
         ((HEADER,), "no rows below its header"),
         (("",), "no column 'time [s]'"),
     ],

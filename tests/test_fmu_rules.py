@@ -6,8 +6,8 @@ import zipfile
 
 import pytest
 
-from fmu_src.builder import UNITS
-from fmu_src.packaging.rules import RULES, findings
+from fmu_src import UNITS
+from tests.fmi_rules import RULES, findings
 
 FUNCTIONS = """
 GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from fmu_src.errors import Refusal
+from fmu_src import Refusal
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import (
     boolean_parameter,
@@ -81,7 +81,7 @@ def test_outputs_are_right_at_the_start_time_and_follow_a_parameter_set_in_initi
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 10.5])
-def test_a_bad_input_is_named_with_value_and_bound_and_steps_are_refused_until_it_is_mended(unit, bad):
+def test_a_bad_input_is_named_with_value_and_bound_and_steps_are_refused_until_it_is_corrected(unit, bad):
     unit.set_real([U], [1.0])
     assert unit.do_step(0.0, 0.1)
     unit.set_real([U], [bad])
@@ -107,12 +107,12 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused(unit):
 @pytest.mark.parametrize("step", [0.0, -0.1, math.nan, math.inf])
 def test_a_communication_step_that_is_not_positive_and_finite_is_refused(unit, step):
     assert not unit.do_step(0.0, step)
-    assert "must be positive and finite" in said(unit)
+    assert f"communication step = {step!r} s" in said(unit)
 
 
 def test_a_fixed_parameter_is_refused_after_initialisation_and_a_tunable_one_is_taken(unit):
     unit.set_real([INITIAL], [9.0])
-    assert "initial.x is fixed once initialisation has ended; 9.0 was not taken" in said(unit)
+    assert "initial.x is fixed once initialisation has ended; the value 9.0 was ignored" in said(unit)
     assert unit.get_real([INITIAL]) == [0.5]
     unit.set_real([GAIN], [4.0])
     assert unit.get_real([GAIN]) == [4.0]
@@ -123,7 +123,7 @@ def test_outputs_and_unknown_references_cannot_be_set_and_an_unknown_one_reads_a
     unit.set_real([X], [1.0])
     assert "x is an output" in said(unit)
     unit.set_real([99], [1.0])
-    assert "no variable of this type has value reference 99" in said(unit)
+    assert "no Real variable has value reference 99" in said(unit)
     assert math.isnan(unit.get_real([99])[0])
     assert "99" in said(unit)
 
@@ -141,7 +141,7 @@ def test_a_reference_of_another_type_or_below_zero_is_no_real(unit, reference):
     # the binary hands references over as signed numbers, and a list has an element at -1
     assert math.isnan(unit.get_real([reference])[0])
     unit.set_real([reference], [1.0])
-    assert "no variable of this type" in said(unit)
+    assert f"no Real variable has value reference {reference}" in said(unit)
     assert unit.get_string([NOTE]) == ["none"]
     assert unit.do_step(0.0, 0.1)
 
@@ -185,10 +185,16 @@ def test_a_failed_initialisation_gives_its_reason_again_with_every_step():
     assert "the note is broken" in said(slave)
 
 
-def test_a_step_before_initialisation_is_refused():
+def test_a_step_before_initialisation_or_after_termination_is_refused():
     slave = Integrator(instance_name="unit", resources="")
     assert not slave.do_step(0.0, 0.1)
-    assert "needs initialisation" in said(slave)
+    assert "the unit is instantiated and cannot step" in said(slave)
+    slave.setup_experiment(0.0)
+    slave.enter_initialization_mode()
+    slave.exit_initialization_mode()
+    slave.terminate()
+    assert not slave.do_step(0.0, 0.1)
+    assert "the unit is terminated and cannot step" in said(slave)
 
 
 def test_a_rollback_takes_the_hidden_state_back_and_shares_nothing(unit):

@@ -6,12 +6,11 @@ from xml.etree import ElementTree
 import pytest
 from fmpy.ssp.ssd import find_components, get_connections, read_ssd, read_ssv
 
-from fmu_src.builder import unit_class
-from fmu_src.errors import BuildError, WiringError
+from fmu_src import SCENARIOS, BuildError, WiringError, build, unit_class
 from fmu_src.ssp import read_parameter_set, write_parameter_set, write_ssp
-from fmu_src.ssp.namespaces import NAMESPACES
-from fmu_src.wiring import SCENARIOS
 from heli_plant.parameters import TABLE_2, to_names
+
+NAMESPACES = {"ssd": "http://ssp-standard.org/SSP1/SystemStructureDescription"}
 
 
 def files_of(wiring, fmus):
@@ -76,8 +75,6 @@ def test_a_corrected_plant_goes_into_an_ssv_and_comes_back_to_the_bit(tmp_path):
 
 
 def test_a_parameter_set_comes_back_as_an_fmu_of_the_same_values(tmp_path):
-    from fmu_src.builder import build
-
     given = {"pitch.gain": 0.31, "encoder.enabled": True}
     path = write_parameter_set("HelicopterPlant", given, tmp_path / "set.ssv")
     fmu = build("HelicopterPlant", tmp_path, read_parameter_set(path))

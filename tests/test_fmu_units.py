@@ -187,7 +187,7 @@ def test_a_watched_effects_score_is_the_librarys_and_survives_a_saved_state():
     ("listed", "said"),
     [
         ("dry_frictoin", "effect 'dry_frictoin' cannot be watched on pitch"),
-        ("dry_friction,constant_torque,rotor_mismatch,quadratic_drag", "names 4 effects, at most 3"),
+        ("dry_friction,constant_torque,rotor_mismatch,quadratic_drag", "names 4 effects; at most 3"),
     ],
 )
 def test_an_effect_that_cannot_be_watched_is_refused_by_name(listed, said):

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from fmu_src.errors import BuildError
-from fmu_src.packaging.unit_definitions import base_exponents, unit_definitions
-from fmu_src.variables import boolean_parameter, integer_parameter, problem_with, real_parameter
+from fmu_src import UNITS, BuildError, problem_with, unit_class
+from fmu_src.packaging import base_exponents, unit_definitions
+from fmu_src.variables import boolean_parameter, integer_parameter, real_parameter
 
 DAMPING = real_parameter("pitch.damping", "1/s", 0.06, -10.0, 10.0, "damping")
 
@@ -54,8 +54,6 @@ def test_radians_are_shown_in_degrees():
 
 
 def test_every_unit_of_every_fmu_variable_resolves():
-    from fmu_src.builder import UNITS, unit_class
-
     for name in UNITS:
         for variable in unit_class(name).variables:
             if variable.unit:

@@ -14,10 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fmu_src import CLOSED_LOOP, OPEN_LOOP
 from fmu_src.master import run_apart
-from fmu_src.master.order import parameters_by_unit
 from fmu_src.ssp import write_ssp
-from fmu_src.wiring import CLOSED_LOOP, OPEN_LOOP
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
@@ -47,7 +46,7 @@ def orders(fmus, ours, tmp_path_factory):
     """The .ssp, and the same system as JSON for those who build it by an API."""
     folder = tmp_path_factory.mktemp("order")
     files = files_of(CLOSED_LOOP, fmus)
-    by_unit = parameters_by_unit(CLOSED_LOOP, PARAMETERS)
+    by_unit = CLOSED_LOOP.parameters_by_unit(PARAMETERS)
     np.save(folder / "record.npy", ours.values)
     order = {
         "fmus": files,

@@ -48,7 +48,7 @@ INNER_ROOMS = tuple(f"{H}.tracing.{room}" for room in ("prediction", "search", "
 DOORS = (*ROOMS[:3], f"{H}.online.excitation")
 """Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
 
-MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "paper"))
+MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "interface", "paper"))
 
 RULES = (
     Rule("physics knows no identification", "heli_plant", (H,)),
@@ -184,7 +184,7 @@ def top_level(node):
     return (node.names[0].name if isinstance(node, ast.Import) else node.module).partition(".")[0]
 
 
-LATE = MAY_USE_UNITS[:2]
+LATE = MAY_USE_UNITS[:3]
 
 
 @pytest.mark.parametrize("module", [module for module in PROJECT if below(module, LATE)])
@@ -233,3 +233,77 @@ def test_rule_speaks_up_when_it_is_broken(rule):
     broken = {f"{rule.who}.module": {rule.banned[0]}}
     assert breaches(rule, broken) == [f"{rule.who}.module imports {rule.banned[0]}"]
     assert rule.who in PROJECT
+
+
+# --- circles, and the doors of fmu_src ---------------------------------------------------------------------------
+
+KNOWN = {(f"{H}.tracing.diagnosis.result", f"{H}.workbench.report.notebook.notebook_view")}
+"""Imports (who, what) that still close a circle and are left out of the walk."""
+
+
+def circles(modules):
+    """Sets of modules that reach each other by imports, late ones and those for type checkers alone included.
+
+    ``from package import name`` is an import of the module ``package.name`` if there is one, else of ``package``;
+    packages that are merely passed through do not count, but what a door takes from its modules does.
+    """
+    edges = {
+        module: {known for name in names if (known := name if name in modules else name.rpartition(".")[0]) in modules}
+        for module, names in modules.items()
+    }
+    reach = {}
+    for module in modules:
+        seen, waiting = set(), [*edges[module]]
+        while waiting:
+            if (name := waiting.pop()) not in seen:
+                seen.add(name)
+                waiting += edges[name]
+        reach[module] = seen
+    return {
+        frozenset(other for other in reach[module] if module in reach[other])
+        for module in modules
+        if module in reach[module]
+    }
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    stubs = {
+        ".".join(stub.relative_to(ROOT).parent.parts): set(
+            imports(".".join(stub.relative_to(ROOT).parent.parts), stub.read_text(encoding="utf-8"), is_package=True)
+        )
+        for package in PACKAGES
+        for stub in (ROOT / package).rglob("__init__.pyi")
+    }
+    known = {module: {what for who, what in KNOWN if who == module} for module in PROJECT}
+    assert circles({m: names - known[m] | stubs.get(m, set()) for m, names in PROJECT.items()}) == set()
+
+
+def test_a_circle_is_seen_whatever_its_length():
+    chain = {"p": set(), "p.a": {"p.b.f"}, "p.b": {"p.c"}, "p.c": {"p.a.g", "p.d"}, "p.d": {"p"}}
+    assert circles(chain) == {frozenset({"p.a", "p.b", "p.c"})}
+    assert circles({**chain, "p.c": {"p.d"}}) == set()
+
+
+FMU_DOORS = ("fmu_src", "fmu_src.master", "fmu_src.ssp", "fmu_src.packaging")
+
+
+def test_fmu_src_is_entered_by_its_doors():
+    """From outside, names that a door lists; errors have a door of their own, which loads nothing else."""
+    offered = {f"{door}.{name}" for door in FMU_DOORS for name in import_module(door).__all__}
+    strangers = {
+        f"{module} imports {name}"
+        for module, names in PROJECT.items()
+        for name in names
+        if below(name, ["fmu_src"]) and not below(module, ["fmu_src"])
+        if name not in offered and not below(name, ["fmu_src.errors"])
+    }
+    assert strangers == set()
+
+
+def test_the_errors_and_the_wiring_load_no_fmi_tools():
+    program = (
+        "import sys, fmu_src.errors; from fmu_src import SCENARIOS; from fmu_src.master import run_apart;"
+        "print([name for name in ('fmpy', 'numba', 'scipy') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert done.stdout.strip() == "[]"

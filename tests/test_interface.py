@@ -1,65 +1,77 @@
-"""The Python interface: light to import, the same diagnosis as the command line's, shown in a notebook."""
+"""The Python interface: light to import, one way in for Python and commands, results that show themselves."""
 
 import ast
+import json
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
+from importlib.metadata import version
 from pathlib import Path
 
+import control
+import numpy as np
 import pytest
 
 import heli_identifier as hi
-from heli_identifier.errors import LogError
-from tests.diagnosis_example import adequate, example, made_log
+from fmu_src.packaging.sources import needed_sources
+from heli_identifier.errors import ConfigurationError, LogError
+from heli_plant.parameters import TABLE_2
+from tests.diagnosis_example import AFTER, adequate, example, made_log
 from tests.test_report_page import Page
 
 PACKAGE = Path(hi.__file__).parent
 
 
-def test_importing_the_package_loads_the_standard_library_alone():
+@pytest.fixture(scope="module")
+def parameters(tmp_path_factory):
+    """Parameters of the corrected plant of the example, read from the file that it writes."""
+    folder = replace(example(), effects=example().effects[:1]).write(tmp_path_factory.mktemp("result"))
+    return hi.read_parameters(folder / "parameters.json")
+
+
+def test_importing_the_package_loads_the_standard_library_and_the_lazy_loader_alone():
     script = (
         "import sys; before = set(sys.modules); import heli_identifier; "
         "tops = {name.partition('.')[0] for name in set(sys.modules) - before}; "
         "print(sorted(tops - set(sys.stdlib_module_names) - {'heli_identifier'}))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert done.stdout.strip() == "['lazy_loader']"
 
 
-def test_an_fmu_that_vendors_the_package_vendors_nothing_of_its_interface():
-    from fmu_src.packaging.sources import needed_sources
+def test_an_fmu_that_vendors_the_identifier_vendors_nothing_of_the_interface():
+    sources = needed_sources("fmu_src.units.adaptive_identifier")
+    vendored = {Path(name).parts[1] for name in sources if name.startswith("heli_identifier/")}
+    assert vendored <= {"__init__.py", "online", "errors.py"}
 
-    sources = needed_sources("heli_identifier")
-    assert list(sources) == ["heli_identifier/__init__.py"]
 
-
-@pytest.mark.parametrize("name", hi.__all__)
-def test_every_public_name_is_found(name):
+@pytest.mark.parametrize("name", sorted(set(hi.__all__) - {"__version__"}))
+def test_every_public_name_is_found_and_documented(name):
     assert getattr(hi, name).__doc__
     assert name in dir(hi)
 
 
-def test_a_name_that_does_not_exist_is_said_to_be_missing():
-    with pytest.raises(AttributeError, match="no attribute 'diagnoze'"):
-        hi.diagnoze  # noqa: B018
+def test_the_version_is_the_installed_one():
+    assert hi.__version__ == version("heli-twin")
 
 
 def test_what_type_checkers_see_is_what_there_is():
+    assert (PACKAGE / "py.typed").is_file()
     stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
-    seen = {alias.asname for node in stub.body for alias in node.names}
-    assert seen == set(hi.__all__)
+    imported = {alias.name for node in stub.body if isinstance(node, ast.ImportFrom) for alias in node.names}
+    assert imported == set(hi.__all__)
 
 
-def test_a_log_that_was_fitted_cannot_judge():
+def test_a_log_that_was_fitted_cannot_be_held_out():
     training, _ = hi.demo_logs("rig-a")
     log = hi.read_log(training[0])
     with pytest.raises(LogError, match="shares samples"):
-        hi.diagnose(log, validate=log)
+        hi.diagnose(log, held_out=log)
 
 
-def test_without_a_held_out_log_nothing_is_judged():
+def test_without_a_held_out_log_there_is_no_diagnosis():
     with pytest.raises(LogError, match="no log is held out"):
-        hi.diagnose(made_log(), validate=())
+        hi.diagnose(made_log(), held_out=())
 
 
 @pytest.mark.slow
@@ -67,13 +79,37 @@ def test_three_lines_go_from_logs_to_the_corrected_unit(tmp_path):
     """Rig-a's truth holds dry friction of .025 rad/s^2 in the pitch; the bar is 15 %."""
     training, held_out = hi.demo_logs("rig-a")
     # one log of the three is enough for an effect whose score is 100 with all of them
-    diagnosis = hi.diagnose(hi.read_log(training[0]), validate=hi.read_logs(held_out))
+    diagnosis = hi.diagnose(hi.read_log(training[0]), held_out=hi.read_logs(held_out))
     assert (diagnosis.effects[0].name, diagnosis.effects[0].axis) == ("dry_friction", "pitch")
     assert diagnosis.effects[0].coefficient.value == pytest.approx(0.025, rel=0.15)
-    folder = hi.write_results(diagnosis, tmp_path / "result", "rig-a")
+    folder = diagnosis.write(tmp_path / "result", "rig-a")
     assert sorted(file.name for file in folder.iterdir()) == [
         "HelicopterPlant.fmu", "diagnosis.json", "parameters.json", "report.html",
     ]  # fmt: skip
+    assert json.loads((folder / "diagnosis.json").read_text()) == json.loads(json.dumps(diagnosis.to_dict()))
+
+
+def results(parameters):
+    """One result of every kind, each from the function that gives it."""
+    log = made_log()
+    return {
+        "Diagnosis": example(),
+        "ParameterSet": parameters,
+        "Simulation": hi.simulate(parameters, log),
+        "Check": hi.check(log, parameters, factor=100.0),
+        "Identification": hi.identify(log),
+    }
+
+
+def test_every_result_is_frozen_and_shows_itself(parameters):
+    for name, result in results(parameters).items():
+        assert repr(result).startswith(f"<{name}: ")
+        assert len(repr(result)) < 200
+        assert 1 < len(result.summary().splitlines()) < 40
+        assert Page(result._repr_html_()).open == []
+        assert json.dumps(result.to_dict(), allow_nan=False)
+        with pytest.raises(FrozenInstanceError):
+            result.new = 1
 
 
 @pytest.mark.parametrize("made", [example, adequate])
@@ -100,6 +136,67 @@ def test_a_diagnosis_prints_as_its_verdict_and_not_as_its_arrays():
     assert repr(example()).startswith("<Diagnosis: effects shown: dry_friction on pitch, arm_bending on elevation")
 
 
+def test_the_summary_of_a_diagnosis_says_verdict_errors_withdrawals_and_notes():
+    said = example().summary()
+    assert said.startswith("The rig has dry friction on the pitch")
+    assert "Withdrawn: cable stiffness on the travel: the held-out logs are likelier without it." in said
+    assert said.endswith("voltages reach 5.10 V")
+
+
 def test_what_a_notebook_shows_is_light_enough_to_be_saved_in_it():
     """A notebook keeps every output; half a megabyte of them would bury the text in a review."""
     assert len(example()._repr_html_().encode()) < 200_000
+
+
+def test_the_plant_under_a_log_repeats_the_free_run_that_the_diagnosis_reports(parameters):
+    diagnosis = example()
+    run = hi.simulate(parameters, made_log())
+    np.testing.assert_array_equal(run.angles, diagnosis.series[0].free_run_after)
+    frame = run.to_frame()
+    assert list(frame.columns[:5]) == ["v_front", "v_rear", "pitch", "elevation", "travel"]
+    np.testing.assert_array_equal(frame["elevation"], run.angles[:, 1])
+
+
+def test_the_plant_at_rest_under_no_voltage_stays_there():
+    run = hi.simulate(TABLE_2, np.zeros((500, 2)), step=0.01)
+    # the rest of the simplified model: pitch at theta0, elevation at -a_1/a_e
+    np.testing.assert_allclose(run.angles[:, 0], TABLE_2.theta0, atol=1e-12)
+    np.testing.assert_allclose(run.angles[:, 1], -TABLE_2.a_1 / TABLE_2.a_e, atol=1e-12)
+    assert run.time[-1] == pytest.approx(4.99)
+
+
+@pytest.mark.parametrize("voltages", [np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan)])
+def test_voltages_of_another_shape_are_refused_with_it(voltages):
+    with pytest.raises(ConfigurationError, match=r"must be finite and of shape \(N, 2\)"):
+        hi.simulate(TABLE_2, voltages)
+
+
+def test_a_linear_model_has_named_signals_and_the_eigenvalues_of_the_pitch():
+    system = hi.linearise(TABLE_2)
+    assert isinstance(system, control.StateSpace)
+    assert system.input_labels == ["v_front", "v_rear"]
+    assert system.output_labels == ["pitch", "elevation", "travel"]
+    # at pitch 0 the pitch obeys s^2 + a_wx s + a_th cos(theta0) = 0
+    own = np.roots([1.0, TABLE_2.a_wx, TABLE_2.a_th * np.cos(TABLE_2.theta0)])
+    nearest = np.abs(system.poles()[:, None] - own).min(axis=0)
+    # differences of the plant's step are good to some 1e-6
+    assert nearest.max() < 1e-5
+    assert hi.linearise(TABLE_2, period=0.02).dt == 0.02
+
+
+def test_a_check_passes_where_the_error_is_allowed_and_fails_where_it_is_not(parameters):
+    log = made_log()
+    assert hi.check(log, parameters, factor=100.0).passed
+    strict = hi.check([log], parameters, factor=1e-3)
+    assert not strict.passed
+    assert repr(strict) == "<Check: failed: pitch of run, elevation of run, travel of run>"
+
+
+def test_a_unit_is_built_from_the_parameters_of_its_own(parameters, tmp_path):
+    assert hi.build("HelicopterPlant", tmp_path, parameters) == tmp_path / "HelicopterPlant.fmu"
+    with pytest.raises(ConfigurationError, match="parameters of the HelicopterPlant, those of the Exciter are needed"):
+        hi.build("Exciter", tmp_path, parameters)
+
+
+def test_parameters_are_read_back_as_the_plant_that_was_corrected(parameters):
+    assert parameters.plant() == AFTER

@@ -13,13 +13,14 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.delivery.diagnosis_document import document_text
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values, read_parameter_set
-from heli_identifier.workbench.linearise import drawn_plants, linear_model, margins, operating_point, retuned
-from heli_identifier.workbench.linearise.closed_loop import closed_loop
-from heli_identifier.workbench.linearise.controller import controller
-from heli_identifier.workbench.linearise.design import design
-from heli_identifier.workbench.linearise.loop import frequencies, margins_over, plant_response
-from heli_identifier.workbench.linearise.retuning import PEAK, weighted_error
+from heli_identifier.workbench.delivery.parameter_file import read_parameters
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
+from heli_identifier.workbench.linearise.closed_loop import closed_loop, controller
+from heli_identifier.workbench.linearise.design import design, drawn_plants
+from heli_identifier.workbench.linearise.linear_model import linear_model, linearise
+from heli_identifier.workbench.linearise.margins import frequencies, margins, margins_over, plant_response
+from heli_identifier.workbench.linearise.operating_point import operating_point
+from heli_identifier.workbench.linearise.retuning import PEAK, retuned, weighted_error
 from heli_identifier.workbench.linearise.step_response import step_response
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
@@ -31,7 +32,7 @@ PID = PidSettings()
 
 
 def model_at(parameters, pitch=0.0, elevation=0.0):
-    return linear_model(parameters, operating_point(parameters, pitch, elevation), H)
+    return linear_model(parameters, operating_point(parameters, pitch, elevation))
 
 
 @pytest.mark.parametrize("pitch", [-0.2, 0.0, 0.15])
@@ -64,7 +65,7 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     A[6, 6] = A[7, 7] = -1.0 / p.T_m
     B = np.zeros((8, 2))
     B[6, 0] = B[7, 1] = 1.0 / p.T_m
-    model = model_at(p, pitch, 0.2)
+    model = linearise(p, point)
     # the Runge-Kutta step's own error, (h lambda)^5/120/h, is 2.5e-6 for the motors of 12.5/s were they not exact;
     # the central difference adds some 1e-9/h
     assert np.abs(model.A - A).max() < 5e-6
@@ -73,35 +74,47 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
 
 
 def test_sampling_the_continuous_system_gives_the_sampled_one():
-    model = model_at(AFTER, 0.1, 0.2)
-    sampled = control.sample_system(model.system(), H, method="zoh")
+    point = operating_point(AFTER, 0.1, 0.2)
+    continuous, sampled = linearise(AFTER, point), linearise(AFTER, point, H)
+    expected = control.sample_system(continuous, H, method="zoh")
     # entries of A below 1e-6 are set to zero: over a period that is 1e-8
-    assert np.abs(sampled.A - model.F).max() < 1e-7
-    assert np.abs(sampled.B - model.G).max() < 1e-7
-    assert model.system(sampled=True).dt == H
+    assert np.abs(expected.A - sampled.A).max() < 1e-7
+    assert np.abs(expected.B - sampled.B).max() < 1e-7
+    assert (continuous.dt, sampled.dt) == (0, H)
+
+
+def test_the_linear_model_names_its_signals_for_python_control():
+    system = linearise(TABLE_2, operating_point(TABLE_2))
+    assert isinstance(system, control.StateSpace)
+    assert system.input_labels == ["v_front", "v_rear"]
+    assert system.output_labels == ["pitch", "elevation", "travel"]
+    # at rest 1 V of difference holds k_x / (a_th cos(theta0)) of pitch; 1e-4 rad/s is slow against its .8 rad/s
+    slope = TABLE_2.a_th * np.cos(TABLE_2.theta0)
+    assert abs(system["pitch", "v_front"](1e-4j)) == pytest.approx(TABLE_2.k_x / slope, rel=1e-6)
 
 
 @pytest.mark.parametrize("bending", [0.0, 0.01])
 def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
     plant = TABLE_2._replace(arm_bending_elevation=bending, quadratic_thrust_rotors=0.1)
     point = operating_point(plant, 0.1, 0.2)
-    model = linear_model(plant, point, H)
-    assert len(model.states) == (10 if bending else 8)
+    model = linearise(plant, point, H)
+    assert model.nstates == (10 if bending else 8)
     size = 1e-4
     moves = size * np.random.default_rng(1).normal(size=(300, 2))
     _, angles = simulate((point.v_front, point.v_rear) + moves, H, point.state(plant), plant)
     time = np.arange(300) * H
     still = np.column_stack((np.full(300, 0.1), np.full(300, 0.2), point.travel_rate * time))
-    x, path = np.zeros(len(model.F)), []
+    x, path = np.zeros(model.nstates), []
     for move in moves:
         path.append(model.C @ x)
-        x = model.F @ x + model.G @ move
+        x = model.A @ x + model.B @ move
     # second order in the motion, which stays below 1e-4 rad
     assert np.abs(angles - still - path).max() < 1e-7
 
 
 def test_friction_that_sticks_is_left_out_of_the_linear_model():
-    assert np.array_equal(model_at(AFTER).A, model_at(AFTER._replace(dry_friction_pitch=0.0)).A)
+    stuck, free = (model_at(plant).continuous.A for plant in (AFTER, AFTER._replace(dry_friction_pitch=0.0)))
+    assert np.array_equal(stuck, free)
 
 
 def test_a_plant_without_motor_lag_is_refused():
@@ -130,8 +143,9 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
     projector = np.outer(direction, direction) / 2.0
 
     def stable(factor):
-        scaled = replace(model, G=model.G @ (np.eye(2) + (factor - 1.0) * projector))
-        return closed_loop(scaled, PID).is_stable
+        plant = model.sampled
+        louder = control.ss(plant.A, plant.B @ (np.eye(2) + (factor - 1.0) * projector), plant.C, plant.D, H)
+        return closed_loop(replace(model, sampled=louder), PID).is_stable
 
     # the grid has a per cent from one frequency to the next, and the margin is interpolated
     assert stable(0.99 * margin)
@@ -142,7 +156,7 @@ def test_the_phase_margin_and_crossover_are_those_of_python_control():
     model = model_at(TABLE_2)
     K = controller(PID, H)
     pid = control.ss(K.A, K.B, K.C, K.D, H)
-    plant, wait = model.system(sampled=True), control.tf([1], [1, 0], H)
+    plant, wait = model.sampled, control.tf([1], [1, 0], H)
     split, join = np.array([[0.5], [-0.5]]), np.array([[1.0, -1.0]])
     loop = -control.ss([], [], [], join, H) * pid * plant * control.ss([], [], [], split, H)
     _, phase, _, crossover = control.margin(control.frequency_response(loop * wait, frequencies(H, 2000)))
@@ -161,11 +175,11 @@ def test_margins_of_many_plants_at_once_are_those_of_each_alone():
             assert astuple(together[axis][number]) == pytest.approx(astuple(alone), rel=1e-9)
 
 
-def test_a_point_that_no_allowed_plant_can_hold_is_refused(monkeypatch):
-    weak = AFTER._replace(v_max=1e-3)
-    monkeypatch.setattr("heli_identifier.workbench.linearise.design.drawn_plants", lambda *_: [weak])
-    with pytest.raises(ConfigurationError, match="none of 60 plants that the data allow has an equilibrium at pitch 0"):
-        design(parameter_set())
+def test_a_point_that_no_allowed_plant_can_hold_is_refused():
+    # Two draws of a spring that is known to a hundred times its stiffness: both lie far from any that 5 V can hold.
+    values = plant_values(AFTER, {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")})
+    with pytest.raises(ConfigurationError, match="none of 2 plants that the data allow has an equilibrium at pitch 0"):
+        design(ParameterSet("HelicopterPlant", values), elevation=0.3, draws=2)
 
 
 def test_an_input_delay_takes_its_phase_off_the_margin():
@@ -203,7 +217,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     point = operating_point(plant, 0.0, 0.1)
     settings = PID._replace(trim=point.v_front + point.v_rear)
     simulated = step_response(plant, point, settings, "pitch", size=1e-3, duration=4.0)
-    loop = closed_loop(linear_model(plant, point, H), settings)
+    loop = closed_loop(linear_model(plant, point), settings)
     linear = 1e-3 * loop.trajectory(loop.R[:, 0], 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
@@ -242,7 +256,7 @@ def parameter_set():
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
     file = tmp_path / "parameters.json"
-    file.write_text(document_text(parameter_set().document()), encoding="utf-8")
+    file.write_text(document_text(parameter_set().to_dict()), encoding="utf-8")
     out = tmp_path / "control"
     said = CliRunner().invoke(app, ["linearise", str(file), "--elevation", "0.1", "--output", str(out), "--json"])
     assert said.exit_code == 0, said.stderr
@@ -258,7 +272,7 @@ def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_con
     # the estimate lies inside the interval that is drawn around it
     assert np.all((low - 1e-9 <= A) & (high + 1e-9 >= A))
     assert document["loops"]["after"]["stable_share"] == 1.0
-    gains = read_parameter_set(out / "controller.json").start_values
+    gains = read_parameters(out / "controller.json").start_values
     assert gains["pitch.proportional"] == document["loops"]["after"]["gains"]["pitch"]["proportional"]
     words = ["build", "PidController", "--parameters", str(out / "controller.json"), "--output", str(tmp_path)]
     assert CliRunner().invoke(app, words).exit_code == 0

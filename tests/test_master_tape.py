@@ -2,55 +2,41 @@
 
 import pytest
 
-from fmu_src.errors import MasterError
+from fmu_src import MasterError
 from fmu_src.master.tape import Call, Clock, Tape
-
-
-class Unit:
-    """What a tape asks of an instance."""
-
-    def __init__(self, name):
-        self.name, self.said = name, []
-
-    def fail(self, call, time, status):
-        raise MasterError(f"{self.name}.{call} at {time} answered {status}")
-
-    def check_messages(self, call, time):
-        if self.said:
-            self.fail(call, time, 2)
+from fmu_src.master.unit_log import UnitLog
 
 
 def test_calls_are_played_in_order_at_the_time_given_and_a_warning_stops_nothing():
-    clock, seen = Clock(0.01), []
-    units = [Unit("a"), Unit("b")]
+    clock, alarm, seen = Clock(0.01), [], []
+    a, b = UnitLog("a", alarm), UnitLog("b", alarm)
 
     def at(name, status):
         return lambda: seen.append((name, clock.time.value, clock.step.value)) or status
 
-    calls = [
-        Call(units[0], "setReal", at("a", 0)),
-        Call(units[1], "doStep", at("b", 1)),
-        Call(units[0], "x", at("c", 0)),
-    ]
-    Tape(calls, clock, []).play(0.07)
+    calls = [Call(a, "setReal", at("a", 0)), Call(b, "doStep", at("b", 1)), Call(a, "getReal", at("c", 0))]
+    Tape(calls, clock, alarm).play(0.07)
     assert seen == [("a", 0.07, 0.01), ("b", 0.07, 0.01), ("c", 0.07, 0.01)]
 
 
 def test_a_discarded_call_stops_the_tape_and_is_named():
-    done = []
-    calls = [Call(Unit("a"), "doStep", lambda: 2), Call(Unit("b"), "doStep", lambda: done.append(1) or 0)]
-    with pytest.raises(MasterError, match=r"a.doStep at 0.5 answered 2"):
-        Tape(calls, Clock(0.01), []).play(0.5)
+    done, alarm = [], []
+    calls = [
+        Call(UnitLog("a", alarm), "doStep", lambda: 2),
+        Call(UnitLog("b", alarm), "doStep", lambda: done.append(1) or 0),
+    ]
+    with pytest.raises(MasterError, match=r"a.doStep at t = 0.5 s answered discard: the unit gives no reason"):
+        Tape(calls, Clock(0.01), alarm).play(0.5)
     assert not done
 
 
 def test_a_set_call_that_answers_ok_but_logs_a_refusal_stops_the_tape():
-    unit, alarm = Unit("a"), []
+    alarm = []
+    log = UnitLog("a", alarm)
 
     def refused():
-        unit.said.append("v = nan")
-        alarm.append(unit)
+        log.hear(2, "v = nan V must lie in [-30, 30] V")
         return 0
 
-    with pytest.raises(MasterError, match=r"a.setReal at 0.5"):
-        Tape([Call(unit, "setReal", refused)], Clock(0.01), alarm).play(0.5)
+    with pytest.raises(MasterError, match=r"a.setReal at t = 0.5 s answered discard: v = nan V"):
+        Tape([Call(log, "setReal", refused)], Clock(0.01), alarm).play(0.5)

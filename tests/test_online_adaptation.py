@@ -2,6 +2,7 @@
 
 from math import exp, inf
 
+import numba
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -129,32 +130,30 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
     assert limit * 0.98 < gain[1, 1] < limit * 1.011
 
 
-def _long_run(steps, every, factor, omega, direction, coefficients, snapshots):
-    """By turns of 1000 s: excited; silent for two hours; noise at the level of an encoder for an hour."""
-    seed = 1
-    phi = [0.0] * 5
-    for k in range(steps):
-        phase = (k // 100_000) % 12
-        scale = 1.0 if phase == 0 else (1e-4 if phase > 8 else 0.0)
-        for i in range(5):
-            seed = (seed * 1103515245 + 12345) % 2147483648
-            phi[i] = scale * (seed / 1073741824.0 - 1.0)
-        phi[2] = -1.0
-        y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
-        adapt(factor, omega, phi, y, k, coefficients, direction)
-        if k % every == 0:
-            for i in range(15):
-                snapshots[k // every, i] = factor[i]
-
-
 def test_the_gain_stays_positive_definite_and_bounded_through_ten_million_steps():
     steps, every, limit = 10_000_000, 997, 1e3
     snapshots = np.zeros((steps // every + 1, 15))
-    _long_run.__module__ = "heli_identifier.long_run"  # so that it is compiled with the functions it calls
+    fast = compiled(adapt)
+
+    @numba.njit
+    def long_run(factor, omega, direction, coefficients, snapshots):
+        """In turns of 1000 s: excited; silent for two hours; noise at the level of an encoder for an hour."""
+        seed = 1
+        phi = np.zeros(5)
+        for k in range(steps):
+            phase = (k // 100_000) % 12
+            scale = 1.0 if phase == 0 else (1e-4 if phase > 8 else 0.0)
+            for i in range(5):
+                seed = (seed * 1103515245 + 12345) % 2147483648
+                phi[i] = scale * (seed / 1073741824.0 - 1.0)
+            phi[2] = -1.0
+            y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
+            fast(factor, omega, phi, y, k, coefficients, direction)
+            if k % every == 0:
+                snapshots[k // every] = factor
+
     coefficients = adaptation_coefficients(0.001, H, limit)
-    compiled(_long_run)(
-        steps, every, np.array(initial_factor(5, limit)), np.zeros(5), np.zeros(5), coefficients, snapshots
-    )
+    long_run(np.array(initial_factor(5, limit)), np.zeros(5), np.zeros(5), coefficients, snapshots)
     eigenvalues = np.linalg.eigvalsh([gain_matrix(row.tolist(), 5) for row in snapshots])
     # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here. Bounded but for
     # the 1 % that may be forgotten before information is restored.

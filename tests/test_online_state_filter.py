@@ -8,7 +8,7 @@ import scipy.linalg
 import scipy.signal
 from scipy.integrate import quad_vec
 
-from heli_identifier.online.matrix_exponential import matrix_exponential
+from heli_identifier.online.linear_algebra import dot, matrix_exponential, total
 from heli_identifier.online.state_filter import (
     discretise,
     filter_held,
@@ -155,3 +155,10 @@ def test_without_the_mend_the_second_derivative_would_read_as_damping():
     # sample late: xi_1(t - h) = xi_1 - h xi_2.
     expected = H**2 / 12 * w**2 * (2 * 0.7 * omega - H * (omega**2 - w**2))
     assert slope == pytest.approx(expected, rel=1e-3)
+
+
+def test_sums_are_added_from_left_to_right_on_every_python():
+    # 1e16 + 1 rounds back to 1e16; a compensated sum, as the built-in one of Python 3.12, gives 2.
+    assert total([1e16, 1.0, 1.0, -1e16]) == 0.0
+    assert dot([1e8, 1.0, 1.0, -1e8], [1e8, 1.0, 1.0, 1e8]) == 0.0
+    assert total([]) == 0.0

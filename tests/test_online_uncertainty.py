@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from heli_identifier.online.moments import (
-    CAPACITY,
-    add_sample,
-    bilinear_form,
-    dot,
-    moment_coefficients,
-    no_moments,
-    row_indices,
-    weighted_blocks,
-)
+from heli_identifier.online.linear_algebra import bilinear_form, dot, row_indices
+from heli_identifier.online.moments import CAPACITY, add_sample, moment_coefficients, no_moments, weighted_blocks
 from heli_identifier.online.uncertainty import standard_errors
 
 INTERVAL = 0.2

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from heli_identifier.workbench.paper.pitch_experiment import STEP, identify_pitch, pitch_voltages
+from heli_identifier.workbench.paper.pitch_experiment import (
+    STEP,
+    identify_pitch,
+    pitch_voltages,
+    random_torque,
+    simulate_under_torque,
+)
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH
-from heli_identifier.workbench.paper.random_torque import random_torque, simulate_under_torque
 from heli_identifier.workbench.paper.spread import HALF_WIDTHS
 from heli_identifier.workbench.paper.within import matched_torque, under_torque
 from heli_plant.parameters import TABLE_2

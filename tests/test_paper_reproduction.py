@@ -11,8 +11,18 @@ from heli_identifier.workbench.identify.replay import replay
 from heli_identifier.workbench.paper import Extent, reproduce
 from heli_identifier.workbench.paper.closed_loop import PLANT, STEP_SIZE, STEP_TIME, closed_loops
 from heli_identifier.workbench.paper.published import TRUTH
-from heli_identifier.workbench.paper.runs import FREE, JOINT_RUN, KNOWN, PITCH_RUN, STEP, Kind, run_once
-from heli_identifier.workbench.paper.starts import INITIAL_ESTIMATES, twelve_starts
+from heli_identifier.workbench.paper.runs import (
+    FREE,
+    INITIAL_ESTIMATES,
+    JOINT_RUN,
+    KNOWN,
+    PITCH_RUN,
+    STEP,
+    Kind,
+    order_of,
+    run_once,
+    twelve_starts,
+)
 
 SHORT_PITCH = Kind(PITCH_RUN.name, PITCH_RUN.channel, PITCH_RUN.base, 40.0, PITCH_RUN.identifiers)
 SHORT_JOINT = Kind(JOINT_RUN.name, JOINT_RUN.channel, JOINT_RUN.base, 40.0, JOINT_RUN.identifiers)
@@ -71,7 +81,6 @@ def test_a_file_in_the_place_of_the_folder_is_refused_before_anything_runs(tmp_p
 def test_the_units_estimate_what_the_library_estimates_from_the_same_record(fmus):
     """The twin identifiers of a run are two replays of one record, with theta0 known and estimated."""
     from fmu_src.master import run_apart
-    from heli_identifier.workbench.paper.runs import order_of
 
     start = twelve_starts(1)[6]
     kind = Kind("pitch", 1, 0.5, 20.0, (KNOWN, FREE))

@@ -5,7 +5,6 @@ import pytest
 
 from heli_identifier.workbench.paper.pitch_experiment import PitchEstimate
 from heli_identifier.workbench.paper.published import PITCH, TABLE_1
-from heli_identifier.workbench.paper.search import search
 from heli_identifier.workbench.paper.spread import (
     HALF_WIDTHS,
     MIDDLES,
@@ -13,8 +12,9 @@ from heli_identifier.workbench.paper.spread import (
     explain,
     explain_without,
     residuals,
+    search,
+    write_spread,
 )
-from heli_identifier.workbench.paper.spread_tables import write_spread
 from heli_plant.effects import effect
 
 CAUSE = effect("constant_torque", "pitch")

@@ -7,11 +7,25 @@ import pytest
 
 from heli_identifier.workbench.paper.histories import ELEVATION_AND_TRAVEL, histories
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH, UNITS
-from heli_identifier.workbench.paper.runs import JOINT_RUN, KNOWN, PITCH_RUN, Run, order_of
-from heli_identifier.workbench.paper.starts import INITIAL_ESTIMATES, INITIAL_GAINS, twelve_starts
-from heli_identifier.workbench.paper.table1 import deviation, found_range, write_table_1
-from heli_identifier.workbench.paper.table2 import CERTAIN_GAIN, table_2, write_table_2
-from heli_identifier.workbench.paper.table_text import write_table
+from heli_identifier.workbench.paper.runs import (
+    INITIAL_ESTIMATES,
+    INITIAL_GAINS,
+    JOINT_RUN,
+    KNOWN,
+    PITCH_RUN,
+    Run,
+    order_of,
+    twelve_starts,
+)
+from heli_identifier.workbench.paper.tables import (
+    CERTAIN_GAIN,
+    deviation,
+    found_range,
+    table_2,
+    write_table,
+    write_table_1,
+    write_table_2,
+)
 from heli_identifier.workbench.report.figures.style import figure_text
 
 

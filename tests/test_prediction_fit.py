@@ -12,7 +12,7 @@ from heli_identifier.tracing.prediction.torque import torque_responses
 from heli_identifier.tracing.validation.noise_floor import synthetic_record
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
-from tests.simulated import ROOM, UNSTABLE, closed_loop, drive, noisy
+from tests.simulated import PROCESS_NOISE, UNSTABLE, closed_loop, drive, noisy
 
 SECONDS = 60.0
 
@@ -75,10 +75,10 @@ def test_a_pitch_that_turns_against_its_voltage_is_fitted_with_a_negative_gain()
 
 
 def test_twice_the_noise_has_twice_the_errors():
-    # a room five times the usual one: its torque is then all the noise there is beside the encoders
+    # process noise of five times the usual size: the encoders then add hardly anything
     errors = []
     for share in (5.0, 10.0):
-        found = fitted_to(noisy(TABLE_2, drive(SECONDS, 3), 3, deviation=share * ROOM))
+        found = fitted_to(noisy(TABLE_2, drive(SECONDS, 3), 3, deviation=share * PROCESS_NOISE))
         errors.append(np.sqrt(np.diag(found.covariance)))
     # the same torque twice as large; block sums of 15 blocks are known to 1/sqrt(30) = 18 % each, but alike in both
     np.testing.assert_allclose(errors[1] / errors[0], 2.0, rtol=0.25)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import DAMPING, observe, observer_start
-from heli_identifier.tracing.prediction.record import Record
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -31,9 +31,9 @@ def test_every_effect_leaves_innovations_that_its_own_model_takes_away(entry):
     own, _ = observe(record, truth, 4.0, start)
     # the observer runs the very step that made the record, so not a bit is left
     assert np.all(own == 0.0)
-    bare, _ = observe(record, TABLE_2, 4.0, start)
+    null, _ = observe(record, TABLE_2, 4.0, start)
     # doubles round at 1e-14 here; a tenth of the least effect's range, were it never met, would leave that
-    assert np.abs(bare[:, [AXES.index(axis) for axis in entry.axes]]).max() > 1e-5
+    assert np.abs(null[:, [AXES.index(axis) for axis in entry.axes]]).max() > 1e-5
 
 
 def test_a_start_read_off_the_record_is_forgotten_within_ten_time_constants():
@@ -48,7 +48,7 @@ def test_a_start_read_off_the_record_is_forgotten_within_ten_time_constants():
 def constant_push(axis, size):
     pushes = ZERO.copy()
     pushes[:, axis] = size
-    return Record("pushed", H, VOLTAGES, pushed(TABLE_2, VOLTAGES, pushes)[1])
+    return Log("pushed", 1.0 / H, VOLTAGES, pushed(TABLE_2, VOLTAGES, pushes)[1])
 
 
 @pytest.mark.parametrize("bandwidth", [2.0, 4.0, 8.0])
@@ -91,7 +91,7 @@ def test_the_innovations_of_an_unstable_pitch_stay_bounded():
     voltages = np.tile([0.4, 0.4], (1000, 1))
     start = PlantState(pitch=UNSTABLE.theta0 + 0.01, nu_front=0.4, nu_rear=0.4)
     truth = UNSTABLE._replace(a_th=1.05 * UNSTABLE.a_th)
-    record = Record("falling", H, voltages, simulate(voltages, H, start, truth)[1])
+    record = Log("falling", 1.0 / H, voltages, simulate(voltages, H, start, truth)[1])
     left, _ = observe(record, UNSTABLE, 4.0, start)
     fallen = np.abs(record.angles[:, 0] - UNSTABLE.theta0)
     missing = 0.05 * abs(UNSTABLE.a_th) * np.sin(np.minimum(fallen, np.pi / 2))
@@ -102,7 +102,7 @@ def test_the_innovations_of_an_unstable_pitch_stay_bounded():
 def test_a_start_is_the_straight_line_through_the_first_samples():
     time = H * np.arange(200)
     line = np.column_stack((0.1 + 0.2 * time, -0.05 + 0.03 * time, 2.0 - 0.4 * time))
-    start = observer_start(Record("line", H, np.tile([0.7, 0.2], (200, 1)), line))
+    start = observer_start(Log("line", 1.0 / H, np.tile([0.7, 0.2], (200, 1)), line))
     wanted = start_state(0.1, -0.05, 2.0, 0.7, 0.2, (0.2, 0.03, -0.4))
     # least squares on a line is exact up to the condition of the fit
     np.testing.assert_allclose(start, wanted, rtol=0.0, atol=1e-12)

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from heli_identifier.records.log import log_from_samples
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import observe
-from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING, Problem
-from heli_identifier.tracing.prediction.record import Record, reduce_log
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING, Problem, reduce_log
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 
@@ -22,7 +21,7 @@ def problem():
 def record_of(rate, seconds):
     count = round(rate * seconds)
     time = np.arange(count) / rate
-    return Record("ramp", 1.0 / rate, np.zeros((count, 2)), np.column_stack((time, 2.0 * time, -time)))
+    return Log("ramp", rate, np.zeros((count, 2)), np.column_stack((time, 2.0 * time, -time)))
 
 
 @pytest.mark.parametrize(("rate", "block"), [(25.0, 1), (50.0, 2), (100.0, 4), (75.0, 3)])
@@ -65,7 +64,7 @@ def test_a_fast_log_is_reduced_to_about_a_hundred_hertz():
     rate, count = 500.0, 5003
     time = np.arange(count) / rate
     voltages, angles = np.column_stack((time, -time)), np.column_stack((time, time**2, np.sin(time)))
-    record = reduce_log(log_from_samples("fast", rate, voltages, angles))
+    record = reduce_log(Log("fast", rate, voltages, angles))
     assert record.step == pytest.approx(0.01, rel=1e-12)
     assert record.samples == 1000
     assert record.duration == pytest.approx(10.0, rel=1e-12)
@@ -77,5 +76,5 @@ def test_a_fast_log_is_reduced_to_about_a_hundred_hertz():
 @pytest.mark.parametrize(("rate", "step"), [(50.0, 0.02), (100.0, 0.01), (125.0, 0.008), (200.0, 0.01), (2000.0, 0.01)])
 def test_slow_logs_are_kept_and_fast_ones_come_near_the_target(rate, step):
     count = round(6 * rate)
-    record = reduce_log(log_from_samples("log", rate, np.zeros((count, 2)), np.zeros((count, 3))))
+    record = reduce_log(Log("log", rate, np.zeros((count, 2)), np.zeros((count, 3))))
     assert record.step == pytest.approx(step, rel=1e-12)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import Record
 from heli_identifier.tracing.prediction.torque import torque_responses
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
@@ -13,20 +13,20 @@ from tests.simulated import UNSTABLE, drive, pushed, square_drive
 SECONDS = 30.0
 TIME = H * np.arange(round(SECONDS / H))
 SHAPE = np.sin(2.0 * np.pi * 0.4 * TIME) + 0.5 * (TIME > 15.0)
-"""A line and a step: what the tracer looks for."""
+"""A period and a step: what the search looks for."""
 
 
 def seen(parameters, voltages, axis, size):
     """Change of the reduced innovations (n, 3) when ``size`` times the shape pushes one axis of the data."""
     torque = np.zeros((len(TIME), 3))
-    still = Record("still", H, voltages, pushed(parameters, voltages, torque)[1])
+    still = Log("still", 1.0 / H, voltages, pushed(parameters, voltages, torque)[1])
     torque[:, axis] = size * SHAPE
-    pushed_ = Record("pushed", H, voltages, pushed(parameters, voltages, torque)[1])
+    pushed_ = Log("pushed", 1.0 / H, voltages, pushed(parameters, voltages, torque)[1])
     return Problem((pushed_,)).residuals(parameters)[0] - Problem((still,)).residuals(parameters)[0]
 
 
 def expected(parameters, voltages, axis, size):
-    problem = Problem((Record("any", H, voltages, np.zeros((len(TIME), 3))),))
+    problem = Problem((Log("any", 1.0 / H, voltages, np.zeros((len(TIME), 3))),))
     return torque_responses(problem, axis, parameters, [size * SHAPE[:, None]])[0][:, 0]
 
 
@@ -59,7 +59,7 @@ def test_an_unstable_pitch_answers_with_its_own_stiffness():
     torque = np.zeros((short.sum(), 3))
     torque[:, 0] = 1e-4 * SHAPE[short]
     angles = pushed(UNSTABLE, voltages[short], torque)[1]
-    record = Record("tipping", H, voltages[short], angles)
+    record = Log("tipping", 1.0 / H, voltages[short], angles)
     problem = Problem((record,))
     wanted = torque_responses(problem, 0, UNSTABLE, [torque[:, :1]])[0][:, 0]
     assert distance(problem.residuals(UNSTABLE)[0][:, 0], wanted) < 0.01
@@ -71,7 +71,7 @@ def test_an_unstable_pitch_answers_with_its_own_stiffness():
 def test_records_and_columns_are_answered_one_by_one():
     voltages = drive(SECONDS, 1)
     angles = np.zeros((len(TIME), 3))
-    problem = Problem((Record("a", H, voltages, angles), Record("b", H, voltages[:2000], angles[:2000])))
+    problem = Problem((Log("a", 1.0 / H, voltages, angles), Log("b", 1.0 / H, voltages[:2000], angles[:2000])))
     pair = np.column_stack((SHAPE, np.cos(TIME)))
     both = torque_responses(problem, 1, TABLE_2, [pair, pair[:2000]])
     alone = torque_responses(problem, 1, TABLE_2, [pair[:, 1:], pair[:2000, 1:]])

@@ -1,4 +1,4 @@
-"""Whitening: the colour of a known process is found, what is left is white, and neither mean nor line is swallowed."""
+"""Whitening: the spectrum of a known process is found, the rest is white, and neither mean nor period is lost."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_applying_is_convolution_record_by_record_without_the_first_samples():
     np.testing.assert_allclose(whitener.apply(records), np.concatenate(wanted), rtol=0.0, atol=1e-12)
 
 
-def test_records_joined_end_to_end_give_the_colour_of_one_long_record():
+def test_records_joined_end_to_end_give_the_spectrum_of_one_long_record():
     whole = process(12000, 9)
     joined, _ = fit_axis([whole[:3000], whole[3000:7000], whole[7000:]])
     one, _ = fit_axis([whole])

@@ -9,10 +9,10 @@ import pytest
 from heli_identifier.errors import LogError
 from heli_identifier.records import (
     DEMO_RIGS,
+    Log,
     check_excitation,
     check_moving,
     demo_logs,
-    log_from_samples,
     named_apart,
     read_data_set,
     read_log,
@@ -61,7 +61,7 @@ def test_logs_that_no_folder_tells_apart_are_numbered():
 
 
 def run(front, rear):
-    return log_from_samples("run", 100.0, np.column_stack([front, rear]), np.zeros((1000, 3)))
+    return Log("run", 100.0, np.column_stack([front, rear]), np.zeros((1000, 3)))
 
 
 def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
@@ -76,7 +76,7 @@ def test_a_log_in_which_an_axis_stands_still_can_serve_no_diagnosis():
     moving = np.random.default_rng(0).normal(size=(1000, 3))
     still = moving.copy()
     still[:, 1:] = 0.25
-    fine, clamped = (log_from_samples(name, 100.0, moving[:, :2], a) for name, a in (("fine", moving), ("bad", still)))
+    fine, clamped = (Log(name, 100.0, moving[:, :2], a) for name, a in (("fine", moving), ("bad", still)))
     check_moving([fine])
     with pytest.raises(LogError, match="bad: elevation and travel never change: a clamped axis or a dead encoder"):
         check_moving([fine, clamped])

@@ -8,7 +8,8 @@ import pytest
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text, plain
-from heli_identifier.workbench.delivery.parameter_set import corrected_parameters, read_parameter_set
+from heli_identifier.workbench.delivery.parameter_file import read_parameters
+from heli_identifier.workbench.delivery.parameter_set import corrected_parameters
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_plant.parameters import BY_NAME
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
@@ -85,8 +86,8 @@ def test_the_provenance_quotes_the_command_so_that_it_can_be_run_again():
 def test_parameters_read_back_are_the_corrected_plant_to_the_last_bit(tmp_path):
     file = tmp_path / "parameters.json"
     written = corrected_parameters(_named_effects_only(), ORIGIN)
-    file.write_text(document_text(written.document()), encoding="utf-8")
-    read = read_parameter_set(file)
+    file.write_text(document_text(written.to_dict()), encoding="utf-8")
+    read = read_parameters(file)
     assert read.plant() == AFTER
     assert read.values == written.values
     assert read.expected == written.expected
@@ -123,10 +124,10 @@ def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_flo
     [
         (None, "does not exist"),
         ("{", "is no JSON"),
-        ("[]", "it holds a list"),
+        ("[]", "its schema is None"),
         ('{"schema": "heli-diagnosis/1"}', "schema is 'heli-diagnosis/1'"),
-        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "lacks 'values'"),
-        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "lacks 'provenance'"),
+        ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "missing required field `values`"),
+        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "field `provenance`"),
     ],
 )
 def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, text, said):
@@ -134,7 +135,7 @@ def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, te
     if text is not None:
         file.write_text(text)
     with pytest.raises(ConfigurationError, match=said) as problem:
-        read_parameter_set(file)
+        read_parameters(file)
     assert str(file) in str(problem.value)
     assert "\n" not in str(problem.value)
 
@@ -148,13 +149,13 @@ def test_parameters_of_another_unit_make_no_plant():
 def test_a_parameter_that_is_missing_is_not_made_up():
     parameters = corrected_parameters(_named_effects_only(), ORIGIN)
     fewer = {name: value for name, value in parameters.values.items() if name != "pitch.stiffness"}
-    with pytest.raises(ConfigurationError, match=r"lack pitch\.stiffness; another rig's"):
+    with pytest.raises(ConfigurationError, match=r"lack pitch\.stiffness; values of another rig"):
         replace(parameters, values=fewer).plant()
 
 
 def test_parameters_that_no_held_out_log_has_judged_give_no_limit():
     parameters = corrected_parameters(_named_effects_only(), ORIGIN)
-    with pytest.raises(ConfigurationError, match="never judged"):
+    with pytest.raises(ConfigurationError, match="no error on held-out logs"):
         replace(parameters, expected={}).limits(1.3)
 
 

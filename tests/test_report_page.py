@@ -114,8 +114,8 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, None, nothing))
     page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), ORIGIN, "rig")
-    assert "noise floor –: the model runs away from the rig" in page
-    assert "A dash in its place" in page
+    assert "noise floor –: the model is unstable" in page
+    assert "A dash stands for a noise floor that could not be computed" in page
     assert 'data-label="noise floor">0 ' not in page
     assert diagnosis_document(replace(whole, axes={"pitch": pitch}), ORIGIN)["error"]["pitch"]["noise_floor"] == {
         "prediction_1s_rad": None, "prediction_2s_rad": None, "free_run_rad": None, "acceleration": None,
@@ -125,10 +125,10 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
 @pytest.mark.parametrize(
     ("p", "after", "said"),
     [
-        (0.4, 2e-3, "not told from white noise at the 1 % level (Ljung-Box, p = 0.40; before: p < 0.0001)"),
+        (0.4, 2e-3, "white noise is not rejected at the 1 % level (Ljung-Box, p = 0.40; before: p < 0.0001)"),
         (0.006, 2e-3, "not entirely white (Ljung-Box, p = 0.0060; before: p < 0.0001), so something is left. It costs"),
-        (0.006, 2e-3, "costs the prediction over 1 s little: 2.00 mrad against a noise floor of 1.90 mrad."),
-        (0.006, 4e-3, "costs the prediction over 1 s: 4.00 mrad against a noise floor of 1.90 mrad, which is more"),
+        (0.006, 2e-3, "costs the 1 s prediction little: 2.00 mrad against a noise floor of 1.90 mrad."),
+        (0.006, 4e-3, "costs the 1 s prediction more than chance explains: 4.00 mrad against a noise floor of"),
     ],
 )
 def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed_by_what_it_costs(p, after, said):
@@ -139,7 +139,8 @@ def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed
 
 def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
     words = text[text.index('id="words"') :]
-    for term in ("±", "hint", "torque of the room", "other filter frequencies", "noise floor", "Ljung-Box p"):
+    terms = "±", "suggestive", "process noise", "visibility", "as likely", "other filter frequencies", "Ljung-Box p"
+    for term in terms:
         assert f"<dt>{term}</dt>" in words
     assert "1.96 standard errors" in words
 
@@ -174,10 +175,10 @@ def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(
 
 def test_a_free_run_that_runs_away_leaves_the_measurement_to_be_seen():
     series = example().series[0]
-    growth = np.exp(np.arange(len(series.measured)) / 50.0)
+    growth = np.exp(np.arange(len(series.log.angles)) / 50.0)
     away = replace(series, free_run_after=series.free_run_after + growth[:, None])
     above, below = free_run_figure(away, "pitch").axes
-    span = np.ptp(series.measured[:, 0])
+    span = np.ptp(series.log.angles[:, 0])
     # the measurement fills at least a third of the upper axes
     assert np.ptp(above.get_ylim()) <= 3.0 * span + 1e-12
     assert np.ptp(below.get_ylim()) <= 2e3 * span + 1e-9
@@ -240,5 +241,6 @@ def test_units_and_laws_are_set_as_people_write_them():
     assert unit_text("1") == ""
     assert law_text("-c w abs(w)") == "−c ω |ω|"
     assert law_text("nu -> nu + c nu abs(nu)") == "ν → ν + c ν |ν|"
+    assert law_text("c a_th sin(theta - theta0) cos(eps_h)") == "c a_θ sin(θ − θ_0) cos(ε_h)"
     assert power_text(1e-3) == "10⁻³"
     assert significant(0.0012345) == "0.00123"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_identifier.tracing.search.candidates import candidates, shape_fields, stepping_at
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2, checked
@@ -54,7 +54,7 @@ def test_a_mass_may_move_at_any_time_that_is_asked_for():
 
 
 def test_the_ground_lies_at_the_lowest_elevation_of_all_records():
-    deep = Record("deep", RECORD.step, RECORD.voltages, RECORD.angles - np.array([0.0, 0.4, 0.0]))
+    deep = Log("deep", RECORD.rate_hz, RECORD.voltages, RECORD.angles - np.array([0.0, 0.4, 0.0]))
     lowest = min(RECORD.angles[:, 1].min(), deep.angles[:, 1].min())
     for candidate in candidates([RECORD, deep], TABLE_2):
         if candidate.effect.name == "ground_effect":

@@ -14,12 +14,11 @@ from heli_identifier.tracing.search.ambiguity import alternatives
 from heli_identifier.tracing.search.candidates import Candidate
 from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.search.scan import scan
-from heli_identifier.tracing.search.selection import looked_at
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.selection import score_catalogue
 from heli_identifier.tracing.search.trials import refitted, trial
 from heli_identifier.tracing.search.unknown import search
-from heli_identifier.tracing.validation.held_out import HeldOut, held_out_log_likelihood
-from heli_identifier.tracing.validation.withdrawal import TOLERATED, borne_out, mending
+from heli_identifier.tracing.validation.held_out import held_out_log_likelihood, hold_out
+from heli_identifier.tracing.validation.withdrawal import TOLERATED, remove_harmful, validate
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
@@ -33,6 +32,10 @@ MOVED_AT = 33.0
 
 def problem_of(truth, seeds, shape=lambda v: v):
     return Problem(tuple(noisy(truth, shape(drive(SECONDS, seed)), seed) for seed in seeds))
+
+
+def held_out_of(truth, seeds):
+    return hold_out(problem_of(truth, seeds).records, 4.0)
 
 
 def model_of(problem, *effects, **start):
@@ -80,10 +83,10 @@ def test_leaving_an_effect_out_costs_likelihood_as_far_as_whitening_cannot_hide_
     assert 100.0 < costs[0] < effect_score(rubbing.fit, FRICTION) ** 2
 
 
-def mass_model(size, bare=False):
+def mass_model(size, null=False):
     """Model of training logs in which a mass moves, with or without it."""
     problem = problem_of(TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT), (1, 2))
-    if bare:
+    if null:
         return model_of(problem)
     return model_of(problem, MASS, moving_mass_elevation=size, moving_mass_time=MOVED_AT)
 
@@ -93,15 +96,15 @@ WEAK, STRONG = 0.006, 0.02
 
 @pytest.fixture(scope="module")
 def moved():
-    return {size: (mass_model(size), mass_model(size, bare=True)) for size in (WEAK, STRONG)}
+    return {size: (mass_model(size), mass_model(size, null=True)) for size in (WEAK, STRONG)}
 
 
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(moved, size):
-    model, bare = moved[size]
-    left, final, withdrawn = borne_out(model, bare.fit, problem_of(TABLE_2, (7,)))
+    model, null = moved[size]
+    left, final, withdrawn = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
     assert left.effects == ()
-    assert final is left.fit is bare.fit
+    assert final is left.fit is null.fit
     assert final.parameters.moving_mass_elevation == 0.0
     (gone,) = withdrawn
     assert (gone.name, gone.axis) == (MASS.name, MASS.axis)
@@ -110,43 +113,43 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(
 
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
-    model, bare = moved[size]
+    model, null = moved[size]
     same = TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT)
-    left, final, withdrawn = borne_out(model, bare.fit, problem_of(same, (8,)))
+    left, final, withdrawn = validate(model, null.fit, held_out_of(same, (8,)))
     assert left is model
     assert final is model.fit
     assert withdrawn == []
 
 
 def test_a_trial_is_made_once_and_is_what_it_would_be_anew(rubbing):
-    model, settings, tried = model_of(rubbing.fit.problem), SelectionSettings(), {}
+    model, tried = model_of(rubbing.fit.problem), {}
     scanned = scan(model.fit, [Candidate(FRICTION, 1e-3), Candidate(FRICTION, 2e-3)])
     rows = [(0, 0.01, 0.0), (1, 0.01, 0.0), (0, 0.02, 0.0)]
-    first = refitted(model, scanned, rows, settings, tried)
-    again = refitted(model, scanned, rows, settings, tried)
+    first = refitted(model, scanned, rows, tried)
+    again = refitted(model, scanned, rows, tried)
     assert all(one is other for one, other in zip(again, first, strict=True))
     assert len(tried) == 3  # another size of the move, another coefficient to begin with: other trials
-    anew = trial(model, scanned.candidates[0], 0.01, settings)
-    assert (anew.gain, anew.score) == (first[0].gain, first[0].score)
+    anew = trial(model, scanned.candidates[0], 0.01)
+    assert (anew.likelihood_ratio, anew.score) == (first[0].likelihood_ratio, first[0].score)
 
 
 def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing):
-    held = problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
+    held = held_out_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
     model = without(rubbing, DRAG)
     # noise of the training logs taken for half of what it is: held-out logs then look strange, friction or not
     whitener = replace(model.fit.whitener, scales=0.5 * model.fit.whitener.scales)
     overconfident = replace(model, fit=replace(model.fit, whitener=whitener))
     frictionless = without(overconfident, FRICTION)
     assert held_out_log_likelihood(overconfident, held) < held_out_log_likelihood(frictionless, held)
-    left, _, withdrawn = borne_out(overconfident, model_of(model.fit.problem).fit, held)
+    left, _, withdrawn = validate(overconfident, model_of(model.fit.problem).fit, held)
     assert left.effects == (FRICTION,)
     assert withdrawn == []
 
 
 def test_held_out_data_are_likeliest_under_their_own_model(moved):
-    model, bare = moved[STRONG]
-    held = problem_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
-    assert held_out_log_likelihood(model, held) > held_out_log_likelihood(bare, held) + 20.0
+    model, null = moved[STRONG]
+    held = held_out_of(TABLE_2._replace(moving_mass_elevation=STRONG, moving_mass_time=MOVED_AT), (8,))
+    assert held_out_log_likelihood(model, held) > held_out_log_likelihood(null, held) + 20.0
 
 
 CENTRE, WIDTH, DEPTH = -0.1, 0.06, 0.06
@@ -162,9 +165,9 @@ def detent(k, state):
 def notched():
     """A model of a pitch with a notch, which it holds as a torque of unknown origin."""
     problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, detent) for seed in (1, 2)))
-    bare = looked_at(model_of(problem), SelectionSettings())
-    curve = next(u for u in search(bare.model.fit, bare.colour) if (u.axis, u.variable) == ("pitch", "pitch"))
-    return with_unknown(bare.model, curve), bare.model
+    null = score_catalogue(model_of(problem))
+    curve = next(u for u in search(null.model.fit, null.noise_whitener) if (u.axis, u.variable) == ("pitch", "pitch"))
+    return with_unknown(null.model, curve), null.model
 
 
 def test_a_torque_of_unknown_origin_is_the_same_through_every_filter(notched):
@@ -189,12 +192,12 @@ def test_a_curve_that_another_filter_draws_upside_down_is_withdrawn(notched):
 
 
 def test_a_torque_of_unknown_origin_stays_where_the_held_out_log_has_it_and_only_there(notched):
-    model, bare = notched
-    held = Problem((noisy(TABLE_2, drive(SECONDS, 7), 7, detent),))
-    left, _, withdrawn = borne_out(model, bare.fit, held)
+    model, null = notched
+    held = hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, detent)], 4.0)
+    left, _, withdrawn = validate(model, null.fit, held)
     assert left.unknowns == model.unknowns
     assert withdrawn == []
-    left, _, (gone,) = borne_out(model, bare.fit, problem_of(TABLE_2, (7,)))
+    left, _, (gone,) = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
     assert left.unknowns == ()
     assert (gone.name, gone.axis) == ("unknown", "pitch")
     assert "2 log L" in gone.why
@@ -204,29 +207,29 @@ def hum(k, state):
     return (0.0, 0.03 * np.sin(2.0 * np.pi * 0.37 * H * k + 1.0), 0.0)
 
 
-def test_a_line_is_looked_for_in_the_held_out_log_with_a_phase_of_its_own():
+def test_a_periodic_torque_is_fitted_to_the_held_out_log_with_a_phase_of_its_own():
     problem = Problem(tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, hum) for seed in (1, 2)))
-    bare = looked_at(model_of(problem), SelectionSettings())
-    line = next(u for u in search(bare.model.fit, bare.colour) if u.frequency is not None)
-    model = with_unknown(bare.model, line)
+    null = score_catalogue(model_of(problem))
+    periodic = next(u for u in search(null.model.fit, null.noise_whitener) if u.frequency is not None)
+    model = with_unknown(null.model, periodic)
 
     def later(k, state):
         return hum(k + 77, state)
 
-    with_it, without_it = (Problem((noisy(TABLE_2, drive(SECONDS, 7), 7, law),)) for law in (later, None))
-    assert borne_out(model, bare.model.fit, with_it)[2] == []
-    assert [w.name for w in borne_out(model, bare.model.fit, without_it)[2]] == ["unknown"]
+    with_it, without_it = (hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, law)], 4.0) for law in (later, None))
+    assert validate(model, null.model.fit, with_it)[2] == []
+    assert [w.name for w in validate(model, null.model.fit, without_it)[2]] == ["unknown"]
 
 
 def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):
-    bare = model_of(rubbing.fit.problem)
-    held = HeldOut(problem_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8)), bare.fit)
+    null = model_of(rubbing.fit.problem)
+    held = held_out_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
     # of a model whose elevation is off and whose pitch is right nothing is withdrawn: friction of the pitch is no cause
     off = rubbing.fit.parameters._replace(k_z=1.2 * rubbing.fit.parameters.k_z)
     friction = without(rubbing, DRAG)
     worse = replace(friction, fit=replace(friction.fit, parameters=off))
-    assert held.ratios(off)[1] > TOLERATED
-    assert mending(worse, worse.fit, held) is None
+    assert held.ratios(off, null.fit.parameters)[1] > TOLERATED
+    assert remove_harmful(worse, worse.fit, null.fit, held) is None
 
 
 def slow(voltages):
@@ -235,9 +238,8 @@ def slow(voltages):
 
 
 def rivals_of(problem, entry, **start):
-    settings = SelectionSettings()
-    bare = looked_at(model_of(problem), settings)
-    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, bare, settings)}
+    null = score_catalogue(model_of(problem))
+    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, null)}
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.linear_refit import LinearRefit
 from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.relinearised import Gain
 from heli_identifier.tracing.search.description import POINTS, described
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.splines import UNITS, projection_of, trend, variable
@@ -15,7 +15,7 @@ from heli_identifier.tracing.search.unknown import Unknown
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 
-NO_GAIN = Gain(0.0, np.empty(0), np.empty((0, 0)), [], [])
+NO_REFIT = LinearRefit(0.0, np.empty(0), np.empty((0, 0)), [], [])
 RANGE = {"pitch_rate": (-1.0, 1.0), "mu_sum": (0.0, 4.0), "travel": (0.0, 2.0 * np.pi), "pitch": (-0.6, 0.4)}
 
 
@@ -30,7 +30,7 @@ def model_of(fitted, curves, error):
     for axis, name, law in curves:
         x = np.random.default_rng(1).uniform(*RANGE[name], 4000)
         known = variable(name, [x])
-        probe = Unknown(axis, name, None, NO_GAIN, 0, [], known.knots, projection_of(known, axis))
+        probe = Unknown(axis, name, None, NO_REFIT, 0, [], known.knots, projection_of(known, axis))
         basis = probe.curve(x)
         # up to what the model holds of the law itself
         columns = np.column_stack((basis, trend(x, axis, name)))
@@ -44,7 +44,7 @@ def model_of(fitted, curves, error):
 
 
 def words(fitted, axis, name, law, error=1e-4):
-    return described(model_of(fitted, [(axis, name, law)], error), 0)["description"]
+    return described(model_of(fitted, [(axis, name, law)], error), 0).description
 
 
 def test_an_odd_curve_that_levels_off_is_called_so(fitted):
@@ -88,9 +88,9 @@ def test_a_band_is_two_standard_errors_to_either_side(fitted):
     error = 0.003
     model = model_of(fitted, [("elevation", "pitch_rate", np.sin)], error)
     shape = described(model, 0)
-    x, low, high = np.array(shape["band"]).T
-    y = np.array(shape["curve"])[:, 1]
-    assert shape["unit"] == UNITS["pitch_rate"] == "rad/s"
+    x, low, high = shape.band.T
+    y = shape.curve[:, 1]
+    assert shape.unit == UNITS["pitch_rate"] == "rad/s"
     assert len(x) == POINTS
     np.testing.assert_allclose(0.5 * (low + high), y, rtol=0.0, atol=1e-12)
     # weights of equal, independent errors: the curve's is that times the norm of the basis
@@ -104,42 +104,42 @@ def test_where_no_record_has_been_nothing_is_drawn(fitted):
     row = len(fitted.free) + 4
     covariance[row, row] = np.inf  # the data do not feel the fifth spline
     shape = described(replace(model, fit=replace(model.fit, covariance=covariance)), 0)
-    x = np.array(shape["band"])[:, 0]
+    x = shape.band[:, 0]
     # a cubic spline lives on four intervals of a fourteenth of a turn
     assert POINTS - len(x) == pytest.approx(4 * (POINTS - 1) / 14, abs=1.0)
-    assert np.isfinite(shape["band"]).all()
-    assert np.array_equal(np.array(shape["curve"])[:, 0], x)
+    assert np.isfinite(shape.band).all()
+    assert np.array_equal(shape.curve[:, 0], x)
 
 
 def test_a_turn_with_a_gap_is_given_no_waves(fitted):
     model = model_of(fitted, [("travel", "travel", lambda la: 0.05 * np.sin(3.0 * la))], 1e-4)
-    assert "3 waves" in described(model, 0)["description"]
+    assert "3 waves" in described(model, 0).description
     covariance = model.fit.covariance.copy()
     row = len(fitted.free) + 4
     covariance[row, row] = np.inf  # the data do not feel the fifth spline: what lies there is not known
     gap = replace(model, fit=replace(model.fit, covariance=covariance))
-    assert described(gap, 0)["description"] == "a torque of travel, 0.1 rad/s^2 from lowest to highest"
+    assert described(gap, 0).description == "a torque of travel, 0.1 rad/s^2 from lowest to highest"
 
 
 def test_the_second_torque_is_described_by_its_own_weights(fitted):
     curves = [("pitch", "travel", lambda la: 0.05 * np.sin(3.0 * la)), ("elevation", "pitch_rate", np.tanh)]
     model = model_of(fitted, curves, 1e-4)
-    assert "3 waves" in described(model, 0)["description"]
-    assert described(model, 1)["description"] == words(fitted, *curves[1])
+    assert "3 waves" in described(model, 0).description
+    assert described(model, 1).description == words(fitted, *curves[1])
 
 
 def test_a_line_states_the_mean_of_its_amplitudes(fitted):
     weights = np.array([0.03, 0.04, 0.0, -0.06])  # amplitudes .05 and .06 in two records
-    unknown = Unknown("elevation", "time", 0.371, NO_GAIN, 4, [], np.empty(0), np.empty((0, 0)))
+    unknown = Unknown("elevation", "time", 0.371, NO_REFIT, 4, [], np.empty(0), np.empty((0, 0)))
     size = len(fitted.free) + 4
     covariance = np.diag(np.concatenate((np.zeros(len(fitted.free)), np.full(4, 1e-6))))
     assert covariance.shape == (size, size)
     shape = described(Model(replace(fitted, linear=weights, covariance=covariance), (), (unknown,)), 0)
-    assert shape["amplitude"] == pytest.approx(0.055, rel=1e-12)
+    assert shape.amplitude == pytest.approx(0.055, rel=1e-12)
     # either amplitude has the error .001 of its weights, their mean that over the square root of two
-    assert shape["amplitude_standard_error"] == pytest.approx(0.001 / np.sqrt(2.0), rel=1e-9)
-    assert (shape["variable"], shape["frequency_hz"]) == ("time", 0.371)
-    assert shape["description"] == "periodic in time at 0.371 Hz, amplitude 0.055 rad/s^2"
+    assert shape.amplitude_standard_error == pytest.approx(0.001 / np.sqrt(2.0), rel=1e-9)
+    assert (shape.variable, shape.frequency_hz) == ("time", 0.371)
+    assert shape.description == "periodic in time at 0.371 Hz, amplitude 0.055 rad/s^2"
 
 
 def test_the_size_is_that_of_the_part_that_records_determine(fitted):
@@ -149,4 +149,4 @@ def test_the_size_is_that_of_the_part_that_records_determine(fitted):
     weights[-1] += 0.3
     covariance[-1, -1] = 0.3**2
     stray = replace(model, fit=replace(model.fit, linear=weights, covariance=covariance))
-    assert described(stray, 0)["description"].startswith("a torque of pitch_rate, 0.1 rad/s^2 from lowest to highest")
+    assert described(stray, 0).description.startswith("a torque of pitch_rate, 0.1 rad/s^2 from lowest to highest")

@@ -1,4 +1,4 @@
-"""The noise's colour without what is no noise: a step of torque must not teach the whitening to hide it."""
+"""The whitener of the noise alone: a step of torque must not become part of the noise spectrum."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from tests.simulated import drive, noisy
 SECONDS, MOVED_AT, SHIFT = 60.0, 33.0, 0.06
 
 
-def looked_at(truth):
+def score_catalogue(truth):
     records = tuple(noisy(truth, drive(SECONDS, seed), seed) for seed in (1, 2))
     fitted = fit(Problem(records), first_estimate(records, TABLE_2))
     scanned = scan(fitted, candidates(records, fitted.parameters))
@@ -26,12 +26,12 @@ def looked_at(truth):
 @pytest.fixture(scope="module")
 def moved():
     """Two logs in which a mass moves at the same time."""
-    return looked_at(TABLE_2._replace(moving_mass_elevation=SHIFT, moving_mass_time=MOVED_AT))
+    return score_catalogue(TABLE_2._replace(moving_mass_elevation=SHIFT, moving_mass_time=MOVED_AT))
 
 
 @pytest.fixture(scope="module")
 def clean():
-    return looked_at(TABLE_2)
+    return score_catalogue(TABLE_2)
 
 
 def gain_at_rest(whitener, axis):
@@ -40,34 +40,34 @@ def gain_at_rest(whitener, axis):
 
 
 def test_no_pole_remembers_longer_than_three_seconds(moved):
-    _, colour = moved
-    for taps in colour.filters:
+    _, of_noise = moved
+    for taps in of_noise.filters:
         assert np.abs(np.roots(taps)).max() <= CONTRACTION * (1.0 + 1e-9)
 
 
 def test_a_step_does_not_teach_the_whitening_to_hide_it(moved, clean):
-    fitted, colour = moved
+    fitted, of_noise = moved
     noise = gain_at_rest(clean[0].whitener, 1)
     # the fit's own whitening has taken the step for noise and lets a constant pass no more
     assert gain_at_rest(fitted.whitener, 1) < 0.1 * noise
     # an autoregression's gain at rest hangs on the few slowest periods of a record and varies by a factor of two
     # either way; so does that of the noise proper, and no more
-    assert 0.25 * noise < gain_at_rest(colour, 1) < 4.0 * noise
+    assert 0.25 * noise < gain_at_rest(of_noise, 1) < 4.0 * noise
 
 
 def test_the_step_scores_higher_under_the_noise_proper(moved):
-    fitted, colour = moved
+    fitted, of_noise = moved
     moves = stepping_at((MOVED_AT,), fitted.parameters)
     own = scan(fitted, moves)
-    sharp = scored(fitted, colour, moves, own.raw)
-    assert sharp.scores[0] > max(own.scores[0], 8.0)
+    noise_scan = scored(fitted, of_noise, moves, own.raw)
+    assert noise_scan.scores[0] > max(own.scores[0], 8.0)
 
 
 def test_the_time_of_the_step_is_found(moved):
-    fitted, colour = moved
-    times = step_times(fitted, colour)
+    fitted, of_noise = moved
+    times = step_times(fitted, of_noise)
     # to the spacing of what is tried; the refit moves it to the place
     assert times[0] == pytest.approx(MOVED_AT, abs=STEP_SPACING)
     assert abs(times[1] - times[0]) > 2.0
-    assert all(2.0 <= t <= SECONDS - 2.0 for t in step_times(fitted, colour, 5))
-    assert len(step_times(fitted, colour, 5)) == 5
+    assert all(2.0 <= t <= SECONDS - 2.0 for t in step_times(fitted, of_noise, 5))
+    assert len(step_times(fitted, of_noise, 5)) == 5

@@ -11,9 +11,9 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.whitening import fit_whitener
 from heli_identifier.tracing.search.candidates import Candidate, candidates, stepping_at
-from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE
+from heli_identifier.tracing.search.open_entries import LEAST_VISIBILITY, open_verdicts
 from heli_identifier.tracing.search.scan import admissible, basis_of, extended, raw_columns, scan, scored, subset
-from heli_identifier.tracing.search.verdicts import LEAST_VISIBILITY, open_verdicts
+from heli_identifier.tracing.search.verdict import Verdict
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy, square_drive
@@ -72,7 +72,7 @@ def test_an_effect_that_is_there_scores_with_its_sign_and_near_its_size(field, s
     row = index_of(scanned, field, size)
     assert scanned.scores[row] * np.sign(size) > 4.0
     assert scanned.scores[row] == pytest.approx(scanned.coefficients[row] / scanned.standard_errors[row], rel=1e-9)
-    # the whitening that the bare fit learned holds part of the effect, and the law's tangent or secant is not its curve
+    # the whitening that the null fit learned holds part of the effect, and the law's tangent or secant is not its curve
     assert scanned.coefficients[row] == pytest.approx(size, rel=0.35)
     assert scanned.allowed()[row]
 
@@ -110,7 +110,7 @@ def test_under_a_constant_sum_the_loss_by_airspeed_is_damping():
     # -c mu_s theta' with mu_s = 2 V throughout is -2 c theta': a_wx imitates it to the last digit of the differences
     assert scanned.visibility[index_of(scanned, "airspeed_thrust_loss_pitch")] < 1e-3
     (verdict,) = [v for v in open_verdicts(scanned, 4.0, 3.0) if (v.name, v.axis) == ("airspeed_thrust_loss", "pitch")]
-    assert verdict.verdict == NOT_TESTABLE
+    assert verdict.verdict == Verdict.NOT_TESTABLE
     assert verdict.upper_bound is None
     assert verdict.visibility < LEAST_VISIBILITY
     assert "of its signature" in verdict.why
@@ -122,7 +122,7 @@ def test_thrust_that_never_reverses_says_nothing_of_its_reversal(square):
     assert (square.visibility[row], square.scores[row]) == (0.0, 0.0)
     assert np.isinf(square.standard_errors[row])
     (verdict,) = [v for v in open_verdicts(square, 4.0, 3.0) if v.name == "reverse_thrust_loss"]
-    assert verdict.verdict == NOT_TESTABLE
+    assert verdict.verdict == Verdict.NOT_TESTABLE
     assert "below 0 V" in verdict.experiment
 
 
@@ -130,7 +130,7 @@ def test_what_the_data_bound_is_not_shown_with_a_bound(clean):
     verdicts = {(v.name, v.axis): v for v in open_verdicts(clean, 4.0, 3.0)}
     assert len(verdicts) == len({c.effect.field for c in clean.candidates})
     friction = verdicts["dry_friction", "pitch"]
-    assert friction.verdict == NOT_SHOWN
+    assert friction.verdict == Verdict.NOT_SHOWN
     low, high = friction.estimate.interval
     assert friction.upper_bound == pytest.approx(max(high, friction.estimate.standard_error), rel=1e-12)
     # a fiftieth of what rig-a holds would not be seen, a half of it would

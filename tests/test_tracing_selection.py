@@ -4,17 +4,27 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from heli_identifier.records.log import log_from_samples
+from heli_identifier.records.log import Log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.candidates import companions
 from heli_identifier.tracing.search.model import Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import admissible
-from heli_identifier.tracing.search.selection import gained, is_material, joined, looked_at, select, unknown_level
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.selection import (
+    add_companions,
+    axis_likelihood_ratio,
+    is_material,
+    score_catalogue,
+    select,
+)
+from heli_identifier.tracing.search.settings import (
+    COMPANION_SCORE,
+    SHARE_BESIDE_NAMED,
+    SHARE_BESIDE_SAME_MECHANISM,
+    UNKNOWN_LEVEL,
+)
 from heli_identifier.tracing.search.trials import Trial, smallest, started
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2
@@ -26,7 +36,7 @@ SEED = 11
 
 def searched(kind, seed=SEED, scale=1.0):
     blind = make_rig(seed, kind, scale)
-    logs = [log_from_samples(n, 100.0, log[:, 1:3], log[:, 3:]) for n, log in zip(NAMES, blind.train, strict=False)]
+    logs = [Log(n, 100.0, log[:, 1:3], log[:, 3:]) for n, log in zip(NAMES, blind.train, strict=False)]
     problem = Problem(tuple(reduce_log(log) for log in logs))
     start = first_estimate(problem.records, DiagnosisSettings().base_parameters())
     return select(problem, start), blind.truth
@@ -45,16 +55,16 @@ def test_a_clean_rig_is_accused_of_nothing(clean):
     selection, _ = clean
     assert named(selection) == []
     assert selection.model.unknowns == ()
-    # nothing was added, so nothing was looked at twice
-    assert selection.last is selection.bare
+    # nothing was added, so nothing was scored twice
+    assert selection.last is selection.null
 
 
 def test_the_threshold_is_that_of_a_catalogue_and_not_of_one_test(clean):
     selection, _ = clean
     # two sides of one candidate at .5 % and the Bonferroni bound of all of them
-    count = len(selection.bare.scanned.candidates)
+    count = len(selection.null.scanned.candidates)
     assert np.sqrt(chi2.isf(0.005, 1)) < selection.threshold < 1.2 * np.sqrt(chi2.isf(0.005 / count, 1))
-    assert selection.hint < selection.threshold
+    assert selection.suggestive_level < selection.threshold
 
 
 def test_parameters_of_a_clean_rig_come_out_within_their_errors(clean):
@@ -106,13 +116,13 @@ def test_what_the_catalogue_does_not_hold_is_called_unknown_on_its_axis(kind):
     if kind == "unknown:periodic":
         # the refinement's tenth of a bin of 90 s
         assert unknown.frequency == pytest.approx(truth.unknown.shape["frequency"], abs=0.1 / 90.0)
-    assert unknown.surplus > unknown_level(SelectionSettings())
+    assert unknown.likelihood_ratio > UNKNOWN_LEVEL
 
 
 @pytest.mark.parametrize("entry", CATALOGUE, ids=lambda e: e.field)
 def test_a_refit_starts_inside_the_effects_range_and_near_the_value_that_was_tried(entry, clean):
     selection, _ = clean
-    tried = [c for c in selection.bare.scanned.candidates if c.effect == entry]
+    tried = [c for c in selection.null.scanned.candidates if c.effect == entry]
     for candidate in tried:
         for guess in (-100.0, 0.0, 100.0):
             value = getattr(started(TABLE_2, candidate, guess), entry.field)
@@ -148,15 +158,14 @@ def gyroscopic(elevation):
 
 
 def test_a_coupling_is_expected_on_its_other_axis_and_only_where_it_is():
-    settings = SelectionSettings()
     for size, wanted in ((WEAK, 2), (0.0, 1)):
         model = gyroscopic(size)
         assert [c.effect.axis for c in companions(model.fit.parameters)] == ["elevation"]
-        assert len(joined(model, settings).effects) == wanted
-    found = joined(gyroscopic(WEAK), settings)
+        assert len(add_companions(model).effects) == wanted
+    found = add_companions(gyroscopic(WEAK))
     score = abs(effect_score(found.fit, effect("gyroscopic_coupling", "elevation")))
     # shown by expectation alone: the search through the whole catalogue asks for more
-    assert settings.companion_score < score < looked_at(gyroscopic(WEAK), settings).threshold
+    assert COMPANION_SCORE < score < score_catalogue(gyroscopic(WEAK)).threshold
 
 
 def test_nothing_is_expected_of_a_model_without_couplings(clean):
@@ -166,18 +175,17 @@ def test_nothing_is_expected_of_a_model_without_couplings(clean):
 def test_a_second_law_of_friction_must_be_more_than_what_the_first_one_idealises():
     problem = Problem(tuple(noisy(TABLE_2._replace(dry_friction_pitch=0.02), drive(SECONDS, s), s) for s in (1, 2)))
     begin = first_estimate(problem.records, TABLE_2)
-    bare, friction = fit(problem, begin), effect("dry_friction", "pitch")
+    null, friction = fit(problem, begin), effect("dry_friction", "pitch")
     model = Model(fit(problem, begin._replace(dry_friction_pitch=0.02), free_fields((friction,))), (friction,))
-    explained = gained(bare, model.fit, 0)
-    settings = SelectionSettings()
+    explained = axis_likelihood_ratio(null, model.fit, 0)
 
     def material(name, axis, share):
         tried = Trial(effect(name, axis), model.fit, share * explained, 10.0)
-        return is_material(bare, model, tried, settings)
+        return is_material(null, model, tried)
 
-    between = 0.5 * (settings.share_beside_named + settings.share_beside_kin)
+    between = 0.5 * (SHARE_BESIDE_NAMED + SHARE_BESIDE_SAME_MECHANISM)
     assert not material("breakaway_friction", "pitch", between)
-    assert material("breakaway_friction", "pitch", 1.01 * settings.share_beside_kin)
+    assert material("breakaway_friction", "pitch", 1.01 * SHARE_BESIDE_SAME_MECHANISM)
     # drag is another mechanism, and friction of another axis another part
     assert material("quadratic_drag", "pitch", between)
     assert material("breakaway_friction", "elevation", between)

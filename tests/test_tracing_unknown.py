@@ -9,13 +9,12 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.candidates import candidates
 from heli_identifier.tracing.search.description import described
-from heli_identifier.tracing.search.lines import strongest_lines
 from heli_identifier.tracing.search.model import Model, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
+from heli_identifier.tracing.search.periodic import strongest_frequencies
 from heli_identifier.tracing.search.scan import scan
-from heli_identifier.tracing.search.selection import unknown_level
-from heli_identifier.tracing.search.settings import SelectionSettings
-from heli_identifier.tracing.search.unknown import one_degree_equivalent, refined_line, search
+from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
+from heli_identifier.tracing.search.unknown import one_degree_equivalent, refine_periodic, search
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
 from tests.simulated import drive, noisy
@@ -43,8 +42,8 @@ def slope(k, state):
 def searched(law):
     records = tuple(noisy(TABLE_2, drive(SECONDS, seed), seed, law) for seed in (1, 2))
     fitted = fit(Problem(records), first_estimate(records, TABLE_2))
-    colour = noise_whitener(fitted, scan(fitted, candidates(records, fitted.parameters)).raw)
-    return fitted, search(fitted, colour)
+    of_noise = noise_whitener(fitted, scan(fitted, candidates(records, fitted.parameters)).raw)
+    return fitted, search(fitted, of_noise)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +72,7 @@ def drawn(fitted, found):
 
 def test_a_clean_record_holds_no_unknown(in_clean):
     _, found = in_clean
-    assert found[0].surplus < unknown_level(SelectionSettings())
+    assert found[0].likelihood_ratio < UNKNOWN_LEVEL
 
 
 def without_line(x, y):
@@ -85,18 +84,18 @@ def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band(in_notched):
     fitted, found = in_notched
     best = found[0]
     assert (best.axis, best.variable, best.frequency) == ("pitch", "pitch", None)
-    assert best.surplus > 5.0 * max(u.surplus for u in found if u.axis != "pitch")
+    assert best.likelihood_ratio > 5.0 * max(u.likelihood_ratio for u in found if u.axis != "pitch")
     shape = drawn(fitted, found)
-    x, low, high = np.array(shape["band"]).T
+    x, low, high = shape.band.T
     truth = np.array([detent(0, type("At", (), {"pitch": p}))[0] for p in x])
     visited = np.concatenate([r.angles[:, 0] for r in fitted.problem.records])
     often = (x > np.quantile(visited, 0.05)) & (x < np.quantile(visited, 0.95))
-    y = np.array(shape["curve"])[:, 1]
+    y = shape.curve[:, 1]
     # up to a straight line in pitch, which belongs to stiffness and rest angle; a spline over a fifteenth of the range
     # rounds off a notch of that width
     error = without_line(x[often], y[often]) - without_line(x[often], truth[often])
     assert np.sqrt(np.mean(error**2)) < 0.25 * truth.std() + 0.5 * np.mean(high - low)
-    words = shape["description"]
+    words = shape.description
     assert words.startswith("a torque of pitch")
     assert "localised near" in words
     near = float(words.split("near ")[1].split(" rad")[0])
@@ -110,18 +109,18 @@ def test_a_line_is_found_at_its_frequency_with_its_amplitude(in_humming):
     # a bin of the record is 1/60 Hz; the search lands within it and the refinement within a tenth
     assert best.frequency == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
     shape = drawn(fitted, found)
-    assert shape["frequency_hz"] == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
+    assert shape.frequency_hz == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
     # an amplitude of noisy weights is biased by their variance over it, here nothing
-    assert shape["amplitude"] == pytest.approx(AMPLITUDE, abs=5.0 * shape["amplitude_standard_error"])
-    assert shape["amplitude_standard_error"] < 0.1 * AMPLITUDE
-    assert shape["description"].startswith("periodic in time at 0.37")
+    assert shape.amplitude == pytest.approx(AMPLITUDE, abs=5.0 * shape.amplitude_standard_error)
+    assert shape.amplitude_standard_error < 0.1 * AMPLITUDE
+    assert shape.description.startswith("periodic in time at 0.37")
 
 
-def test_refinement_gains_and_strongest_lines_list_the_line_first(in_humming):
+def test_refinement_gains_and_strongest_frequencies_list_the_line_first(in_humming):
     fitted, found = in_humming
-    assert strongest_lines(fitted, 1)[0] == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
+    assert strongest_frequencies(fitted, 1)[0] == pytest.approx(FREQUENCY, abs=1.0 / SECONDS)
     off = FREQUENCY + 0.6 / SECONDS
-    assert refined_line(fitted, 1, off).frequency == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
+    assert refine_periodic(fitted, 1, off).frequency == pytest.approx(FREQUENCY, abs=0.1 / SECONDS)
 
 
 def test_a_torque_by_the_travel_has_its_waves_counted(in_sloping):
@@ -129,9 +128,9 @@ def test_a_torque_by_the_travel_has_its_waves_counted(in_sloping):
     best = found[0]
     assert (best.axis, best.variable) == ("travel", "travel")
     shape = drawn(fitted, found)
-    assert f"periodic with {WAVES} waves per turn" in shape["description"]
-    x, y = np.array(shape["curve"]).T
-    band = np.array(shape["band"])
+    assert f"periodic with {WAVES} waves per turn" in shape.description
+    x, y = shape.curve.T
+    band = shape.band
     truth = SWING * np.sin(WAVES * x + PHASE)
     # 14 splines a turn follow two waves to a few per cent; a constant is not told from the rest of the model
     assert np.std(y - truth) < 0.1 * SWING + 0.5 * np.mean(band[:, 2] - band[:, 1])

@@ -8,8 +8,8 @@ import pytest
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.tracing.search.candidates import Candidate
 from heli_identifier.tracing.search.experiments import EXPERIMENTS, experiment_for, separating
-from heli_identifier.tracing.search.findings import NOT_SHOWN, NOT_TESTABLE
-from heli_identifier.tracing.search.verdicts import open_verdicts, upper_bound
+from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
+from heli_identifier.tracing.search.verdict import Verdict
 from heli_plant.effects import CATALOGUE, effect
 
 FRICTION, MISMATCH = effect("dry_friction", "pitch"), effect("rotor_mismatch", "pitch")
@@ -46,20 +46,21 @@ def test_a_chance_estimate_on_the_forbidden_side_bounds_no_tighter_than_an_error
 
 def test_a_visible_effect_below_the_threshold_is_not_shown_and_needs_no_experiment():
     verdict = verdict_on(FRICTION, 0.002, 0.001, 0.4)
-    assert (verdict.verdict, verdict.experiment) == (NOT_SHOWN, "")
+    assert (verdict.verdict, verdict.experiment) == (Verdict.NOT_SHOWN, "")
     assert verdict.upper_bound == pytest.approx(0.002 + 1.96e-3)
-    assert "hint" not in verdict.why
+    assert not verdict.suggestive
 
 
-def test_a_score_between_hint_and_threshold_is_called_a_hint():
+def test_a_score_between_suggestive_level_and_threshold_is_suggestive():
     verdict = verdict_on(FRICTION, 0.0035, 0.001, 0.4)
-    assert verdict.verdict == NOT_SHOWN
-    assert "hint" in verdict.why
+    assert verdict.verdict == Verdict.NOT_SHOWN
+    assert verdict.suggestive
+    assert "suggestive" in verdict.why
 
 
 def test_an_effect_that_the_parameters_imitate_is_not_testable():
     verdict = verdict_on(FRICTION, 0.0, 0.001, 0.009)
-    assert (verdict.verdict, verdict.upper_bound) == (NOT_TESTABLE, None)
+    assert (verdict.verdict, verdict.upper_bound) == (Verdict.NOT_TESTABLE, None)
     assert verdict.experiment == experiment_for("dry_friction")
     assert "0.9 %" in verdict.why
 
@@ -67,14 +68,14 @@ def test_an_effect_that_the_parameters_imitate_is_not_testable():
 @pytest.mark.parametrize("error", [0.26, np.inf])
 def test_an_effect_whose_largest_size_could_not_be_shown_is_not_testable(error):
     # four errors of .26 rad/s^2 reach past the largest plausible friction, 1 rad/s^2
-    assert verdict_on(FRICTION, 0.0, error, 0.5).verdict == NOT_TESTABLE
-    assert verdict_on(FRICTION, 0.0, 0.24, 0.5).verdict == NOT_SHOWN
+    assert verdict_on(FRICTION, 0.0, error, 0.5).verdict == Verdict.NOT_TESTABLE
+    assert verdict_on(FRICTION, 0.0, 0.24, 0.5).verdict == Verdict.NOT_SHOWN
 
 
 def test_of_several_shapes_the_likeliest_speaks_and_the_most_visible_decides():
     entry = effect("breakaway_friction", "pitch")
     (verdict,) = open_verdicts(scanned((entry, 0.001, 0.001, 0.005), (entry, 0.002, 0.001, 0.02)), 4.0, 3.0)
-    assert verdict.verdict == NOT_SHOWN
+    assert verdict.verdict == Verdict.NOT_SHOWN
     assert (verdict.estimate.value, verdict.visibility) == (0.002, 0.02)
 
 

@@ -2,9 +2,7 @@
 
 import pytest
 
-from fmu_src.builder import UNITS, unit_class
-from fmu_src.errors import WiringError
-from fmu_src.wiring import SCENARIOS, Connection, Scenario, scenario
+from fmu_src import SCENARIOS, UNITS, Connection, Scenario, WiringError, scenario, unit_class
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -41,7 +39,7 @@ def test_no_output_at_the_start_depends_on_an_input_so_that_one_pass_initialises
 
 def test_an_input_that_is_fed_twice_is_refused():
     wires = (Connection("a", "x", "b", "u"), Connection("c", "x", "b", "u"))
-    with pytest.raises(WiringError, match="b.u is fed twice"):
+    with pytest.raises(WiringError, match="b.u is connected twice"):
         Scenario("twice", "", (("a", "A"), ("b", "B"), ("c", "C")), wires)
 
 

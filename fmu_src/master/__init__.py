@@ -1,11 +1,9 @@
-"""The master: runs a scenario of the wiring table on built units.
+"""The master: it runs a scenario of the wiring table on built units.
 
-``run`` steps the units in this process; ``run_apart`` does the same in a process of its own, which callers should
-prefer (:mod:`fmu_src.master.process` says why).
+``run`` steps the units in this process, ``run_apart`` in a process of its own. Callers should prefer the latter
+(:mod:`fmu_src.master.process` says why); it loads no FMI tools into their process.
 """
 
-from .loop import run
-from .process import run_apart
-from .result import Result
+import lazy_loader
 
-__all__ = ["Result", "run", "run_apart"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

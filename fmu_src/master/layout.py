@@ -1,4 +1,4 @@
-"""Where every output and input lies in the master's two arrays, and which output feeds which input."""
+"""The place of every output and input in the master's two arrays, and the output that feeds each input."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Layout:
     Attributes
     ----------
     names : tuple of str
-        ``unit.variable`` of every output that is fetched, unit by unit; their order in the array of outputs.
+        ``unit.variable`` of every output that is read, in the order of the array of outputs.
     outputs, inputs : mapping
-        For each unit the variables that are fetched and fed, in the order of the arrays.
+        For each unit the variables that are read and set, in the order of the arrays.
     sources : ndarray, shape (number of inputs,)
         For each input, the place of the output that feeds it.
     """
@@ -41,9 +41,9 @@ def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Col
     ----------
     wiring : Scenario
     shown : mapping
-        For each unit the outputs that it has.
+        The Real outputs of each unit.
     record : collection of str, optional
-        ``unit.variable`` of the outputs that are wanted; those that feed an input are fetched as well. All by default.
+        ``unit.variable`` of the outputs to record; outputs that feed an input are read as well. All by default.
 
     Raises
     ------

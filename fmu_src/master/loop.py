@@ -1,7 +1,8 @@
 """The master's loop: set all inputs, step all units, get all outputs, at t_k = k H.
 
-All inputs of all units lie in one array, all outputs in another; the wiring table becomes one array of indices, so a
-communication step copies every connection at once and plays a tape of at most three calls per unit (:mod:`.tape`).
+All inputs of all units lie in one array, all outputs in another, and the wiring table becomes one array of indices. A
+communication step therefore copies all connections at once and plays a tape of at most three calls per unit
+(:mod:`.tape`).
 """
 
 from __future__ import annotations
@@ -15,15 +16,14 @@ from time import perf_counter
 
 import numpy as np
 
-from ..builder import build
-from ..errors import MasterError, WiringError
+from ..builder import scenario_fmus
 from ..variables import Value
-from ..wiring import Scenario, scenario
+from ..wiring import Scenario, scenario, whole_steps
 from .instance import Instance
 from .layout import Layout, laid_out
-from .order import parameters_by_unit, whole_steps
 from .result import Result
 from .tape import Clock, Tape
+from .unit_log import UnitLog
 
 
 def run(
@@ -40,19 +40,19 @@ def run(
     Parameters
     ----------
     scenario_name : str or Scenario
-        A key of :data:`fmu_src.wiring.SCENARIOS`, or a scenario of one's own.
+        A key of :data:`fmu_src.SCENARIOS`, or a scenario of your own.
     duration : float
-        From t = 0 to this [s]; a whole number of steps.
+        Length of the run, which starts at t = 0 [s]; a whole number of steps.
     step : float
         Communication step H [s].
     parameters : mapping, optional
-        By unit and parameter: ``plant.effects.dry_friction.pitch``; outrank those of the scenario.
+        By unit and parameter (``plant.effects.dry_friction.pitch``); they prevail over those of the scenario.
     fmus : mapping, optional
-        FMU file by unit name (``plant``); those that are not given are built afresh from this project.
+        FMU file by unit name (``plant``); the other units are built from this project.
     progress : bool
         Show a progress bar.
     record : collection of str, optional
-        Outputs that are wanted (``identifier.a_wx``); those that feed an input come as well. All by default.
+        Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
 
     Returns
     -------
@@ -62,43 +62,41 @@ def run(
     Raises
     ------
     WiringError, MasterError, BuildError
-        An unknown name, a value that a unit refuses, a status other than fmi2OK: with unit, call and time.
+        An unknown name, a value that a unit refuses, a status worse than a warning: with unit, call and time.
     """
-    wiring = scenario(scenario_name) if isinstance(scenario_name, str) else scenario_name
+    wiring = scenario(scenario_name)
     steps = whole_steps(duration, step)
-    per_unit = parameters_by_unit(wiring, parameters or {})
-    with _instances(wiring, dict(fmus or {})) as units:
+    per_unit = wiring.parameters_by_unit(parameters or {})
+    alarm: list[UnitLog] = []
+    with _instances(wiring, fmus or {}, alarm) as units:
         layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
         for name, unit in units.items():
             unit.initialise(per_unit[name], 0.0, steps * step)
-        return _stepped(wiring, layout, units, steps, step, progress)
+        return _stepped(wiring, layout, units, steps, step, alarm, progress)
 
 
 @contextmanager
-def _instances(wiring: Scenario, fmus: dict[str, str | Path]) -> Iterator[dict[str, Instance]]:
-    """Instantiate every unit of a scenario and free them all at the end."""
-    names = tuple(name for name, _ in wiring.units)
-    for name in fmus:
-        if name not in names:
-            raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has {', '.join(names)}")
+def _instances(wiring: Scenario, fmus: Mapping[str, str | Path], alarm: list[UnitLog]) -> Iterator[dict[str, Instance]]:
+    """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
-    alarm: list[Instance] = []
-    with TemporaryDirectory(prefix="heli-units-") as fresh, ExitStack() as alive:
-        for name, unit in wiring.units:
-            file = Path(fmus[name]) if name in fmus else build(unit, fresh)
-            if not file.is_file():
-                raise MasterError(f"the FMU of {name} is missing: {file}")
+    with TemporaryDirectory(prefix="heli-units-") as folder, ExitStack() as alive:
+        for name, file in scenario_fmus(wiring, fmus, folder).items():
             units[name] = Instance(name, file, alarm)
             alive.callback(units[name].close)
         yield units
 
 
 def _stepped(
-    wiring: Scenario, layout: Layout, units: dict[str, Instance], steps: int, step: float, progress: bool
+    wiring: Scenario,
+    layout: Layout,
+    units: dict[str, Instance],
+    steps: int,
+    step: float,
+    alarm: list[UnitLog],
+    progress: bool,
 ) -> Result:
-    """Bring bound units through initialisation and all steps."""
-    everyone = list(units.values())
-    clock, alarm = Clock(step), everyone[0].alarm
+    """Finish the initialisation of the units and take all steps."""
+    everyone, clock = list(units.values()), Clock(step)
     shown, fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
     first_in = first_out = 0
     for name, unit in units.items():
@@ -130,7 +128,7 @@ def _stepped(
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:
-    """Count the steps, with a bar on the error stream if wanted; it is moved a hundred times at most."""
+    """Count the steps, with a progress bar on the error stream if ``progress``; it moves a hundred times at most."""
     if not progress:
         yield from range(steps)
         return

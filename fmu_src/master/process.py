@@ -1,8 +1,8 @@
 """Run the master in a process of its own.
 
-pythonfmu's binary uses memory after it is freed when the interpreter exits (its issue 229): now and then the process
-aborts after the results are complete. The child therefore writes its result, flushes, and leaves by ``os._exit``,
-which skips the interpreter's own end; the parent never loads an FMU and lives on whatever happens to the child.
+pythonfmu's binary uses freed memory when the interpreter exits (its issue 229), so that the process sometimes aborts
+after the results are complete. The child therefore writes its result, flushes, and leaves by ``os._exit``, which skips
+the interpreter's own end. The parent never loads an FMU and survives whatever happens to the child.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .result import Result
 
 
 def leave(code: int) -> NoReturn:
-    """End a process that ran FMUs: flush, then skip the interpreter's end."""
+    """End a process that has run FMUs: flush, then skip the interpreter's own end."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
@@ -39,12 +39,12 @@ def run_apart(
     progress: bool = False,
     record: Collection[str] | None = None,
 ) -> Result:
-    """Run a scenario in a child process; parameters, result and errors are those of :func:`fmu_src.master.run`.
+    """Run a scenario in a child process; parameters and result are those of :func:`fmu_src.master.run`.
 
     Raises
     ------
     WiringError, MasterError, BuildError
-        As ``run``; MasterError also if the child dies.
+        As ``run``; MasterError also if the child ends without a result.
     """
     files = {name: str(Path(file).absolute()) for name, file in (fmus or {}).items()}
     order = (scenario_name, duration, step, dict(parameters or {}), files, progress, record)
@@ -60,7 +60,10 @@ def run_apart(
         )
         if not answer.is_file():
             said = (child.stderr or b"").decode("utf-8", "replace").strip()[-2000:]
-            raise MasterError(f"the master's process ended with code {child.returncode} and no result: {said}")
+            raise MasterError(
+                f"the process of the master ended with code {child.returncode} and no result: "
+                f"{said or 'it printed no error'}"
+            )
         problem, content = pickle.loads(answer.read_bytes())
     if problem is not None:
         raise getattr(errors, problem)(content)
@@ -68,7 +71,7 @@ def run_apart(
 
 
 def main(answer: Path) -> NoReturn:
-    """Child's side: the order comes on standard input, the answer goes to a file."""
+    """Run in the child: read the order from standard input, write the answer to a file."""
     from .loop import run
 
     order = pickle.loads(sys.stdin.buffer.read())

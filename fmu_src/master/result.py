@@ -1,4 +1,4 @@
-"""What a run of the master gives: every output of every unit at every communication point."""
+"""The result of a run: the recorded outputs of all units at every communication point."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Result:
     time : ndarray, shape (N,)
         Communication points k H [s].
     values : ndarray, shape (N, M)
-        Row k holds what the units show at ``time[k]``.
+        Row k holds the outputs at ``time[k]``.
     seconds : float
-        Wall time of the steps, without building, loading and initialising the units [s].
+        Wall time of the steps alone, without building, loading and initialising the units [s].
     """
 
     names: tuple[str, ...]
@@ -56,7 +56,7 @@ class Result:
         return np.column_stack([self.column(name) for name in names])
 
     def write_csv(self, path: str | Path) -> Path:
-        """Write time and outputs as CSV, all or nothing; numbers read back to the same bits."""
+        """Write time and outputs as CSV, complete or not at all; numbers read back to the same bits."""
         text = io.StringIO()
         headers = ["time [s]", *(f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True))]
         text.write(",".join(headers) + "\n")

@@ -1,1 +1,26 @@
-"""What goes into an FMU's zip: vendored sources, model description, documentation, icon."""
+"""The parts of an FMU's zip: vendored sources, model description, documentation, icon."""
+
+from .archive import zip_bytes
+from .documentation import index_html
+from .icon import icon
+from .model_description import AUTHOR, DATE, LICENSE, model_description, value_text, xml_text
+from .sources import content_hash, needed_sources, renamed, slave_script
+from .unit_definitions import base_exponents, unit_definitions
+
+__all__ = [
+    "AUTHOR",
+    "DATE",
+    "LICENSE",
+    "base_exponents",
+    "content_hash",
+    "icon",
+    "index_html",
+    "model_description",
+    "needed_sources",
+    "renamed",
+    "slave_script",
+    "unit_definitions",
+    "value_text",
+    "xml_text",
+    "zip_bytes",
+]

@@ -1,4 +1,4 @@
-"""A zip whose bytes follow from its content alone."""
+"""A zip whose bytes depend on its content alone."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Mapping
 
 EARLIEST = (1980, 1, 1, 0, 0, 0)
-"""The first time that a zip entry can carry."""
+"""The earliest time of a zip entry."""
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:

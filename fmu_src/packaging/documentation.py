@@ -1,10 +1,11 @@
-"""documentation/index.html of a unit: equations, variables, source, and what the host needs."""
+"""documentation/index.html of a unit: equations, source, what the host needs, variables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from html import escape
 
+from ..slave_base import SlaveBase
 from ..variables import Value, Variable
 from .model_description import AUTHOR, LICENSE, VERSION
 
@@ -27,32 +28,31 @@ pre {{ background: #f4f4f4; padding: .8em; overflow-x: auto; }}
 
 _HOST = """<h2>What the host needs</h2>
 <p>The unit is written in Python and runs on the interpreter of its host: Python 3.9 to 3.13, 64 bit, standard library
-only; NumPy is not needed. A host that is no Python process itself needs the interpreter's shared library beside it: on
-Linux start it with <code>LD_PRELOAD=libpython3.X.so</code>, on Windows have <code>python3.dll</code> on the
-<code>PATH</code>. Binaries for linux64 (glibc 2.32 or newer) and win64 are inside. The path to which the FMU is
-extracted must hold ASCII characters only, no percent sign and no brackets.</p>
+only; NumPy is not needed. A host that is not a Python process needs the interpreter's shared library: on Linux start
+the host with <code>LD_PRELOAD=libpython3.X.so</code>, on Windows put <code>python3.dll</code> on the
+<code>PATH</code>. The FMU contains binaries for linux64 (glibc 2.32 or newer) and win64. The path to which the FMU is
+extracted must consist of ASCII characters without percent signs and brackets.</p>
 <h2>How it behaves</h2>
-<p>Inputs are held over a communication step; outputs change in <code>doStep</code> only and are right from the start
-time on. Values that are not finite or out of range are logged (category <code>logStatusDiscard</code>) and not taken,
-and steps are refused with <code>fmi2Discard</code> until the variable has a good value; the unit lives on. Parameters
-are fixed when initialisation ends unless the table says tunable. The state can be saved, restored and serialised at
-any time, exact to the bit.</p>
+<p>Inputs are held over a communication step. Outputs change in <code>doStep</code> only and are right from the start
+time on. Values that are not finite or out of range are logged (category <code>logStatusDiscard</code>) and ignored,
+and steps are refused with <code>fmi2Discard</code> until the variable has a good value; the unit stays usable.
+Parameters are fixed when the initialisation ends, unless the table says tunable. The state can be saved, restored and
+serialised at any time, exact to the bit.</p>
 """
 
 
-def index_html(unit: type, start_values: Mapping[str, Value]) -> str:
-    """Return the page."""
+def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> str:
+    """Return the page; ``start_values`` override those of the unit's variables."""
     head = _HEAD.format(
         name=escape(unit.__name__),
-        summary=escape(unit.summary),  # type: ignore[attr-defined]
+        summary=escape(unit.summary),
         version=VERSION,
         author=escape(AUTHOR),
         license=LICENSE,
     )
-    equations = f"<h2>Equations</h2>\n{unit.equations}\n"  # type: ignore[attr-defined]
-    source = f"<h2>Source</h2>\n<p>{escape(unit.source)}</p>\n"  # type: ignore[attr-defined]
-    variables: tuple[Variable, ...] = unit.variables  # type: ignore[attr-defined]
-    rows = "".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
+    equations = f"<h2>Equations</h2>\n{unit.equations}\n"
+    source = f"<h2>Source</h2>\n<p>{escape(unit.source)}</p>\n"
+    rows = "".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in unit.variables)
     table = (
         "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>causality</th><th>unit</th><th>start</th>"
         f"<th>range</th><th>description</th></tr>\n{rows}</table>\n"

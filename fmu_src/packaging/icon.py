@@ -1,4 +1,4 @@
-"""model.png: a small drawing of the bench helicopter, one colour per unit, made of rectangles and discs."""
+"""model.png: a small drawing of the bench helicopter made of rectangles and discs, with one colour per unit."""
 
 from __future__ import annotations
 
@@ -37,8 +37,10 @@ def _disc(pixels: Pixels, x0: int, y0: int, radius: int, colour: tuple[int, int,
                 pixels[y][x] = (*colour, 255)
 
 
-def icon(colour: tuple[int, int, int]) -> bytes:
-    """Return the PNG: stand, arm, counterweight, body and two rotors, the rotors in ``colour``."""
+def icon(unit: str) -> bytes:
+    """Return the PNG: stand, arm, counterweight, body, and two rotors in a dark colour that the unit's name decides."""
+    number = zlib.crc32(unit.encode())
+    colour = (40 + number % 150, 40 + number // 150 % 150, 40 + number // 22500 % 150)
     grey = (70, 70, 70)
     pixels: Pixels = [[(255, 255, 255, 0)] * SIZE for _ in range(SIZE)]
     _rectangle(pixels, 34, 82, 62, 88, grey)  # foot

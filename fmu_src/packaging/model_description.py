@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from pythonfmu._version import __version__ as PYTHONFMU
 
+from ..slave_base import SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .unit_definitions import DISPLAY, unit_definitions
 
@@ -15,25 +16,24 @@ LICENSE = "MIT"
 VERSION = "0.1.0"
 DATE = "2025-01-01T00:00:00Z"
 """Fixed, so that two builds of the same sources are the same bytes."""
-NO_GUID = "{00000000-0000-0000-0000-000000000000}"
+STEP = 0.01
+"""Communication step of the default experiment [s]."""
 LOG_CATEGORIES = {
-    "logStatusWarning": "what may surprise",
+    "logStatusWarning": "unusual values",
     "logStatusDiscard": "refused calls: the value, time or file, and the bound that it breaks",
     "logStatusError": "faults inside the unit, with their traceback",
     "logAll": "all messages",
 }
 
 
-def model_description(unit: type, start_values: Mapping[str, Value] | None = None, guid: str = NO_GUID) -> Element:
+def model_description(unit: type[SlaveBase], start_values: Mapping[str, Value], guid: str) -> Element:
     """Return ``<fmiModelDescription>`` of a unit class; ``start_values`` override those of its variables."""
-    starts = dict(unit.start_values if start_values is None else start_values)  # type: ignore[attr-defined]
-    variables: tuple[Variable, ...] = unit.variables  # type: ignore[attr-defined]
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
         modelName=unit.__name__,
         guid=guid,
-        description=unit.summary,  # type: ignore[attr-defined]
+        description=unit.summary,
         author=AUTHOR,
         version=VERSION,
         copyright=f"Copyright (c) 2025 {AUTHOR}",
@@ -56,16 +56,15 @@ def model_description(unit: type, start_values: Mapping[str, Value] | None = Non
         canSerializeFMUstate="true",
         providesDirectionalDerivative="false",
     )
-    root.append(unit_definitions(variable.unit for variable in variables if variable.unit))
+    root.append(unit_definitions(variable.unit for variable in unit.variables if variable.unit))
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():
         SubElement(categories, "Category", name=name, description=text)
-    step = unit.step_size  # type: ignore[attr-defined]
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(step))
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(STEP))
     listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(variables):
-        listed.append(_scalar_variable(reference, variable, starts.get(variable.name, variable.start)))
-    root.append(_model_structure(variables))
+    for reference, variable in enumerate(unit.variables):
+        listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
+    root.append(_model_structure(unit.variables))
     return root
 
 
@@ -97,7 +96,7 @@ def _scalar_variable(reference: int, variable: Variable, start: Value | None) ->
 
 
 def value_text(value: Value, kind: str) -> str:
-    """Return a value as XML text that reads back to the same bits."""
+    """Return a value of an FMI type as XML text that reads back to the same bits."""
     if kind == "Real":
         return repr(float(value))
     if kind == "Boolean":
@@ -106,7 +105,7 @@ def value_text(value: Value, kind: str) -> str:
 
 
 def _model_structure(variables: tuple[Variable, ...]) -> Element:
-    """``<ModelStructure>``: outputs change in doStep only, so at a communication point they depend on no input."""
+    """``<ModelStructure>``; outputs depend on no input at a communication point, because they change in doStep only."""
     position = {variable.name: str(index + 1) for index, variable in enumerate(variables)}
     outputs = [variable for variable in variables if variable.causality == "output"]
     structure = Element("ModelStructure")

@@ -1,8 +1,8 @@
-"""The Python sources that a unit needs, under names that carry a hash of their content.
+"""The Python sources that a unit needs, under names with a hash of their content.
 
-All units of a process share ``sys.modules``: a second FMU that brings a package of the same name would silently run
-the first one's code. So every package of the project, pythonfmu's run-time part and the slave script itself are put
-into the FMU as ``<name>_<hash>``, and the absolute imports between them are rewritten.
+All units of a process share ``sys.modules``, so that a second FMU with a package of the same name would silently run
+the code of the first one. Therefore every package of the project, the part of pythonfmu that runs, and the slave script
+are put into the FMU as ``<name>_<hash>``, and the absolute imports between them are rewritten.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from ..errors import BuildError
 from ..variables import Value
 
 VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
-"""Packages that travel inside an FMU; whatever else a unit imports must be in the standard library."""
+"""Packages that are put into an FMU; everything else that a unit imports must be in the standard library."""
 
 OLDEST_PYTHON = (3, 9)
-"""A host's Python may be this old; annotations of a newer form are kept from being evaluated there."""
+"""The oldest Python of a host; annotations of a newer form are postponed, so that it does not evaluate them."""
 
 _POSTPONED = "from __future__ import annotations\n"
 _NEWER_FORMS = (
@@ -34,14 +34,14 @@ _NEWER_FORMS = (
     ),
     (re.compile(r"(\bisinstance\([^()]+), (\w+) \| (\w+)\)"), r"\1, (\2, \3))"),
 )
-"""What Python 3.10 brought: a vendored copy does without zip's check, which the project's own tests run with, and
-takes slots where there are any and a pair of types for their union."""
+"""Forms of Python 3.10 with their replacement in a vendored copy: zip without its check of the lengths (the tests of
+the project run with it), slots where the host has them, and a pair of types in place of their union."""
 
 
 def _package_folder(package: str) -> Path:
     spec = importlib.util.find_spec(package)
     if spec is None or not spec.submodule_search_locations:
-        raise BuildError(f"the package {package} is not installed, a unit cannot be built without it")
+        raise BuildError(f"the package {package} is not installed; install it, a unit cannot be built without it")
     return Path(next(iter(spec.submodule_search_locations)))
 
 
@@ -69,16 +69,16 @@ def _imports(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
 
 
 def needed_sources(module: str) -> dict[str, str]:
-    """Return every source that ``module`` needs, by path inside the vendored folder (``heli_plant/plant.py``).
+    """Return every source that ``module`` needs, by its path (``heli_plant/plant.py``).
 
-    A package that is only passed through on the way to a module travels with an empty ``__init__``: what it offers its
-    users (files, arrays, the tools that build units) is more than a unit needs.
+    A package of which only a module is imported gets an empty ``__init__``, because its door offers more than a unit
+    needs (files, arrays, the builder).
 
     Raises
     ------
     BuildError
-        A module imports something that is neither vendored nor in the standard library, or does not read as the
-        oldest Python that a host may bring.
+        A module imports something that is neither vendored nor in the standard library, or its syntax is newer than
+        :data:`OLDEST_PYTHON`.
     """
     found: dict[str, str] = {}
     seen: set[str] = set()
@@ -95,13 +95,14 @@ def needed_sources(module: str) -> dict[str, str]:
         try:
             tree = ast.parse(text, feature_version=OLDEST_PYTHON)
         except SyntaxError as problem:
-            raise BuildError(f"{name} does not read as Python {OLDEST_PYTHON}: {problem}") from problem
+            oldest = ".".join(map(str, OLDEST_PYTHON))
+            raise BuildError(f"{name} must be valid in Python {oldest}, the oldest of a host: {problem}") from problem
         for wanted in _imports(name, tree, is_package):
             root = wanted.split(".")[0]
             if root in VENDORED:
                 waiting.append(wanted)
             elif root not in sys.stdlib_module_names:
-                raise BuildError(f"{name} imports {root}, which is not in the standard library: an FMU must do without")
+                raise BuildError(f"{name} imports {root}, which is not in the standard library; a unit may not need it")
     for path in tuple(found):
         *folders, _ = path.split("/")
         for depth in range(1, len(folders) + 1):
@@ -110,7 +111,7 @@ def needed_sources(module: str) -> dict[str, str]:
 
 
 def content_hash(sources: Mapping[str, str], start_values: Mapping[str, Value]) -> str:
-    """Twelve hexadecimal digits of the sources and start values."""
+    """Return twelve hexadecimal digits that depend on the sources and the start values."""
     content = json.dumps([sorted(sources.items()), sorted(start_values.items())], ensure_ascii=False)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()[:12]
 
@@ -125,7 +126,7 @@ def renamed(sources: Mapping[str, str], tag: str) -> dict[str, str]:
 
 
 def _rewritten(text: str, tag: str) -> str:
-    """Rename vendored packages in ``from package import``, and postpone annotations as the oldest Python needs it."""
+    """Rename vendored packages in ``from package import``, and replace what the oldest Python does not know."""
     lines = text.splitlines(keepends=True)
     tree = ast.parse(text)
     for node in ast.walk(tree):
@@ -136,7 +137,8 @@ def _rewritten(text: str, tag: str) -> str:
                 head, keyword, tail = line[: node.col_offset], "from ", line[node.col_offset + 5 :]
                 lines[node.lineno - 1] = head + keyword + tail.replace(root, f"{root}_{tag}", 1)
         elif isinstance(node, ast.Import) and any(alias.name.split(".")[0] in VENDORED for alias in node.names):
-            raise BuildError(f"{lines[node.lineno - 1]!r}: a vendored name needs the form 'from package import module'")
+            line = lines[node.lineno - 1].strip()
+            raise BuildError(f"{line!r}: a vendored package must be imported as 'from package import module'")
     if text.strip() and _POSTPONED not in text:
         has_docstring = ast.get_docstring(tree, clean=False) is not None
         lines.insert((tree.body[0].end_lineno or 0) if has_docstring else 0, _POSTPONED)
@@ -147,10 +149,10 @@ def _rewritten(text: str, tag: str) -> str:
 
 
 def slave_script(unit: type, tag: str, start_values: Mapping[str, Value]) -> str:
-    """Text of the script that the binary loads: it takes the vendored unit and sets its start values.
+    """Return the text of the script that the binary loads: it imports the vendored unit and sets its start values.
 
-    The binary runs the script's text again with every instance and gives the module's globals back once too often;
-    the list in ``sys`` keeps one reference for each.
+    The binary runs the script again with every instance and releases the module's globals once too often; the list in
+    ``sys`` keeps one reference for each.
     """
     values = "".join(f"    {name!r}: {value!r},\n" for name, value in sorted(start_values.items()))
     return (

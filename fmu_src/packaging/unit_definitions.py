@@ -1,7 +1,7 @@
-"""Units as FMI 2.0 wants them: exponents of the SI base units, and display units.
+"""Physical units in FMI 2.0: exponents of the SI base units, and display units.
 
-A unit's name is read by one rule: ``/`` divides by what follows up to the next ``/``, ``.`` or a blank multiplies,
-``^n`` is a power: ``rad/s^2/V``, ``1/(V s)``, ``N.m.s``.
+In a unit's name ``/`` divides by everything up to the next ``/``, a dot or a blank multiplies, and ``^n`` is a power:
+``rad/s^2/V``, ``1/(V s)``, ``N.m.s``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BASES: dict[str, dict[str, int]] = {
     "N": {"kg": 1, "m": 1, "s": -2},
     "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
 }
-"""Exponents of the units that names are made of."""
+"""Exponents of the SI base units in each symbol that may occur in a name."""
 
 DISPLAY: dict[str, tuple[tuple[str, float], ...]] = {
     "rad": (("deg", 180.0 / pi),),
@@ -51,14 +51,14 @@ def base_exponents(name: str) -> dict[str, int]:
         for factor in re.split(r"[. ]", part):
             symbol, _, power = factor.partition("^")
             if symbol not in BASES:
-                raise BuildError(f"unit {name!r}: {symbol!r} is none of {', '.join(BASES)}")
+                raise BuildError(f"unit {name!r}: the symbol {symbol!r} is unknown; there are {', '.join(BASES)}")
             for base, exponent in BASES[symbol].items():
                 total[base] += sign * exponent * int(power or 1)
     return {base: total[base] for base in ORDER if total[base]}
 
 
 def unit_definitions(names: Iterable[str]) -> Element:
-    """Return ``<UnitDefinitions>`` for the units that occur."""
+    """Return ``<UnitDefinitions>`` of these unit names."""
     root = Element("UnitDefinitions")
     for name in sorted(set(names)):
         unit = SubElement(root, "Unit", name=name)

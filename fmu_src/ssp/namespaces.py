@@ -1,8 +1,10 @@
-"""XML namespaces of SSP 1.0 and a shorthand for its tags."""
+"""XML namespaces of SSP 1.0, and elements in them."""
 
 from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement, register_namespace
+
+from ..packaging import base_exponents
 
 _BASE = "http://ssp-standard.org/SSP1/"
 NAMESPACES = {
@@ -15,7 +17,7 @@ for _prefix, _uri in NAMESPACES.items():
 
 
 def tag(name: str) -> str:
-    """Return ``ssd:System`` as ElementTree wants it."""
+    """Return a tag such as ``ssd:System`` in ElementTree's notation."""
     prefix, _, local = name.partition(":")
     return f"{{{NAMESPACES[prefix]}}}{local}"
 
@@ -26,9 +28,7 @@ def child(parent: Element, name: str, /, **attributes: str) -> Element:
 
 
 def units(parent: Element, name: str, unit_names: set[str]) -> None:
-    """Append ``<name>`` (``ssd:Units`` or ``ssv:Units``) with the base units of each unit that occurs."""
-    from ..packaging.unit_definitions import base_exponents
-
+    """Append ``<name>`` (``ssd:Units`` or ``ssv:Units``) with the base units of each unit name."""
     listed = child(parent, name)
     for unit in sorted(unit_names):
         exponents = {base: str(power) for base, power in base_exponents(unit).items()}

@@ -1,4 +1,4 @@
-"""Parameter sets of one unit as .ssv files: a corrected plant is one of them."""
+"""Parameter sets of one unit as .ssv files, such as the parameters of a corrected plant."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from heli_identifier.files import write_atomically
 
 from ..builder import checked_start_values, unit_class
 from ..errors import BuildError
-from ..packaging.model_description import value_text, xml_text
+from ..packaging import value_text, xml_text
 from ..slave_base import SlaveBase
 from ..variables import Value
 from .namespaces import NAMESPACES, child, tag, units
 
 
 def parameter_set(unit: type[SlaveBase], name: str, parameters: Mapping[str, Value]) -> bytes:
-    """Return ``<ssv:ParameterSet>`` with every parameter of a unit: those given, the others at their start value.
+    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value.
 
     Raises
     ------
@@ -41,16 +41,16 @@ def parameter_set(unit: type[SlaveBase], name: str, parameters: Mapping[str, Val
 
 
 def write_parameter_set(unit: str, parameters: Mapping[str, Value], path: str | Path) -> Path:
-    """Write the parameters of a unit as an .ssv file, all or nothing.
+    """Write the parameters of a unit as an .ssv file.
 
     Parameters
     ----------
     unit : str
-        A key of :data:`fmu_src.builder.UNITS`.
+        A key of :data:`fmu_src.UNITS`.
     parameters : mapping
-        By structured name; those that are not given keep their start values.
+        By structured name; the other parameters keep their start values.
     path : path
-        The .ssv file.
+        The .ssv file; it appears complete or not at all.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
     except (OSError, ElementTree.ParseError) as problem:
         raise BuildError(f"the parameter set {path} cannot be read: {problem}") from problem
     if root.tag != tag("ssv:ParameterSet"):
-        raise BuildError(f"{path} is no SSP parameter set: its root is {root.tag}")
+        raise BuildError(f"{path} is no SSP parameter set: its root element is {root.tag}, not ssv:ParameterSet")
     values: dict[str, Value] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
         (typed,) = parameter

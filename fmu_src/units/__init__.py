@@ -1,1 +1,1 @@
-"""The units, one thin slave per file; their physics is in ``heli_plant``, their estimation in ``heli_identifier``."""
+"""The units, one thin slave per file: physics is in ``heli_plant``, estimation in ``heli_identifier.online``."""

@@ -1,4 +1,4 @@
-"""AdaptiveIdentifier: the plant's parameters estimated on line from voltages and encoder angles, as a unit."""
+"""AdaptiveIdentifier: on-line estimation of the plant's parameters from voltages and angles, as a unit."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from heli_identifier.online import (
     start,
     step,
 )
+from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -23,27 +24,15 @@ from ..variables import Variable, boolean_parameter, real_output, real_parameter
 from .signals import AXES, PAPER, angle_inputs, voltage_inputs
 
 _NAMES = ModelParameters._fields
-_TABLE = (
-    ("a_wx", "1/s", "pitch damping"),
-    ("a_th", "1/s^2", "pitch stiffness"),
-    ("k_x", "rad/s^2/V", "pitch gain"),
-    ("theta0", "rad", "pitch at rest"),
-    ("a_wz", "1/s", "elevation damping"),
-    ("a_e", "1/s^2", "elevation stiffness"),
-    ("a_1", "rad/s^2", "elevation offset"),
-    ("a_lt", "1", "elevation coupling"),
-    ("k_z", "rad/s^2/V", "elevation gain"),
-    ("a_wy", "1/s", "travel damping"),
-    ("k_y", "rad/s^2/V", "travel gain"),
-)
-"""Name, unit and meaning of each parameter, in the order of :class:`ModelParameters`."""
+_ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in _NAMES)
+"""Symbol, unit and description of each estimated parameter."""
 _DEFAULT = IdentifierSettings()
 SLOTS = 3
-"""Effects of the catalogue that can be watched on each axis at a time."""
+"""Number of effects of the catalogue that can be watched on each axis."""
 _INPUTS = 5
-"""Two voltages and three angles; the outputs follow them."""
+"""Two voltages and three angles, the first of ``variables``; the outputs follow them."""
 _INSTANT = 1e-6
-"""A sample is due this fraction of its period early: communication points k H carry rounding errors."""
+"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
 
 def _output(name: str, unit: str, description: str, depends_on: tuple[str, ...] = ()) -> Variable:
@@ -51,10 +40,10 @@ def _output(name: str, unit: str, description: str, depends_on: tuple[str, ...] 
 
 
 _OUTPUTS = (
-    *(_output(name, unit, f"estimate of the {text}", (f"initial.{name}",)) for name, unit, text in _TABLE),
+    *(_output(name, unit, f"estimate: {text}", (f"initial.{name}",)) for name, unit, text in _ESTIMATED),
     *(
-        _output(f"standard_error.{name}", unit, f"standard error of the {text}", ("adaptation.initial_gain",))
-        for name, unit, text in _TABLE
+        _output(f"standard_error.{name}", unit, f"standard error of {name}: {text}", ("adaptation.initial_gain",))
+        for name, unit, text in _ESTIMATED
     ),
     *(_output(f"sigma.{axis}", "rad/s^2", f"adaptation error of the {axis}") for axis in AXES),
     *(_output(f"excitation.{axis}", "1", f"excitation level of the {axis}, 0 to 1") for axis in AXES),
@@ -68,19 +57,19 @@ _SETTINGS = (
     real_parameter("sample.time", "s", _DEFAULT.sample_time, 1e-5, 1.0, "sampling period"),
     real_parameter("filter.frequency", "rad/s", _DEFAULT.filter_frequency, 1e-3, 1e3, "bandwidth of the state filters"),
     real_parameter("filter.damping", "1", _DEFAULT.filter_damping, 0.1, 10.0, "damping ratio of the state filters"),
-    real_parameter("adaptation.initial_gain", "1", _DEFAULT.initial_gain, 1e-9, 1e12, "Gamma(0) is this times 1"),
-    real_parameter("adaptation.gain_limit", "1", _DEFAULT.gain_limit, 1e-9, 1e300, "Gamma stays below this"),
-    real_parameter("adaptation.forgetting", "1/s", _DEFAULT.forgetting, 0.0, 100.0, "alpha of the adaptation"),
-    real_parameter("adaptation.hold_time", "s", -1.0, -1.0, 1e6, "rest before adaptation; -1: ten over the bandwidth"),
-    boolean_parameter("pitch.rest_angle_known", False, "take pitch.rest_angle as known in place of estimating it"),
-    real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, where it is known"),
+    real_parameter("adaptation.initial_gain", "1", _DEFAULT.initial_gain, 1e-9, 1e12, "Gamma(0) = this times identity"),
+    real_parameter("adaptation.gain_limit", "1", _DEFAULT.gain_limit, 1e-9, 1e300, "upper bound of Gamma"),
+    real_parameter("adaptation.forgetting", "1/s", _DEFAULT.forgetting, 0.0, 100.0, "forgetting rate alpha"),
+    real_parameter("adaptation.hold_time", "s", -1.0, -1.0, 1e6, "time before adaptation starts; -1: 10/bandwidth"),
+    boolean_parameter("pitch.rest_angle_known", False, "use pitch.rest_angle in place of estimating it"),
+    real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, if it is known"),
     real_parameter("motor.time_constant", "s", _DEFAULT.motor_time_constant, 0.0, 5.0, "lag of both motors"),
     real_parameter("motor.voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, 1e3, "saturation of both voltages"),
     real_parameter("excitation.window", "s", _DEFAULT.excitation_window, 1e-3, 1e6, "window of the excitation level"),
     real_parameter("report.interval", "s", _DEFAULT.report_interval, 1e-5, 1e6, "time between two standard errors"),
     *(
-        real_parameter(f"initial.{name}", unit, value, -1e6, 1e6, f"estimate of the {text} before the first sample")
-        for (name, unit, text), value in zip(_TABLE, _DEFAULT.initial, strict=True)
+        real_parameter(f"initial.{name}", unit, value, -1e6, 1e6, f"initial estimate: {text}")
+        for (name, unit, text), value in zip(_ESTIMATED, _DEFAULT.initial, strict=True)
     ),
     *(
         string_parameter(f"watch.{axis}", "", f"up to {SLOTS} effects to watch, separated by commas: dry_friction, ...")
@@ -90,7 +79,7 @@ _SETTINGS = (
 
 
 class AdaptiveIdentifier(SlaveBase):
-    """Takes a sample of its inputs every ``sample.time``, whatever the communication step is."""
+    """Samples its inputs every ``sample.time`` [s], independent of the communication step."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*voltage_inputs(), *angle_inputs(), *_OUTPUTS, *_SETTINGS)
     summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
@@ -103,16 +92,16 @@ regressions:    pitch''     = -a_wx pitch' - a_th sin(pitch - theta0) + k_x mu_d
 adaptation:     Omega' = Gamma phi sigma,  Gamma' = alpha Gamma - Gamma phi phi^T Gamma,  sigma = y - phi^T Omega
 </pre>
 <p>The adaptation takes its exact step (least squares with forgetting on a factored gain), so that Gamma stays positive
-definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point have used
-the samples before it. A communication step that is no sampling period is bridged: samples between two points take
-the angles on the straight line and the voltages as held.</p>
+definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point use the
+samples before it. A communication step may differ from the sampling period: a sample between two communication points
+has the angles of the straight line between them and the held voltages.</p>
 <p><code>watch.pitch</code>, <code>watch.elevation</code> and <code>watch.travel</code> name effects of the catalogue
-that the model may lack; <code>score.*</code> tells how surely each explains what the model leaves (beyond 3 in about
-1 % of the cases where it is absent), with the sign of its coefficient.</p>"""
+that the model may lack. <code>score.*</code> is the evidence for each, with the sign of its coefficient; the score of
+an absent effect exceeds 3 in about 1 % of the cases.</p>"""
     source = f"{PAPER}, eqs (7), (11); the last term of (11) is omega_f^2 theta, not omega_f theta"
 
     def initialise(self, time: float) -> None:
-        """Take the settings; show the initial estimate."""
+        """Read the settings; show the initial estimate."""
         at, values = self.references, self.values
         hold = values[at["adaptation.hold_time"]]
         known = values[at["pitch.rest_angle_known"]]
@@ -149,11 +138,11 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
         text = self.values[self.references[f"watch.{axis}"]]
         names = [name.strip() for name in text.split(",") if name.strip()]
         if len(names) > SLOTS:
-            raise Refusal(f"watch.{axis} = {text!r} names {len(names)} effects, at most {SLOTS} can be watched")
+            raise Refusal(f"watch.{axis} = {text!r} names {len(names)} effects; at most {SLOTS} can be watched")
         return names
 
     def advance(self, time: float, step_size: float) -> None:
-        """Take the samples that are due up to ``time`` [s], the inputs being those of ``time``."""
+        """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
         now = self.values[:_INPUTS]
         state, plan = self.state, self.plan
         if state is None:
@@ -170,12 +159,15 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
             due = self.first + (state.samples + 1) * period
         if estimate is not None:
             if not isfinite(sum(estimate.parameters)):
-                raise Refusal(f"the estimate leaves the finite range in the step from t = {time:g} s")
+                raise Refusal(
+                    f"the estimate is no longer finite in the step from t = {time:g} s; "
+                    f"the inputs (voltages [V] and angles [rad]) were {now}"
+                )
             self._show(estimate)
         self.state, self.before, self.previous = state, time, now
 
     def _between(self, due: float, time: float, now: list[float]) -> list[float]:
-        """Voltages and angles at ``due`` [s] between the previous communication point and this one at ``time`` [s]."""
+        """Return voltages and angles at ``due`` [s], between the previous communication point and ``time`` [s]."""
         share = (due - self.before) / (time - self.before)
         angles = [a + share * (b - a) for a, b in zip(self.previous[2:], now[2:], strict=True)]
         return [*self.previous[:2], *angles]
@@ -190,11 +182,11 @@ that the model may lack; <code>score.*</code> tells how surely each explains wha
                     self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
-        """State of filters and adaptation, the previous inputs, the time of sample 0."""
+        """State of filters and adaptation, time and inputs of the previous point, time of sample 0."""
         return None if self.state is None else [self.state, self.before, self.previous, self.first]
 
     def thaw(self, frozen: Any) -> None:
-        """Take it back, from tuples or, after serialisation, from lists."""
+        """Restore it from tuples or, after serialisation, from lists."""
         if frozen is not None:
             state, self.before, previous, self.first = frozen
             self.state, self.previous = restored(state), list(previous)

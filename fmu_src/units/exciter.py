@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Channel, Excitation, Multisine, paper_excitation, voltages
@@ -16,12 +16,14 @@ NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE = 0, 1, 2, 3
 CHANNELS: tuple[Channel, ...] = ("both", "difference", "total")
 _SIGNAL = Multisine()
 _PARAMETERS = (
-    integer_parameter("excitation.experiment", EXPERIMENT_1, NONE, MULTISINE, "0 none, 1, 2 the paper's, 3 multisines"),
-    integer_parameter("excitation.channel", 0, 0, 2, "0 both, 1 the voltages' difference (pitch), 2 their sum"),
-    real_parameter("excitation.base", "V", 0.5, -VOLTAGE_BOUND, VOLTAGE_BOUND, "rotors' voltage beneath the signal"),
+    integer_parameter(
+        "excitation.experiment", EXPERIMENT_1, NONE, MULTISINE, "0: none; 1, 2: the paper's experiments; 3: multisines"
+    ),
+    integer_parameter("excitation.channel", 0, 0, 2, "0: both; 1: difference of the voltages (pitch); 2: their sum"),
+    real_parameter("excitation.base", "V", 0.5, -VOLTAGE_BOUND, VOLTAGE_BOUND, "constant part of each voltage"),
     real_parameter("excitation.limit", "V", 5.0, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
-    real_parameter("multisine.rms_difference", "V", _SIGNAL.rms, 0.0, 20.0, "root mean square on the difference"),
-    real_parameter("multisine.rms_sum", "V", 2.0 * _SIGNAL.rms, 0.0, 20.0, "root mean square on the sum"),
+    real_parameter("multisine.rms_difference", "V", _SIGNAL.rms, 0.0, 20.0, "root mean square of the difference"),
+    real_parameter("multisine.rms_sum", "V", 2.0 * _SIGNAL.rms, 0.0, 20.0, "root mean square of the sum"),
     real_parameter("multisine.lowest", "Hz", _SIGNAL.lowest, 1e-4, 1e3, "lowest frequency"),
     real_parameter("multisine.highest", "Hz", _SIGNAL.highest, 1e-4, 1e3, "highest frequency"),
     real_parameter("multisine.period", "s", _SIGNAL.period, 0.1, 1e5, "time after which the signal repeats"),
@@ -31,7 +33,7 @@ _PARAMETERS = (
 
 
 class Exciter(SlaveBase):
-    """Both voltages as a pure function of time since the start."""
+    """Both voltages as a function of the time since the start; there is no hidden state."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *(
@@ -46,13 +48,13 @@ class Exciter(SlaveBase):
 v_front - v_rear = u_d(t),  v_front + v_rear = 2 base + u_s(t)
 </pre>
 <p>Experiment 1: a square between .25 and 1 V with a period of 20 s plus a chirp of .2 V from 2 down to .5 Hz repeated
-every 10 s; experiment 2 has twice the periods. On the sum (elevation and travel) voltages are doubled; where both
-channels are driven the difference has .77 times the periods. Multisines: equal tones, log-spaced on the harmonics of
-one period, random phases of least crest factor.</p>"""
+every 10 s; experiment 2 has twice the periods. On the sum (elevation and travel) the voltages are doubled; if both
+channels are excited, the periods of the difference are multiplied by .77. Multisines: tones of equal amplitude,
+log-spaced on the harmonics of one period, with the random phases of least crest factor.</p>"""
     source = f"{PAPER}, experiments; Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3"
 
     def initialise(self, time: float) -> None:
-        """Make the signal, show its value at the start."""
+        """Make the signal; show its value at the start."""
         try:
             self.excitation = self._excitation()
         except ConfigurationError as problem:
@@ -78,15 +80,8 @@ one period, random phases of least crest factor.</p>"""
         )
 
     def advance(self, time: float, step_size: float) -> None:
-        """Show the voltages that hold from the end of the step on."""
+        """Show the voltages of the end of the step."""
         self._show(time + step_size - self.start_time)
 
     def _show(self, time: float) -> None:
         self.values[:2] = voltages(time, self.excitation)  # the first two of ``variables``
-
-    def freeze(self) -> Any:
-        """Nothing is hidden: the voltages follow from the time."""
-        return None
-
-    def thaw(self, frozen: Any) -> None:
-        """Nothing was hidden."""

@@ -1,4 +1,4 @@
-"""A log for the player: standard library only, since an FMU's host may lack everything else."""
+"""Read a measured log for the player with the standard library alone, because a host may have nothing else."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..errors import Refusal
 from .signals import AXES
 
 SIGNALS = ("v_front", "v_rear", *AXES)
-"""Columns that are played, in the order of a row."""
+"""Columns that the player shows, in the order of a row."""
 
 _HEADERS = {
     "time": {"time [s]": 1.0},
@@ -35,8 +35,8 @@ def read_recording(path: str) -> Recording:
     Raises
     ------
     Refusal
-        File, row and column of what cannot be played: no file, no table, a missing column, an unknown unit, a cell
-        that is no finite number, time that does not grow.
+        The log cannot be played: no file, no table, a missing column, an unknown unit, a cell that is no finite
+        number, time that does not increase. The message names file, row and column.
     """
     if not path:
         raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
@@ -66,7 +66,7 @@ def _columns(path: str, header: list[str]) -> list[tuple[str, int, float]]:
 
 
 def _rows(path: str, table: Any, columns: list[tuple[str, int, float]]) -> tuple[list[float], list[tuple[float, ...]]]:
-    """Return times and rows in SI units; the row number in messages counts from 1, the header being row 1."""
+    """Return times and rows in SI units; in messages the header is row 1."""
     times: list[float] = []
     rows: list[tuple[float, ...]] = []
     for cells in table:
@@ -80,10 +80,13 @@ def _rows(path: str, table: Any, columns: list[tuple[str, int, float]]) -> tuple
             except ValueError:
                 value = float("nan")
             if not isfinite(value):
-                raise Refusal(f"the log {path}, row {table.line_num}, column {text!r}: {cell!r} is no finite number")
+                raise Refusal(f"the log {path}, row {table.line_num}, column {text!r}: {cell!r} is not a finite number")
             row.append(value)
         if times and row[0] <= times[-1]:
-            raise Refusal(f"the log {path}, row {table.line_num}: time {row[0]:g} s must be beyond {times[-1]:g} s")
+            raise Refusal(
+                f"the log {path}, row {table.line_num}: time = {row[0]:g} s must be greater than {times[-1]:g} s, "
+                "the time of the row before"
+            )
         times.append(row[0])
         rows.append(tuple(row[1:]))
     return times, rows

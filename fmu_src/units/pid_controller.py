@@ -18,11 +18,11 @@ _GAIN_UNITS = {
     "travel": ("1", "1/s", "s"),
 }
 _EARLY = 1e-9
-"""A reference step counts from this much before its time [s]: communication points carry rounding errors."""
+"""The reference steps this much before its time [s], because communication points k H have rounding errors."""
 
 
 class PidController(SlaveBase):
-    """At each communication point it takes the angles, at the next it shows the voltages that follow from them."""
+    """Reads the angles at each communication point and shows the resulting voltages at the next one."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *angle_inputs(),
@@ -32,11 +32,11 @@ class PidController(SlaveBase):
         ),
         *(variable._replace(initial_dependencies=("trim", "voltage_limit")) for variable in voltage_outputs()),
         *(
-            real_parameter(f"reference.{axis}", "rad", 0.0, -1e4, 1e4, f"wanted {axis}", tunable=True)
+            real_parameter(f"reference.{axis}", "rad", 0.0, -1e4, 1e4, f"reference of the {axis}", tunable=True)
             for axis in AXES
         ),
         *(
-            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"added from the step time on ({axis})")
+            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"step of the {axis} reference")
             for axis in AXES
         ),
         real_parameter("reference.step_time", "s", 5.0, 0.0, 1e9, "time of the reference step"),
@@ -47,7 +47,7 @@ class PidController(SlaveBase):
             for axis in AXES
             for k, gain in enumerate(_GAINS)
         ),
-        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "travel drives the pitch reference"),
+        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "the travel loop sets the pitch reference"),
         real_parameter("travel.pitch_limit", "rad", _DEFAULT.pitch_limit, 0.0, 1.6, "bound of that pitch reference"),
         real_parameter("trim", "V", _DEFAULT.trim, -60.0, 60.0, "sum of both voltages at zero error"),
         real_parameter("rate.time_constant", "s", _DEFAULT.rate_time_constant, 1e-4, 10.0, "lag of the rate's filter"),
@@ -60,13 +60,13 @@ v_front - v_rear = -(P (pitch - reference) + I integral + D pitch')
 v_front + v_rear = trim - (P (elevation - reference) + I integral + D elevation')
 travel.enabled:   pitch reference = P (travel - reference) + I integral + D travel', within travel.pitch_limit
 </pre>
-<p>Rates are filtered differences of the angles with rate.time_constant. Integrals stop while their output is at its
-limit. The voltages that follow from the angles at one communication point show at the next: a sampled controller's
-delay of one period. Up to the first they are trim/2 each.</p>"""
-    source = f"{PAPER}, PID law with gains 8.35, 4.25, 8.76 on pitch, its sign mended: as printed the loop is unstable"
+<p>Rates are differences of the angles, filtered with rate.time_constant. An integral stops while its output is at the
+limit. The angles of one communication point act on the voltages of the next one, the delay of a sampled controller;
+at the start both voltages are trim/2.</p>"""
+    source = f"{PAPER}, PID law with gains 8.35, 4.25, 8.76 on pitch; its sign is reversed, as printed it is unstable"
 
     def initialise(self, time: float) -> None:
-        """Take the settings, show the trim voltages."""
+        """Read the settings; show the trim voltages."""
         at = self.references
         value = {name: self.values[reference] for name, reference in at.items()}
         axis_gains = type(_DEFAULT.pitch)
@@ -84,8 +84,8 @@ delay of one period. Up to the first they are trim/2 each.</p>"""
         self._show(0.5 * self.settings.trim, 0.5 * self.settings.trim)
 
     def advance(self, time: float, step_size: float) -> None:
-        """Take the angles at ``time`` [s]; the voltages show at ``time + step_size``."""
-        # the order of ``variables``: angles, excitations, the two voltages, references
+        """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
+        # in the order of ``variables``: angles, excitation, the two voltages, references
         pitch, elevation, travel, more_front, more_rear, _, _, to_pitch, to_elevation, to_travel = self.values[:10]
         references = (to_pitch, to_elevation, to_travel)
         if time - self.start_time >= self.step_time:
@@ -100,9 +100,9 @@ delay of one period. Up to the first they are trim/2 each.</p>"""
         self.values[5:7] = clip(v_front, limit), clip(v_rear, limit)
 
     def freeze(self) -> Any:
-        """Integrals and filtered angles, None before the first step."""
+        """Integrals and filtered angles; None before the first step."""
         return None if self.state is None else list(self.state)
 
     def thaw(self, frozen: Any) -> None:
-        """Take them back."""
+        """Restore them."""
         self.state = None if frozen is None else PidState(*frozen)

@@ -1,14 +1,14 @@
-"""Inputs and outputs that several units share, so that each name has one unit, range and meaning."""
+"""Inputs and outputs that several units share: each name has one physical unit, range and description."""
 
 from __future__ import annotations
 
 from ..variables import Variable, real_input, real_output
 
 VOLTAGE_BOUND = 30.0
-"""No rig's amplifier gives more [V]; the motors saturate far below (``motor.voltage_limit``)."""
+"""Bound of a voltage [V], above the output of any rig's amplifier; the motors saturate at ``motor.voltage_limit``."""
 
 ANGLE_BOUND = 1e4
-"""Angles count turns, so they may be large [rad]; beyond this something else is wrong."""
+"""Bound of an angle [rad]; angles count turns and may be large."""
 
 RATE_BOUND = 1e3
 """Bound of an angular rate [rad/s]."""

@@ -1,4 +1,4 @@
-"""On-line adaptive identification of all three axes as pure steps; standard library only, since it travels in FMUs.
+"""On-line adaptive identification of all three axes as pure steps; standard library only, since FMUs carry it.
 
 The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel; omega_f, rho of the state filters
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7). The excitation signals have a door of their own,
@@ -7,9 +7,9 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 
 from .adaptation import adapt
 from .candidates import WATCHABLE
-from .estimate import Estimate
-from .identifier import IdentifierOutput, IdentifierState, Plan, output_of, prepare, restored, start, step
-from .parameters import ModelParameters
+from .estimate import Estimate, ModelParameters
+from .identifier import start, step
+from .plan import Plan, prepare
 from .score import Score
 from .settings import IdentifierSettings
 from .signals import (
@@ -19,6 +19,7 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
+from .state import IdentifierOutput, IdentifierState, output_of, restored
 
 __all__ = [
     "WATCHABLE",

@@ -1,8 +1,8 @@
-"""One axis of the identifier: adaptation (7) of its regression, and what is known about the result.
+"""One axis of the identifier: adaptation (7) of its regression, standard errors, excitation level and scores.
 
-The adaptation takes every sample; the moments take means of z = (phi, watched candidates, y) over some twenty. Means
-and not single samples: y passes encoder noise straight through (s^2 F does not fall at high frequency), and a single
-sample in twenty would alias it into standard errors several times too large.
+The adaptation takes every sample; the moments take means of z = (phi, watched candidates, y) over some twenty samples.
+Single samples would not do: s^2 F does not fall at high frequency, so y carries the full encoder noise, and one sample
+in twenty would alias it into standard errors several times too large.
 """
 
 from operator import add
@@ -19,7 +19,7 @@ class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
     ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z since
-    the ``moments`` last took a mean of it; and as last evaluated the standard errors of the axis' reported
+    the ``moments`` last took a mean of it; and, as last evaluated, the standard errors of the axis' reported
     parameters, the excitation level [1] and the scores of the candidates.
     """
 
@@ -38,16 +38,8 @@ def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> 
     n = len(omega)
     certainty = (gain**0.5,) * n
     size = n + candidates + 1
-    return AxisState(
-        tuple(initial_factor(n, gain)),
-        omega,
-        0.0,
-        (0.0,) * size,
-        no_moments(size),
-        certainty,
-        0.0,
-        (NOTHING,) * candidates,
-    )
+    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
+    return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
 def adapt_axis(
@@ -68,28 +60,22 @@ def adapt_axis(
 
 def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
     """Return ``axis`` with the mean of z over the last ``samples`` added to its moments."""
-    factor, omega, sigma, sums, moments, errors, excitation, last_scores = axis
     share = 1.0 / samples
-    moments = add_sample(moments, tuple([share * x for x in sums]), c)
-    return AxisState(factor, omega, sigma, (0.0,) * len(sums), moments, errors, excitation, last_scores)
+    mean = tuple([share * x for x in axis.sums])
+    return axis._replace(sums=(0.0,) * len(mean), moments=add_sample(axis.moments, mean, c))
 
 
-def judge_axis(
+def evaluate_axis(
     axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float
 ) -> AxisState:
     """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated anew.
 
-    ``alpha`` [1/s] is the forgetting, ``interval`` [s] that of the samples in the moments.
+    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments.
     """
-    factor, omega, sigma, sums, moments, _, _, last_scores = axis
-    n, candidates = len(omega), len(last_scores)
-    return AxisState(
-        factor,
-        omega,
-        sigma,
-        sums,
-        moments,
-        standard_errors(moments, gain_matrix(factor, n), omega, combinations, alpha, interval),
-        excitation_level(moments.window, n + candidates + 1, n),
-        scores(moments, n, candidates, alpha, interval),
+    moments, omega = axis.moments, axis.omega
+    n, candidates = len(omega), len(axis.scores)
+    return axis._replace(
+        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval),
+        excitation=excitation_level(moments.window, n + candidates + 1, n),
+        scores=scores(moments, n, candidates, alpha, interval),
     )

@@ -1,11 +1,12 @@
-"""A value with its uncertainty: what every estimate of this package is handed on as."""
+"""What estimation hands on: a value with its uncertainty, and the model's eleven parameters by the paper's symbols."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its standard error, both in ``unit``; an error of None means that the value was given."""
+    """A value with its standard error, both in ``unit``; a standard error of None means that the value was given."""
 
     value: float
     standard_error: float | None
@@ -13,6 +14,26 @@ class Estimate:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval."""
+        """95 % interval, lower and upper end."""
         half = 1.96 * (self.standard_error or 0.0)
         return self.value - half, self.value + half
+
+
+class ModelParameters(NamedTuple):
+    """One number for each parameter of eqs (2), (10), (12) (Table 2 of the paper): a value or a standard error.
+
+    ``a_wx``, ``a_wz``, ``a_wy`` [1/s]; ``a_th``, ``a_e`` [1/s^2]; ``k_x``, ``k_z``, ``k_y`` [rad/s^2/V]; ``theta0``
+    [rad]; ``a_1`` [rad/s^2]; ``a_lt`` [1].
+    """
+
+    a_wx: float = 0.0
+    a_th: float = 0.0
+    k_x: float = 0.0
+    theta0: float = 0.0
+    a_wz: float = 0.0
+    a_e: float = 0.0
+    a_1: float = 0.0
+    a_lt: float = 0.0
+    k_z: float = 0.0
+    a_wy: float = 0.0
+    k_y: float = 0.0

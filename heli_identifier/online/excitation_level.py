@@ -2,15 +2,17 @@
 
 G is the mean of phi phi^T over an exponential window. With S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2)) the level is
 the smallest eigenvalue of S, a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are
-mutually orthogonal, 0 when one of them is a combination of others, or is silent (below f). Persistent excitation asks
-that it stays above zero: some combination of the parameters is invisible at level 0.
+mutually orthogonal, 0 when one of them is a linear combination of others, or is silent (below f). Persistent
+excitation requires a level above zero: at level 0 some combination of the parameters cannot be seen in the data.
 """
 
 from collections.abc import Sequence
 from math import hypot, sqrt
 
+from .linear_algebra import total
+
 _SILENCE = 1e-2
-"""f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise behind F is 1e-4 rad/s."""
+"""f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise after F is 1e-4 rad/s."""
 
 _SWEEPS = 12
 """Cyclic Jacobi converges quadratically; five rows need four or five sweeps."""
@@ -40,7 +42,7 @@ def smallest_eigenvalue(a: list[list[float]]) -> float:
     """
     n = len(a)
     for _ in range(_SWEEPS):
-        if sqrt(sum(a[i][j] ** 2 for i in range(n) for j in range(i))) < _CONVERGED:
+        if sqrt(total([a[i][j] ** 2 for i in range(n) for j in range(i)])) < _CONVERGED:
             break
         for p in range(n - 1):
             for q in range(p + 1, n):

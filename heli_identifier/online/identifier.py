@@ -2,18 +2,17 @@
 
     plan = prepare(settings)
     state = start(plan, v_front, v_rear, pitch, elevation, travel)                          sample 0
-    state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)          samples 1, 2, ...
+    state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)            samples 1, 2, ...
 
-Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The estimate returned for sample k
-uses nothing beyond its angles. The adaptation rests for the first 10/omega_f, until what the filters were not told
-about the motion before sample 0 has faded (exp(-7)).
+Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The output for sample k uses
+nothing later than its angles. The adaptation rests for the first 10/omega_f. By then the effect of the unknown motion
+before sample 0 on the filters has faded to exp(-7).
 """
 
 from math import cos, hypot, sin
 
-from .axis import AxisState, adapt_axis, initial_axis, judge_axis, observe_axis
-from .output import IdentifierOutput, output_of
-from .plan import Plan, prepare
+from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
+from .plan import Plan
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -22,10 +21,8 @@ from .signals import (
     settled_signals,
     travel_regression,
 )
-from .state import IdentifierState, restored
+from .state import IdentifierOutput, IdentifierState, output_of
 from .watch import advance_watch, settled_watch
-
-__all__ = ["IdentifierOutput", "IdentifierState", "Plan", "output_of", "prepare", "restored", "start", "step"]
 
 
 def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float) -> IdentifierState:
@@ -61,7 +58,7 @@ def step(
     Returns
     -------
     state : IdentifierState
-    estimate : IdentifierOutput
+    output : IdentifierOutput
     """
     signals = advance_signals(state.signals, v_front, v_rear, pitch, elevation, travel, plan.signals)
     f = plan.signals.filter
@@ -91,14 +88,14 @@ def step(
             axis_1 = observe_axis(axis_1, averaged, plan.moments)
             axis_2 = observe_axis(axis_2, averaged, plan.moments)
             axis_3 = observe_axis(axis_3, averaged, plan.moments)
-        # One axis a step, so that no step pays for all three.
+        # One axis per step, so that no step pays for all three.
         turn = count % plan.report_samples
         if turn == 0:
-            axis_1 = _judged_pitch(axis_1, plan)
+            axis_1 = _evaluated_pitch(axis_1, plan)
         elif turn == 1:
-            axis_2 = judge_axis(axis_2, _ALL_FIVE, plan.settings.forgetting, plan.moments.interval)
+            axis_2 = evaluate_axis(axis_2, _ALL_FIVE, plan.settings.forgetting, plan.moments.interval)
         elif turn == 2:
-            axis_3 = judge_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval)
+            axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval)
     state = IdentifierState(samples, signals, watch, axis_1, axis_2, axis_3)
     return state, output_of(state, plan)
 
@@ -110,8 +107,8 @@ def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
 _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
-def _judged_pitch(axis: AxisState, plan: Plan) -> AxisState:
-    """Judge the pitch; with theta0 free, through the gradients of a_th = hypot(p, q) and theta0 = atan2(q, p)."""
+def _evaluated_pitch(axis: AxisState, plan: Plan) -> AxisState:
+    """Evaluate the pitch; with theta0 free, by the gradients of a_th = hypot(p, q) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
         _, p, q, _ = axis.omega
@@ -122,4 +119,4 @@ def _judged_pitch(axis: AxisState, plan: Plan) -> AxisState:
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
-    return judge_axis(axis, rows, plan.settings.forgetting, plan.moments.interval)
+    return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval)

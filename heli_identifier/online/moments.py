@@ -1,31 +1,28 @@
-"""Second moments of an axis' signals in blocks of time: what standard errors, excitation and scores are made of.
+"""Second moments of an axis' signals in blocks of time; standard errors, excitation and scores follow from them.
 
 With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
 mean of z over .2/omega_f (:mod:`.axis` says why). From the blocks alone follow, for any Omega, the sums of
-phi (y - phi^T Omega) over each of them, and so the variance of the estimate under residuals of any colour
+phi (y - phi^T Omega) over each of them, and so the variance of the estimate under autocorrelated residuals
 (:mod:`.uncertainty`).
 
 The number of blocks stays between half of ``CAPACITY`` and ``CAPACITY``: when it is full, neighbours are merged and
-blocks become twice as long, until all of them together span the memory of the forgetting; from there on the oldest
-is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)).
+blocks become twice as long, until all of them together span the memory of the forgetting. From then on the oldest
+block is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)).
 
-Beside the blocks runs one exponentially weighted mean of z z^T, the window in which excitation is judged.
+One exponentially weighted mean of z z^T is kept as well: the window of the excitation level.
 """
 
-from collections.abc import Sequence
-from functools import lru_cache
 from math import exp
-from operator import mul
 from typing import NamedTuple
 
 CAPACITY = 32
 """Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
 
 _FIRST_LENGTH = 5
-"""Samples of the first blocks: 1/omega_f, as neighbouring blocks are judged together."""
+"""Samples of the first blocks: 1/omega_f, since neighbouring blocks are evaluated together."""
 
 _MEMORY = 5.0
-"""The blocks span at least this many forgetting times 1/alpha; exp(-5) of a weight is left beyond."""
+"""The blocks span at least this many forgetting times 1/alpha; older samples would weigh less than exp(-5)."""
 
 
 class MomentCoefficients(NamedTuple):
@@ -85,13 +82,6 @@ def _sum(a, b):
     return tuple([x + y for x, y in zip(a, b, strict=True)])
 
 
-@lru_cache(maxsize=32)
-def row_indices(size: int) -> tuple[tuple[int, ...], ...]:
-    """Positions, in the packed triangle of a symmetric matrix of ``size`` rows, of each row's elements."""
-    starts = [i * size - i * (i - 1) // 2 for i in range(size)]
-    return tuple(tuple(starts[min(i, j)] + max(i, j) - min(i, j) for j in range(size)) for i in range(size))
-
-
 def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[float], list[tuple[float, ...]]]:
     """Return the weights exp(-alpha age) and the blocks, the unfinished one last; ages count from block middles."""
     blocks = [*m.blocks, m.current] if m.filled else [*m.blocks]
@@ -102,14 +92,3 @@ def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[flo
     if m.filled:
         weights.append(exp(-0.5 * alpha * unfinished))
     return weights, blocks
-
-
-def dot(a, b) -> float:
-    """Inner product of two sequences."""
-    return sum(map(mul, a, b))
-
-
-def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
-    """Return the coefficients that make u^T A v, A symmetric and packed, an inner product with its triangle."""
-    size = len(u)
-    return [u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)]

@@ -1,4 +1,4 @@
-"""Settings of the identifier turned into the coefficients that a step computes with."""
+"""The coefficients that a step computes with, from the settings of the identifier."""
 
 from math import cos, sin
 from typing import NamedTuple
@@ -17,11 +17,11 @@ _HOLD_RADIANS = 10.0
 """omega_f times the time for which the adaptation rests."""
 
 _MOMENT_SPACING = 0.2
-"""omega_f times the time between two samples of the moments: behind F, signals turn little in it."""
+"""omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
 
 
 class Plan(NamedTuple):
-    """Settings turned into what a step computes with; made once by :func:`prepare`."""
+    """What a step computes with; :func:`prepare` makes it once from the settings."""
 
     settings: IdentifierSettings
     signals: SignalCoefficients

@@ -5,15 +5,15 @@ from math import inf, pi
 
 from ..errors import require_positive, require_range
 from .candidates import candidate
-from .parameters import ModelParameters
+from .estimate import ModelParameters
 
 _SAMPLES_PER_RADIAN = 5.0
-"""Samples per 1/omega_f that the discretisation needs: below, (h^2/12) omega_f^2 exceeds .3 %."""
+"""Samples per 1/omega_f that the discretisation needs: with fewer, (h^2/12) omega_f^2 exceeds .3 %."""
 
 
 @dataclass(frozen=True)
 class IdentifierSettings:
-    """Everything that may be chosen about the identifier.
+    """Everything that can be set on the identifier.
 
     Parameters
     ----------
@@ -26,31 +26,31 @@ class IdentifierSettings:
     initial_gain : float
         Gamma(0) = initial_gain I.
     gain_limit : float
-        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. At Gamma(0) the unit never
-        becomes less certain than it was at its start.
+        Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed. With Gamma_max = Gamma(0)
+        the estimates never become less certain than they were at the start.
     forgetting : float
         alpha [1/s].
     hold_time : float or None
-        Time from the start before the adaptation begins [s]; none for 10/omega_f.
+        Time before the adaptation begins [s]; None for 10/omega_f.
     rest_angle : float or None
-        theta0 [rad] where it is known; none to estimate it.
+        theta0 [rad] where it is known; None to estimate it.
     motor_time_constant : float
         T_m [s].
     voltage_limit : float
         Saturation of both voltages [V].
     excitation_window : float
-        Time constant of the window in which excitation is judged [s].
+        Time constant of the window over which the excitation level is taken [s].
     report_interval : float
         Time between two evaluations of standard errors, excitation levels and scores [s].
     initial : ModelParameters
-        Omega(0); its theta0 counts only where theta0 is estimated.
+        Omega(0); its theta0 is used only where theta0 is estimated.
     watched : tuple of (name, axis)
-        Effects of the catalogue whose running score is wanted (:data:`heli_identifier.online.WATCHABLE`).
+        Effects of the catalogue to score while the rig runs (:data:`heli_identifier.online.WATCHABLE`).
 
     Raises
     ------
     ConfigurationError
-        Names the setting, its value and its bound.
+        A setting is out of range; the message names it, its value and its bound.
     """
 
     sample_time: float = 0.01

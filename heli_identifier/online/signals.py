@@ -79,30 +79,9 @@ def settled_signals(v_front, v_rear, pitch, elevation, travel, c):
     v_front, v_rear = float(v_front), float(v_rear)
     v_front, v_rear = saturate(v_front, c.voltage_limit), saturate(v_rear, c.voltage_limit)
     total, sine, cosine = v_front + v_rear, sin(pitch), cos(pitch)
-    return Signals(
-        v_front,
-        v_rear,
-        v_front,
-        v_rear,
-        pitch,
-        elevation,
-        travel,
-        pitch,
-        elevation,
-        travel,
-        pitch,
-        elevation,
-        travel,
-        (pitch, 0.0),
-        (elevation, 0.0),
-        (travel, 0.0),
-        (sine, 0.0),
-        (cosine, 0.0),
-        (v_front - v_rear, 0.0),
-        (0.0, 0.0),
-        (total * cosine, 0.0),
-        (total * sine, 0.0),
-    )
+    angles = pitch, elevation, travel
+    filtered = (*angles, sine, cosine, v_front - v_rear, 0.0, total * cosine, total * sine)
+    return Signals(v_front, v_rear, v_front, v_rear, *angles, *angles, *angles, *((value, 0.0) for value in filtered))
 
 
 def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
@@ -125,15 +104,7 @@ def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
         saturate(v_rear, limit),
         toward(nu_front, v_front_0, share),
         toward(nu_rear, v_rear_0, share),
-        pitch,
-        elevation,
-        travel,
-        pitch_0,
-        elevation_0,
-        travel_0,
-        pitch_1,
-        elevation_1,
-        travel_1,
+        pitch, elevation, travel, pitch_0, elevation_0, travel_0, pitch_1, elevation_1, travel_1,
         filter_line(pitch_f, pitch_0, pitch, f),
         filter_line(elevation_f, elevation_0, elevation, f),
         filter_line(travel_f, travel_0, travel, f),
@@ -143,7 +114,7 @@ def advance_signals(s, v_front, v_rear, pitch, elevation, travel, c):
         filter_held(rate_product_f, rate_product, f),
         filter_lagged(lift_f, total, lagged_total, cosine_0, cosine, f),
         filter_lagged(thrust_f, total, lagged_total, sine_0, sine, f),
-    )
+    )  # fmt: skip
 
 
 def pitch_regression(s, sine_of_rest, cosine_of_rest, f):

@@ -28,7 +28,7 @@ omega_f = 1. :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_
 
 from typing import NamedTuple
 
-from .matrix_exponential import matrix_exponential
+from .linear_algebra import matrix_exponential
 
 
 class FilterCoefficients(NamedTuple):

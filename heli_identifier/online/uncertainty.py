@@ -1,38 +1,39 @@
-"""Standard errors that allow for coloured residuals: a sandwich of block sums.
+"""Standard errors that allow for autocorrelated residuals: a sandwich estimator from block sums.
 
 At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples. To first order
 Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
 
     var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b
 
-with beta_b = exp(-alpha age). The second sum (Bartlett weights, twice one half) takes in what correlation reaches over
-the border of two blocks; together they cannot be negative. Nothing is assumed about the colour of the residual or
-about its strength over time, except that its correlation fades within some two blocks, which grow with the record.
+with beta_b = exp(-alpha age). The second sum (Bartlett weights, twice one half) accounts for correlation across the
+border of two blocks; the two sums together cannot be negative. The only assumption about the residual is that its
+correlation fades within about two blocks, which grow with the record.
 
 Since Omega was fitted to the same data, the sum is short by a share that grows with the number of parameters n per
 independent block; a factor B / (B - 1.5 n) corrects it, B the effective number of blocks, (sum beta)^2 / sum beta^2,
-and 1.5 from the overlap. Before B exceeds 1.5 n + 4, nothing is known yet of the residual: its intensity is then
-taken as 1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
+and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estimated: its intensity is then taken as
+1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
 
-What this does not cover: a bias. A disturbance torque that moves the rig is correlated with its own regressors.
+A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
 """
 
 from math import sqrt
 
-from .moments import Moments, bilinear_form, dot, weighted_blocks
+from .linear_algebra import bilinear_form, dot, total
+from .moments import Moments, weighted_blocks
 
 OVERLAP = 1.5
-"""Blocks' worth of freedom that a parameter takes when neighbouring blocks are judged in pairs."""
+"""Degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs."""
 
 LEAST_FREEDOM = 4.0
-"""Freedom below which nothing is said of the residual."""
+"""Degrees of freedom below which the residual is not estimated."""
 
 
 def freedom(weights: list[float], parameters: int) -> float:
-    """Return B - 1.5 n: blocks' worth of freedom left after fitting ``parameters``; negative when too few."""
+    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; negative with too few blocks."""
     squares = dot(weights, weights)
-    return (sum(weights) ** 2 / squares if squares > 0.0 else 0.0) - OVERLAP * parameters
+    return (total(weights) ** 2 / squares if squares > 0.0 else 0.0) - OVERLAP * parameters
 
 
 def variance_of_sum(terms: list[float]) -> float:

@@ -10,7 +10,7 @@ from .data_set import (
     read_logs,
 )
 from .format import CONTRACT, LogFormat
-from .log import Log, log_from_samples
+from .log import Log
 from .reading import read_log
 from .template import write_template
 from .writing import write_log
@@ -26,7 +26,6 @@ __all__ = [
     "check_excitation",
     "check_moving",
     "demo_logs",
-    "log_from_samples",
     "named_apart",
     "read_configuration",
     "read_data_set",

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -9,13 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import LogError
 from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS
 
-# A sample may lie this fraction of a step off the uniform grid: far above the rounding of a double (2e-16 of
-# ten hours at 2 kHz is 2e-8 steps) and far below anything an estimator could notice.
-_GRID_TOLERANCE = 1e-4
-
 
 def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    array = np.array(values, dtype=float)
+    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
+    array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False
     return array
 
@@ -28,18 +26,16 @@ class Log:
     ----------
     name : str
         Short name for tables and figures, unique within a data set.
-    path : str
-        File that the log came from; empty if it was computed.
-    sha256 : str
-        Hash of that file's bytes; empty if it was computed.
     rate_hz : float
         Sampling rate [Hz].
-    time : NDArray, shape (N,)
-        Time since the first sample kept, i/rate_hz [s].
     voltages : NDArray, shape (N, 2)
         Front and rear voltage [V], each held from its sample to the next.
     angles : NDArray, shape (N, 3)
         Pitch, elevation and travel [rad] at the samples.
+    path : str
+        File that the log came from; empty if it was computed.
+    sha256 : str
+        Hash of that file's bytes; empty if it was computed.
     extra : Mapping[str, NDArray]
         Further numeric columns, shape (N,) each, under their own header and in their own unit.
     notes : tuple[str, ...]
@@ -50,28 +46,27 @@ class Log:
     Raises
     ------
     LogError
-        If shapes disagree, a value is not finite, or time is not i/rate_hz.
+        If shapes disagree, a value is not finite, or the rate is not positive.
     """
 
     name: str
-    path: str
-    sha256: str
     rate_hz: float
-    time: NDArray[np.float64]
     voltages: NDArray[np.float64]
     angles: NDArray[np.float64]
+    path: str = ""
+    sha256: str = ""
     extra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     start: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("time", "voltages", "angles"):
+        object.__setattr__(self, "rate_hz", float(self.rate_hz))
+        for name in ("voltages", "angles"):
             object.__setattr__(self, name, _frozen(getattr(self, name)))
         object.__setattr__(self, "extra", {name: _frozen(values) for name, values in self.extra.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
-        count = len(self.time)
-        shapes = {"time": (count,), "voltages": (count, 2), "angles": (count, 3)}
-        for name, shape in shapes.items():
+        count = len(self.angles)
+        for name, shape in {"voltages": (count, 2), "angles": (count, 3)}.items():
             values = getattr(self, name)
             if values.shape != shape:
                 raise LogError(f"log {self.name}: {name} has shape {values.shape}, {shape} is needed.")
@@ -84,13 +79,12 @@ class Log:
         if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
             raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
         if count < 2:
-            raise LogError(f"log {self.name}: {count} samples are too few, 2 are needed.")
-        off_grid = np.abs(self.time * self.rate_hz - np.arange(count)).max()
-        if off_grid > _GRID_TOLERANCE:
-            raise LogError(
-                f"log {self.name}: time leaves the grid i/{self.rate_hz:g} Hz by {off_grid:.3g} steps, "
-                f"at most {_GRID_TOLERANCE:g} is allowed; resample it first."
-            )
+            raise LogError(f"log {self.name}: it has {count} sample{'' if count == 1 else 's'}, 2 are needed.")
+
+    @cached_property
+    def time(self) -> NDArray[np.float64]:
+        """Time since the first sample kept, i/rate_hz [s], shape (N,)."""
+        return _frozen(np.arange(self.samples) / self.rate_hz)
 
     @property
     def step(self) -> float:
@@ -100,7 +94,7 @@ class Log:
     @property
     def samples(self) -> int:
         """Number of samples N."""
-        return len(self.time)
+        return len(self.angles)
 
     @property
     def duration(self) -> float:
@@ -124,22 +118,3 @@ class Log:
         if name not in SIGNALS:
             raise LogError(f"log {self.name}: {name!r} is no signal, choose one of {', '.join(SIGNALS)}.")
         return (self.time, *self.voltages.T, *self.angles.T)[SIGNALS.index(name)]
-
-
-def log_from_samples(name: str, rate_hz: float, voltages: ArrayLike, angles: ArrayLike) -> Log:
-    """Make a log of samples that were computed rather than read.
-
-    Parameters
-    ----------
-    name : str
-        Name of the log.
-    rate_hz : float
-        Sampling rate [Hz].
-    voltages : array_like, shape (N, 2)
-        Front and rear voltage [V].
-    angles : array_like, shape (N, 3)
-        Pitch, elevation, travel [rad].
-    """
-    held = np.asarray(voltages, dtype=float)
-    time = np.arange(len(held)) / rate_hz
-    return Log(name, "", "", float(rate_hz), time, held, np.asarray(angles, dtype=float))

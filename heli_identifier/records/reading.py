@@ -98,7 +98,6 @@ def read_log(
         path=str(path),
         sha256=hashlib.sha256(data).hexdigest(),
         rate_hz=sampling.rate_hz,
-        time=np.arange(sampling.samples) / sampling.rate_hz,
         voltages=voltages,
         angles=angles,
         extra={name: _uniform(time, column[:, None], sampling)[:, 0] for name, column in extra.items()},

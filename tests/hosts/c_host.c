@@ -2,7 +2,7 @@
  *
  * Usage: c_host LIBRARY RESOURCES_URI GUID STRING_REFERENCE STRING_VALUE INPUTS OUTPUTS
  * INPUTS and OUTPUTS are counts followed by value references; a STRING_REFERENCE of -1 sets no text.
- * After the steps it sends a NaN, expects fmi2Discard from the next step, mends it and expects fmi2OK.
+ * After the steps it sends a NaN, expects fmi2Discard from the next step, then a good value and expects fmi2OK.
  */
 #include <dlfcn.h>
 #include <math.h>
@@ -115,7 +115,7 @@ int main(int argc, char **argv)
         check(step(unit, 0.5, 0.01, 1), DISCARD, "fmi2DoStep after a NaN");
         check(step(unit, 0.5, 0.01, 1), DISCARD, "fmi2DoStep after a NaN, again");
         check(set_real(unit, read, 1, &good), OK, "fmi2SetReal after a NaN");
-        check(step(unit, 0.5, 0.01, 1), OK, "fmi2DoStep after the NaN was mended");
+        check(step(unit, 0.5, 0.01, 1), OK, "fmi2DoStep after a good value");
         check(messages, 3, "the log of the NaN");
     }
     check(terminate(unit), OK, "fmi2Terminate");

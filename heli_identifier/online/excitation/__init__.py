@@ -1,8 +1,7 @@
 """Test signals for identification, as pure functions of time; standard library only."""
 
-from .multisine import Multisine, crest_factor
-from .paper import Channel, paper_excitation, paper_signal
-from .square_chirp import SquareChirp
+from .multisine import Multisine
+from .paper import Channel, SquareChirp, paper_excitation, paper_signal
 from .voltages import Excitation, Signal, voltages
 
 __all__ = [
@@ -11,7 +10,6 @@ __all__ = [
     "Multisine",
     "Signal",
     "SquareChirp",
-    "crest_factor",
     "paper_excitation",
     "paper_signal",
     "voltages",

@@ -16,7 +16,7 @@ from random import Random
 from ...errors import ConfigurationError, require_positive, require_range
 
 _POINTS_PER_CYCLE = 8
-"""Grid of the search for the peak, in points per cycle of the highest tone: the peak is found to 4 % or better."""
+"""Points per cycle of the highest tone on which the peak is searched: it is found to 4 % or better."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Multisine:
     seed : int
         Seed of the phases: the same seed gives the same signal on every machine.
     draws : int
-        Sets of phases drawn, of which that of least crest factor is kept.
+        Number of sets of phases drawn; the set of least crest factor is kept.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _sum_of_sines(components, t):
 
 @lru_cache(maxsize=32)
 def _components(lowest, highest, tones, period, seed, draws):
-    """Tones of least crest factor: the search runs once per process for each signal."""
+    """Return the tones of least crest factor; the search runs once per process for each signal."""
     ratio = (highest / lowest) ** (1.0 / max(tones - 1, 1))
     harmonics = sorted({round(lowest * ratio**i * period) for i in range(tones)} - {0})
     if not harmonics:
@@ -92,11 +92,3 @@ def _components(lowest, highest, tones, period, seed, draws):
     count = _POINTS_PER_CYCLE * harmonics[-1]
     times = [period * i / count for i in range(count)]
     return min(sets, key=lambda tones: max(abs(_sum_of_sines(tones, t)) for t in times))
-
-
-def crest_factor(signal: Multisine) -> float:
-    """Peak of ``signal`` over its root mean square [1], on a grid that finds the peak to 4 %."""
-    highest = max(omega for omega, _ in signal.components) / (2.0 * pi)
-    count = round(_POINTS_PER_CYCLE * highest * signal.period)
-    peak = max(abs(signal.at(signal.period * i / count)) for i in range(count))
-    return peak / signal.rms if signal.rms > 0.0 else 0.0

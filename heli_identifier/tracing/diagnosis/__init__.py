@@ -1,1 +1,1 @@
-"""The whole loop as one value: fit, residual, trace, refit, judge on held-out logs."""
+"""The whole loop as one value: fit, search, refit, validation on held-out logs."""

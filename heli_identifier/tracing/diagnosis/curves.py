@@ -10,9 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.result import EffectCurve
 from heli_identifier.tracing.prediction.along import accelerations_at
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.validation.smoothed_state import as_smoothed, smoothed_motion
 from heli_plant.effects import AXES, Effect
@@ -24,12 +25,12 @@ BINS = 32
 SHOWN_ON = {"rotors": "elevation"}
 """Axis on which an effect of the rotors is drawn."""
 
-def accelerations_along(record: Record, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def accelerations_along(record: Log, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
     return accelerations_at(record, np.column_stack((smoothed_motion(record), smoothed_motion(record, 1))), parameters)
 
 
-def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> EffectCurve | None:
+def effect_curve(model: Model, effect: Effect, records: Sequence[Log]) -> EffectCurve | None:
     """Draw one named effect of a model; None for the bending mode."""
     if effect.drawn_against is None:
         return None
@@ -64,7 +65,18 @@ def effect_curve(model: Model, effect: Effect, records: Sequence[Record]) -> Eff
     )
 
 
-def _variable(record: Record, kind: str, axis: int, mu: NDArray[np.float64]) -> NDArray[np.float64]:
+def drawn_curves(model: Model, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+    """Curves of the found effects that can be drawn: named effects first, then unknown torques of one variable."""
+    curves = [effect_curve(model, effect, model.fit.problem.records) for effect in model.effects]
+    for found in effects:
+        shape = found.shape
+        if isinstance(shape, CurveShape):
+            drawn = np.column_stack((shape.curve, shape.band[:, 1:]))
+            curves.append(EffectCurve("unknown", found.axis, shape.variable, shape.unit, np.empty((0, 2)), drawn))
+    return tuple(curve for curve in curves if curve is not None)
+
+
+def _variable(record: Log, kind: str, axis: int, mu: NDArray[np.float64]) -> NDArray[np.float64]:
     angles, rates = smoothed_motion(record), smoothed_motion(record, 1)
     if kind == "rate":
         return rates[:, axis]

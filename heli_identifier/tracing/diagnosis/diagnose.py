@@ -1,44 +1,35 @@
-"""Close the loop with measured data: fit, residual, trace, refit, judge on held-out logs."""
+"""A diagnosis of measured data: checks, fit, search, validation on held-out logs, and the values that state it all."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from time import perf_counter
 
-import numpy as np
+from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
-from heli_identifier.records import Log
-from heli_identifier.tracing.diagnosis.curves import effect_curve
-from heli_identifier.tracing.diagnosis.findings import (
+from heli_identifier.errors import LogError
+from heli_identifier.records import Log, check_apart, check_excitation, check_moving, named_apart
+from heli_identifier.tracing.diagnosis.conclusions import (
     catalogue_verdicts,
+    correlation,
     effect_estimates,
     found_effects,
     parameter_estimates,
 )
-from heli_identifier.tracing.diagnosis.outcome import outcome_notes
-from heli_identifier.tracing.diagnosis.result import (
-    EFFECTS_SHOWN,
-    MODEL_ADEQUATE,
-    UNKNOWN_EFFECT,
-    DataEntry,
-    Diagnosis,
-    EffectCurve,
-    HeldOutSeries,
-)
+from heli_identifier.tracing.diagnosis.curves import drawn_curves
+from heli_identifier.tracing.diagnosis.notes import diagnosis_notes
+from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.diagnosis.signs import sign_notes
-from heli_identifier.tracing.prediction.fit import Fit
-from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem
-from heli_identifier.tracing.prediction.record import reduce_log
+from heli_identifier.tracing.prediction.observer import observer_start
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.agreement import agreement
 from heli_identifier.tracing.search.ambiguity import alternatives
-from heli_identifier.tracing.search.findings import FoundEffect
 from heli_identifier.tracing.search.model import Model
-from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection, select
-from heli_identifier.tracing.validation.free_run import run_start
-from heli_identifier.tracing.validation.judgement import judged
-from heli_identifier.tracing.validation.withdrawal import borne_out
+from heli_identifier.tracing.search.settings import SIGNIFICANCE
+from heli_identifier.tracing.validation.comparison import HeldOutRun, compared
+from heli_identifier.tracing.validation.held_out import hold_out
+from heli_identifier.tracing.validation.withdrawal import validate
 from heli_plant.effects import Effect
 
 Progress = Callable[[str, float], None]
@@ -46,167 +37,138 @@ Progress = Callable[[str, float], None]
 
 
 def diagnose(
-    training: Sequence[Log],
-    validation: Sequence[Log],
+    logs: Log | Sequence[Log],
+    *,
+    held_out: Log | Sequence[Log],
     settings: DiagnosisSettings | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Diagnose one rig.
+    """Find what the simplified model of one rig lacks, and compare the corrected model with it on held-out logs.
 
     Parameters
     ----------
-    training : sequence of Log
-        Logs that the models are fitted to and effects are searched in.
-    validation : sequence of Log
-        Logs of the same rig that neither fit nor search sees; errors are judged on them.
+    logs : Log or sequence of Log
+        Training logs: models are fitted to them and effects are searched in them.
+    held_out : Log or sequence of Log
+        Further logs of the same rig, which neither fit nor search uses; errors are computed on them.
     settings : DiagnosisSettings, optional
+        What is given of the rig; :meth:`DiagnosisSettings.from_rig` makes them from its configuration.
     progress : callable, optional
-        Told what is being done.
+        Called with what is being done and the share that is done.
 
     Returns
     -------
     Diagnosis
+
+    Raises
+    ------
+    LogError
+        Nothing is excited, an axis stands still in a log, no log is held out, or two logs share samples.
     """
-    began, settings, tell = perf_counter(), settings or DiagnosisSettings(), progress or (lambda what, share: None)
+    training, kept = _checked(logs, held_out)
+    # The matrices here are small and records run side by side: threads of the linear algebra only get in each
+    # other's way (measured on two cores: five times slower).
+    with threadpool_limits(1):
+        return _diagnosed(training, kept, settings or DiagnosisSettings(), progress or (lambda what, share: None))
+
+
+def _checked(logs: Log | Sequence[Log], held_out: Log | Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
+    """Training and held-out logs under names of which no two are alike, if they can serve a diagnosis."""
+    training, kept = ((given,) if isinstance(given, Log) else tuple(given) for given in (logs, held_out))
+    check_excitation(training)
+    if not kept:
+        raise LogError("no log is held out to compare models on; give at least one with held_out=.")
+    check_apart(training, kept)
+    check_moving((*training, *kept))
+    named = named_apart((*training, *kept))
+    return named[: len(training)], named[len(training) :]
+
+
+def _diagnosed(
+    training: Sequence[Log], held_out_logs: Sequence[Log], settings: DiagnosisSettings, progress: Progress
+) -> Diagnosis:
+    began = perf_counter()
     problem = Problem(tuple(reduce_log(log) for log in training), settings.bandwidth)
-    held = Problem(tuple(reduce_log(log) for log in validation), settings.bandwidth)
-    tell("searching the catalogue", 0.05)
-    selection = select(problem, first_estimate(problem.records, settings.base_parameters()), settings.selection)
-    tell("checking at other filter frequencies", 0.6)
+    held_out = hold_out(held_out_logs, settings.bandwidth)
+    progress("searching the catalogue", 0.05)
+    start = first_estimate(problem.records, settings.base_parameters(), settings.free)
+    selection = select(problem, start, settings.free)
+    null = selection.null.model.fit
+    progress("checking at other filter frequencies", 0.6)
     model, agreed, unstable = agreement(selection.model, settings.agreement)
-    tell("checking on the held-out logs", 0.75)
-    model, final, unborne = borne_out(model, selection.bare.model.fit, held)
-    withdrawn = tuple((w.name, w.axis, w.why) for w in (*unstable, *unborne))
-    rivals = beside(_rivals, selection, model, settings)
-    tell("judging before and after", 0.85)
-    axes, runs = judged(validation, held, selection.bare.model.fit, final)
+    progress("checking on the held-out logs", 0.75)
+    model, delivered, not_validated = validate(model, null, held_out)
+    withdrawn = (*unstable, *not_validated)
+    rivals = beside(_rivals, selection, model)
+    progress("comparing before and after", 0.85)
+    axes, before, after = compared(held_out, null, delivered)
     effects = found_effects(model, agreed, rivals.result())
+    labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
         withdrawn=withdrawn,
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
-        parameters_before=parameter_estimates(selection.bare.model.fit),
-        parameters_after=parameter_estimates(final),
-        effects_after=effect_estimates(final),
-        plant_before=selection.bare.model.fit.parameters,
-        plant_after=final.parameters,
+        parameters_before=parameter_estimates(null),
+        parameters_after=parameter_estimates(delivered),
+        effects_after=effect_estimates(delivered),
+        plant_before=null.parameters,
+        plant_after=delivered.parameters,
         axes=axes,
-        series=_series(validation, held, selection.bare.model.fit, final, runs),
-        curves=_curves(model, effects),
-        correlation_names=_labels(selection.last.scanned),
-        correlation=_correlation(selection.last.scanned),
-        data=(*_entries(training, "training"), *_entries(validation, "held out")),
+        series=_series(held_out.logs, before, after),
+        curves=drawn_curves(model, effects),
+        correlation_labels=labels,
+        correlation=matrix,
+        data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
-        notes=(
-            *sign_notes(parameter_estimates(selection.bare.model.fit)),
-            *_notes(model, final, settings),
-            *outcome_notes(axes),
-        ),
+        notes=diagnosis_notes(null, model, delivered, axes, settings),
         seconds=perf_counter() - began,
     )
 
 
-def _verdict(model: Model) -> str:
+def _verdict(model: Model) -> RigVerdict:
     if model.effects:
-        return EFFECTS_SHOWN
-    return UNKNOWN_EFFECT if model.unknowns else MODEL_ADEQUATE
+        return RigVerdict.EFFECTS_SHOWN
+    return RigVerdict.UNKNOWN_EFFECT if model.unknowns else RigVerdict.MODEL_ADEQUATE
 
 
-def _rivals(selection: Selection, model: Model, settings: DiagnosisSettings) -> dict[str, list[Effect]]:
+def _rivals(selection: Selection, model: Model) -> dict[str, list[Effect]]:
     """Per found effect's field what could stand in its place."""
-    return {e.field: alternatives(model, e, selection.bare, settings.selection) for e in model.effects}
+    return {effect.field: alternatives(model, effect, selection.null) for effect in model.effects}
 
 
-def _series(
-    logs: Sequence[Log], held: Problem, before: Fit, after: Fit, runs: Mapping[str, list]
-) -> tuple[HeldOutSeries, ...]:
-    residuals = {"before": held.residuals(before.parameters), "after": held.residuals(after.parameters)}
-    out = []
-    for i, log in enumerate(logs):
-        start = run_start(log)
-        out.append(
-            HeldOutSeries(
-                log.name, log.step, log.voltages, log.angles, runs["before"][i], runs["after"][i], start._asdict(),
-                residuals["before"][i], residuals["after"][i], _white(after, residuals["before"][i]),
-                _white(after, residuals["after"][i]), 1.0 / REDUCED_RATE,
-            )
-        )  # fmt: skip
-    return tuple(out)
-
-
-def _white(fit: Fit, residuals: np.ndarray) -> np.ndarray:
-    """Residuals (n, 3) of one held-out record behind the whitening of a fit."""
-    return np.column_stack([fit.whitener.apply_axis(axis, [residuals[:, axis]]) for axis in range(3)])
-
-
-def _curves(model: Model, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
-    """Curves of the found effects that can be drawn."""
-    curves = [effect_curve(model, effect, model.fit.problem.records) for effect in model.effects]
-    for found in effects:
-        if found.coefficient is None and "curve" in found.shape:
-            curve, band = np.array(found.shape["curve"]), np.array(found.shape["band"])
-            curves.append(
-                EffectCurve(
-                    "unknown", found.axis, found.shape["variable"], found.shape["unit"],
-                    np.empty((0, 2)), np.column_stack((curve, band[:, 1:])),
-                )
-            )  # fmt: skip
-    return tuple(curve for curve in curves if curve is not None)
-
-
-def _representatives(scanned: Scan) -> list[int]:
-    """One candidate per entry: the one with the largest score."""
-    best: dict[str, int] = {}
-    for index, candidate in enumerate(scanned.candidates):
-        field = candidate.effect.field
-        if field not in best or abs(scanned.scores[index]) > abs(scanned.scores[best[field]]):
-            best[field] = index
-    return list(best.values())
-
-
-def _labels(scanned: Scan) -> tuple[str, ...]:
-    entries = [scanned.candidates[i].effect for i in _representatives(scanned)]
-    return tuple(f"{entry.name} {entry.axis}" for entry in entries)
-
-
-def _correlation(scanned: Scan) -> np.ndarray:
-    columns = scanned.directions[:, _representatives(scanned)]
-    return columns.T @ columns
+def _series(logs: Sequence[Log], before: HeldOutRun, after: HeldOutRun) -> tuple[HeldOutSeries, ...]:
+    return tuple(
+        HeldOutSeries(
+            log,
+            before.free_runs[i],
+            after.free_runs[i],
+            observer_start(log)._asdict(),
+            before.residuals[i],
+            after.residuals[i],
+            before.white[i],
+            after.white[i],
+            1.0 / REDUCED_RATE,
+        )
+        for i, log in enumerate(logs)
+    )
 
 
 def _entries(logs: Sequence[Log], used_for: str) -> tuple[DataEntry, ...]:
     return tuple(
-        DataEntry(log.path or log.name, log.sha256, len(log.time), log.rate_hz, used_for, tuple(log.notes))
-        for log in logs
+        DataEntry(log.path or log.name, log.sha256, log.samples, log.rate_hz, used_for, log.notes) for log in logs
     )
 
 
 def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, object]:
+    """Give the settings under the keys of diagnosis.json; the rest pitch only where it is given."""
     return {
         "filter_frequency_rad_s": settings.bandwidth,
         "agreement_frequencies_rad_s": list(settings.agreement),
         "motor_time_constant_s": settings.motor_time_constant,
         "voltage_limit_V": settings.voltage_limit,
-        "significance": settings.selection.significance,
+        **({} if settings.rest_pitch is None else {"rest_pitch_rad": settings.rest_pitch}),
+        "significance": SIGNIFICANCE,
         "threshold": selection.threshold,
-        "hint": selection.hint,
+        "hint": selection.suggestive_level,
     }
-
-
-def _notes(model: Model, final: Fit, settings: DiagnosisSettings) -> tuple[str, ...]:
-    notes = []
-    highest = max(float(np.abs(record.voltages).max()) for record in model.fit.problem.records)
-    if highest > settings.voltage_limit:
-        notes.append(
-            f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
-            "(set the rig's limit in its configuration)"
-        )
-    if final is not model.fit:
-        notes.append(
-            "the corrected parameters let the model imitate the unknown torque, which predicts better so; coefficients "
-            "listed with the effects are those found beside it"
-        )
-    if not (model.fit.converged and final.converged):
-        notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
-    return tuple(notes)

@@ -2,18 +2,26 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing.search.findings import CatalogueVerdict, FoundEffect
+from heli_identifier.records import Log
+from heli_identifier.tracing.search.found_effect import FoundEffect
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisReport
 from heli_plant.parameters import PlantParameters
 
-EFFECTS_SHOWN, MODEL_ADEQUATE, UNKNOWN_EFFECT = "effects shown", "model adequate", "unknown effect"
-"""Verdicts on a rig."""
+
+class RigVerdict(StrEnum):
+    """The verdict on a rig; the value is the text that stands in diagnosis.json."""
+
+    EFFECTS_SHOWN = "effects shown"
+    MODEL_ADEQUATE = "model adequate"
+    UNKNOWN_EFFECT = "unknown effect"
 
 
 @dataclass(frozen=True)
@@ -30,31 +38,24 @@ class DataEntry:
 
 @dataclass(frozen=True, eq=False)
 class HeldOutSeries:
-    """One held-out log on the observer's grid, for figures and for the master.
+    """One held-out log and what the models before and after make of it.
 
     Attributes
     ----------
-    name : str
-    step : float
-        [s].
-    voltages : NDArray, shape (N, 2)
-    measured : NDArray, shape (N, 3)
-        Angles [rad].
+    log : Log
+        As it was read.
     free_run_before, free_run_after : NDArray, shape (N, 3)
-        Simulated from ``start`` under the voltages [rad].
+        Angles [rad], simulated from ``start`` under the voltages.
     start : mapping
         Start state by the fields of :class:`heli_plant.state.PlantState`, so that the FMU repeats the run.
     residual_before, residual_after : NDArray, shape (n, 3)
         Reduced innovations [rad/s^2] every ``residual_step`` [s].
     white_before, white_after : NDArray, shape (m, 3)
-        The same behind the whitening that the training logs taught, of unit variance if the model is right.
+        The same under the whitener of the model after, of unit variance if the model is right.
     residual_step : float
     """
 
-    name: str
-    step: float
-    voltages: NDArray[np.float64]
-    measured: NDArray[np.float64]
+    log: Log
     free_run_before: NDArray[np.float64]
     free_run_after: NDArray[np.float64]
     start: Mapping[str, float]
@@ -86,29 +87,29 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict : str
+    verdict : RigVerdict
     effects : tuple of FoundEffect
         Strongest evidence first.
-    withdrawn : tuple of (name, axis, why)
-        Effects that the training logs showed and the held-out logs did not bear out.
+    withdrawn : tuple of Withdrawal
+        Effects that the training logs showed and that other filter frequencies or the held-out logs did not confirm.
     catalogue : tuple of CatalogueVerdict
     parameters_before, parameters_after : mapping of str to Estimate
         By the paper's symbols.
     effects_after : mapping of str to Estimate
         Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
-        ``effects`` where parameters are handed back that imitate an unknown torque.
+        ``effects`` where the delivered parameters imitate an unknown torque.
     plant_before, plant_after : PlantParameters
         The complete parameter sets.
     axes : mapping of str to AxisReport
-    correlation_names : tuple of str
-        Labels "name axis" of the rows of ``correlation``.
+    correlation_labels : tuple of (name, axis)
+        Entries of the catalogue in the order of the rows of ``correlation``.
     correlation : NDArray, shape (K, K)
         Correlations between the catalogue's projected signatures.
     """
 
-    verdict: str
+    verdict: RigVerdict
     effects: tuple[FoundEffect, ...]
-    withdrawn: tuple[tuple[str, str, str], ...]
+    withdrawn: tuple[Withdrawal, ...]
     catalogue: tuple[CatalogueVerdict, ...]
     parameters_before: Mapping[str, Estimate]
     parameters_after: Mapping[str, Estimate]
@@ -118,7 +119,7 @@ class Diagnosis:
     axes: Mapping[str, AxisReport]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
-    correlation_names: tuple[str, ...]
+    correlation_labels: tuple[tuple[str, str], ...]
     correlation: NDArray[np.float64]
     data: tuple[DataEntry, ...]
     settings: Mapping[str, Any]
@@ -128,9 +129,3 @@ class Diagnosis:
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
         return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
-
-    def _repr_html_(self) -> str:
-        """Show the diagnosis in a notebook."""
-        from heli_identifier.workbench.report.notebook import notebook_view
-
-        return notebook_view(self)

@@ -1,14 +1,21 @@
 """Settings of a diagnosis."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.online import ModelParameters
+from heli_identifier.records import RigConfiguration
 from heli_plant.parameters import PlantParameters
+
+BANDWIDTH = 4.0
+"""Filter frequency omega_f [rad/s] of the search."""
+
+AGREEMENT = (2.0, 8.0)
+"""Further filter frequencies [rad/s] at which every effect has to hold."""
 
 
 @dataclass(frozen=True)
 class DiagnosisSettings:
-    """What a diagnosis assumes and how strict it is.
+    """What a diagnosis takes as given.
 
     Attributes
     ----------
@@ -20,15 +27,43 @@ class DiagnosisSettings:
         T_m [s] that the model before assumes; a different lag shows as the effect motor_lag.
     voltage_limit : float
         Saturation of both voltages [V].
-    selection : SelectionSettings
+    rest_pitch : float or None
+        Pitch theta_0 at rest [rad]; None lets every fit estimate it.
     """
 
-    bandwidth: float = 4.0
-    agreement: tuple[float, ...] = (2.0, 8.0)
+    bandwidth: float = BANDWIDTH
+    agreement: tuple[float, ...] = AGREEMENT
     motor_time_constant: float = 0.08
     voltage_limit: float = 5.0
-    selection: SelectionSettings = field(default_factory=SelectionSettings)
+    rest_pitch: float | None = None
+
+    @classmethod
+    def from_rig(
+        cls, configuration: RigConfiguration, bandwidth: float = BANDWIDTH, agreement: tuple[float, ...] = AGREEMENT
+    ) -> "DiagnosisSettings":
+        """Make settings of all that a rig's configuration states.
+
+        Parameters
+        ----------
+        configuration : RigConfiguration
+        bandwidth : float
+            Filter frequency [rad/s] of the search.
+        agreement : tuple of float
+            Further filter frequencies [rad/s].
+        """
+        return cls(
+            bandwidth,
+            agreement,
+            configuration.motor_time_constant,
+            configuration.format.voltage_limit,
+            configuration.rest_pitch,
+        )
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Parameters of the simplified model that are estimated: theta0 only where no rest pitch is given."""
+        return tuple(name for name in ModelParameters._fields if name != "theta0" or self.rest_pitch is None)
 
     def base_parameters(self) -> PlantParameters:
-        """Parameter set that carries what is given; the estimated fields hold no information."""
-        return PlantParameters(T_m=self.motor_time_constant, v_max=self.voltage_limit)
+        """Parameter set that carries what is given; the fields in ``free`` hold no information."""
+        return PlantParameters(T_m=self.motor_time_constant, v_max=self.voltage_limit, theta0=self.rest_pitch or 0.0)

@@ -1,9 +1,9 @@
-"""What the signs of the fitted gains say of a log: the model wants all its lifts to lift.
+"""Signs of the fitted gains as a check of a log's conventions: more voltage lifts.
 
 A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). A log whose
-pitch counts the other way, whose front and rear are exchanged or whose elevation counts downwards fits the bare model
-as well, with a negative gain, but what it lacks is then searched in a mirror. The sign of k_y alone is a convention,
-the sense of the travel; beside k_x < 0 it tells which of the two mirrored the pitch:
+pitch counts the other way, whose front and rear are exchanged or whose elevation counts downwards fits the null model
+as well, with a negative gain, but the search for effects would then go wrong. The sign of k_y alone is a convention,
+the sense of the travel; where k_x < 0 it distinguishes the two causes:
 
 | k_x | k_y | k_z | then |
 |---|---|---|---|
@@ -28,7 +28,7 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     Parameters
     ----------
     estimates : mapping of str to Estimate
-        Of the bare model, by the paper's symbols.
+        Of the null model, by the paper's symbols.
     """
     pitch, elevation, travel = (_sign(estimates[name]) for name in ("k_x", "k_z", "k_y"))
     negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles
@@ -21,13 +21,13 @@ def _predict(time, voltages, states, starts, steps, h, p, angles):
 
 
 def predicted(
-    record: Record, states: NDArray[np.float64], starts: NDArray[np.intp], steps: int, parameters: PlantParameters
+    record: Log, states: NDArray[np.float64], starts: NDArray[np.intp], steps: int, parameters: PlantParameters
 ) -> NDArray[np.float64]:
     """Predict the angles ``steps`` samples after each of ``starts``.
 
     Parameters
     ----------
-    record : Record
+    record : Log
         Its voltages drive the plant.
     states : NDArray, shape (N, 12)
         The states to start from, at every sample of the record.

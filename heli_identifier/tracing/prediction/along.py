@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from heli_plant.motor import lagged
@@ -29,13 +29,13 @@ def _along(time, motion, voltages, h, p, out, mu):
 
 
 def accelerations_at(
-    record: Record, motion: NDArray[np.float64], parameters: PlantParameters
+    record: Log, motion: NDArray[np.float64], parameters: PlantParameters
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations of the model along a given motion.
 
     Parameters
     ----------
-    record : Record
+    record : Log
     motion : NDArray, shape (N, 6)
         Pitch, elevation, travel [rad] and their rates [rad/s] at every sample of the record.
     parameters : PlantParameters

@@ -1,4 +1,4 @@
-"""Standard errors that allow for what the whitening leaves.
+"""Standard errors that allow for the correlation that whitening leaves.
 
 The sandwich (J'J)^-1 (sum over blocks s s') (J'J)^-1 with s = J_b' z_b over blocks of some seconds (Newey and West
 1987; Hansen 2007), or the plain (J'J)^-1 where that is larger.
@@ -18,11 +18,11 @@ BLOCK_SECONDS = 4.0
 def block_covariance(
     problem: Problem, whitener: Whitener, jacobian: NDArray[np.float64], white: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Sandwich covariance with blocks in time that span the three axes; infinite for what the data do not feel."""
+    """Sandwich covariance with blocks in time that span the three axes; infinite where a column is zero."""
     length = np.linalg.norm(jacobian, axis=0)
     silent = length == 0.0
     length = np.where(silent, 1.0, length)
-    jacobian = jacobian / length  # columns of many units: alike, so that none passes for rounding of another
+    jacobian = jacobian / length  # equal lengths: otherwise the units decide which direction counts as zero
     inverse = np.linalg.pinv(jacobian.T @ jacobian)
     scores = block_membership(problem, whitener.order) @ (jacobian * white[:, None])
     small_sample = len(scores) / max(len(scores) - 1, 1)
@@ -35,7 +35,7 @@ def block_covariance(
 
 
 def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
-    """Give the number of the time block that each whitened sample belongs to, shape (M,)."""
+    """Label each whitened sample with the number of its time block, shape (M,)."""
     width = max(1, int(BLOCK_SECONDS * REDUCED_RATE))
     labels, first = [], 0
     for length in problem.lengths:

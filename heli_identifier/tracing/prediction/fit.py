@@ -22,7 +22,7 @@ BASE = ModelParameters._fields
 """Fields of the simplified model that every fit estimates."""
 
 OUTDATED = 3.0
-"""Sensitivities serve until a parameter has moved by more standard errors than this from where they were taken."""
+"""Sensitivities are computed again when a parameter has moved by more standard errors than this since the last time."""
 
 _PARTS: list[Effect | Shape] = [*CATALOGUE, *(shape for effect in CATALOGUE for shape in effect.shapes)]
 DIFFERENCE_STEPS = {part.field: part.difference_step for part in _PARTS if part.difference_step is not None}
@@ -84,7 +84,7 @@ class Fit:
         return float(np.sqrt(self.covariance[index, index]))
 
     def estimate(self, field: str) -> Estimate:
-        """Give a free field's value with its standard error."""
+        """Value of a free field with its standard error."""
         return Estimate(getattr(self.parameters, field), self.standard_error(field), BY_FIELD[field].unit)
 
 
@@ -98,8 +98,8 @@ def sensitivities(
 ) -> Residuals:
     """Sensitivities of the reduced innovations to ``free``, one array (n_i, 3, len(free)) a record.
 
-    A difference that would leave the parameter's range is taken to the other side. What ``near`` was fitted with is
-    taken from there, as it is.
+    A difference that would leave the parameter's range is taken to the other side. Sensitivities to fields that
+    ``near`` estimates are taken from it unchanged.
     """
     known = near.free if near is not None else ()
     missing = [name for name in free if name not in known]
@@ -174,7 +174,7 @@ def fit(
     residuals = _explained(model, columns, linear)
 
     def linearised(known: Fit | None = None) -> Residuals:
-        """Sensitivities at the present parameters, and the further columns."""
+        """Sensitivities at the current parameters, and the further columns."""
         return _joined(sensitivities(problem, parameters, free, model, known), columns)
 
     raw = linearised(near)
@@ -206,7 +206,7 @@ def fit(
             continue
         actual = np.concatenate((_apart(moved, parameters, free), moved_linear - linear))
         parameters, model, residuals, linear = moved, trial_model, trial, moved_linear
-        # sensitivities change slowly: they are kept until the search has left where they were taken (chord method)
+        # sensitivities change slowly: they are kept until the parameters have moved away from them (chord method)
         fresh = bool(np.any(np.abs(_apart(parameters, taken_at, free)) > OUTDATED * errors[: len(free)]))
         if fresh:
             raw, taken_at = linearised(), parameters

@@ -1,4 +1,4 @@
-"""A record made by the model in place of the rig: the observer inverted, from innovations to angles.
+"""Angles made by the model in place of the rig: the observer inverted, from innovations to angles.
 
 The innovations form x_hat' = f(x_hat, v) + L e, y = y_hat + e (Ljung, System Identification, section 4.3).
 """
@@ -6,8 +6,8 @@ The innovations form x_hat' = f(x_hat, v) + L e, y = y_hat + e (Ljung, System Id
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import corrected, gains
-from heli_identifier.tracing.prediction.record import Record
 from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles
@@ -25,13 +25,13 @@ def _generate(time, voltages, noise, start, h, p, l1, l2, angles):
 
 
 def generated(
-    record: Record, start: PlantState, innovations: NDArray[np.float64], parameters: PlantParameters, bandwidth: float
-) -> Record:
-    """Give a record of the same voltages whose angles the model makes.
+    record: Log, start: PlantState, innovations: NDArray[np.float64], parameters: PlantParameters, bandwidth: float
+) -> NDArray[np.float64]:
+    """Angles that the model makes under the voltages of a record.
 
     Parameters
     ----------
-    record : Record
+    record : Log
     start : PlantState
     innovations : NDArray, shape (N, 3)
         Of pitch, elevation, travel [rad].
@@ -41,10 +41,11 @@ def generated(
 
     Returns
     -------
-    Record
+    NDArray, shape (N, 3)
+        Pitch, elevation, travel [rad]; not finite where an unstable model runs away.
     """
     angles, h = np.empty_like(record.angles), record.step
     p, on_angle_and_rate = parameter_record(parameters), gains(bandwidth, h)
     run = compiled_for(_generate, parameters)
     run(record.time, record.voltages, innovations, start, h, p, *on_angle_and_rate, angles)
-    return Record(record.name, h, record.voltages, angles)
+    return angles

@@ -1,4 +1,4 @@
-r"""Innovations of a slow observer around the plant: the residual that everything downstream looks at.
+r"""Innovations of a slow observer around the plant: the residual from which everything else is computed.
 
 The plant runs under the measured voltages and is corrected towards the measured angles y, per axis,
 
@@ -14,7 +14,7 @@ axes are treated alike (Ljung, System Identification, 2nd ed., sections 3.2 and 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
@@ -59,7 +59,7 @@ def _observe(time, voltages, angles, start, h, p, l1, l2, innovations, motion):
         state = advance(corrected(state, e1, e2, e3, l1, l2), time, voltages, k, 0.0, h, p)
 
 
-def observer_start(record: Record) -> PlantState:
+def observer_start(record: Log) -> PlantState:
     """State at a record's start: straight lines through the first .3 s of the angles, motors settled."""
     count = max(4, int(0.3 / record.step))
     slopes, intercepts = np.polyfit(np.arange(count) * record.step, record.angles[:count], 1)
@@ -71,13 +71,13 @@ def observer_start(record: Record) -> PlantState:
 
 
 def observe(
-    record: Record, parameters: PlantParameters, bandwidth: float, start: PlantState
+    record: Log, parameters: PlantParameters, bandwidth: float, start: PlantState
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Run the observer over a record.
 
     Parameters
     ----------
-    record : Record
+    record : Log
     parameters : PlantParameters
     bandwidth : float
         omega_f [rad/s] of the observer's poles.

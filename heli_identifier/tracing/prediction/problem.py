@@ -1,17 +1,20 @@
 """The prediction-error problem of one data set: parameters in, reduced innovations and their sensitivities out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import observe, observer_start
-from heli_identifier.tracing.prediction.record import Record
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
+
+TARGET_RATE = 100.0
+"""Rate [Hz] that faster logs are reduced to: ten times the fastest motion that the search resolves."""
 
 Residuals = list[NDArray[np.float64]]
 """Per record the reduced innovations, shape (n_i, 3) [rad/s^2]."""
@@ -23,29 +26,42 @@ SETTLING = 10.0
 """The first SETTLING / omega_f seconds of a record still carry its unknown start and are left out."""
 
 
+def reduce_log(log: Log) -> Log:
+    """Reduce a log to about :data:`TARGET_RATE` by a whole factor; a slower log keeps its rate.
+
+    A voltage held over several samples acts through the motor's lag as its mean does, so voltages are averaged over
+    the longer step; an angle is taken at the step's start.
+    """
+    factor = max(1, int(log.rate_hz / TARGET_RATE + 0.5))
+    count = log.samples // factor
+    voltages = log.voltages[: count * factor].reshape(count, factor, 2).mean(axis=1)
+    angles = log.angles[: count * factor : factor]
+    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, extra={})
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """Records of one rig under one observer.
 
     Attributes
     ----------
-    records : tuple of Record
+    records : tuple of Log
     bandwidth : float
         omega_f of the observer [rad/s].
     """
 
-    records: tuple[Record, ...]
+    records: tuple[Log, ...]
     bandwidth: float = 4.0
     starts: tuple[PlantState, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "starts", tuple(observer_start(record) for record in self.records))
 
-    def factor(self, record: Record) -> int:
+    def factor(self, record: Log) -> int:
         """Count the samples of a record that are averaged into one."""
         return max(1, round(1.0 / (record.step * REDUCED_RATE)))
 
-    def reduce(self, record: Record, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def reduce(self, record: Log, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Average blocks of a record's signal (N, ...) down to the reduced rate and drop the settling time."""
         factor = self.factor(record)
         count = len(values) // factor

@@ -1,7 +1,7 @@
 """Whitening of the innovations: one autoregressive model per axis, by Burg's method, common to all records.
 
-The torque of the room and the encoders' noise colour the innovations; a t-score taken without whitening accuses a
-clean record far too often. Source: Ljung, System Identification, 2nd ed., section 7.2; Burg 1967 (statsmodels).
+Process noise and encoder noise make the innovations correlated in time. Without whitening, t-scores would show effects
+in a clean record far too often. Source: Ljung, System Identification, 2nd ed., section 7.2; Burg 1967 (statsmodels).
 """
 
 from collections.abc import Sequence
@@ -95,7 +95,7 @@ def fit_axis(
     Parameters
     ----------
     contraction : float
-        Factor on the radius of the autoregression's poles. Below 1 no step, drift or line can hide behind a pole on
+        Factor on the radius of the autoregression's poles. Below 1 no step, drift or period can hide behind a pole on
         the unit circle, at the price of a residual that is not quite white (bandwidth expansion, Tohkura 1978).
     """
     joined = np.concatenate(list(signals))

@@ -21,7 +21,7 @@ def use_threads(count: int) -> None:
 
 
 def parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-    """Return ``[function(item) for item in items]``, worked out on all threads.
+    """Return ``[function(item) for item in items]``, computed on all threads.
 
     A call from one of the threads themselves runs in that thread: outer work is spread, inner work is not.
     """
@@ -34,10 +34,10 @@ def parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> list[
 def beside(
     function: Callable[Arguments, Result], *arguments: Arguments.args, **named: Arguments.kwargs
 ) -> "Future[Result]":
-    """Start work that the caller needs later; what it does by :func:`parallel` is spread over the same threads.
+    """Start work that the caller needs later; its own calls of :func:`parallel` use the same threads.
 
-    With one thread it is done at once, and raises at once. There is one thread for such work: what runs in it must not
-    start more.
+    With one thread the work is done at once, and raises at once. There is one companion thread: work that runs in it
+    must not call this function again.
     """
     if _state["count"] == 1:
         done: Future[Result] = Future()
@@ -47,7 +47,7 @@ def beside(
 
 
 def _forget() -> None:
-    """Start anew: threads do not come along into a forked process, executors and their waiting lists do."""
+    """Drop the executors: a forked process inherits them without their threads."""
     _pool.cache_clear()
     _companion.cache_clear()
     _inside.worker = False
@@ -64,7 +64,7 @@ def _pool(count: int) -> ThreadPoolExecutor:
 
 @cache
 def _companion() -> ThreadPoolExecutor:
-    """Keep a thread beside the caller's, which is no worker itself."""
+    """Executor of one thread beside the caller's, which is not one of the workers."""
     return ThreadPoolExecutor(1)
 
 

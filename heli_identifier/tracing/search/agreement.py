@@ -1,4 +1,4 @@
-"""Agreement over filter frequencies: an effect is a property of the rig, not of the filter it was seen through."""
+"""Agreement over filter frequencies: an effect is a property of the rig, not of the filter."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,7 +12,6 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.model import (
     Model,
-    Withdrawal,
     effect_score,
     unknown_columns,
     without,
@@ -20,24 +19,25 @@ from heli_identifier.tracing.search.model import (
 )
 from heli_identifier.tracing.search.scan import basis_of
 from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent, responses_in
+from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0
-"""Score that an effect must keep at every filter frequency, with its sign; of an unknown torque the surplus's root."""
+"""Score that an effect must keep at every filter frequency, with its sign, and an unknown torque without one."""
 
 LEAST_LIKENESS = 0.5
-"""Cosine between an unknown torque as two filters see it; of unrelated curves of fifteen splines it is below .5."""
+"""Least cosine between an unknown torque at two filter frequencies; unrelated curves of fifteen splines are below."""
 
 
 def agreement(
     model: Model, bandwidths: Sequence[float]
 ) -> tuple[Model, dict[str, dict[float, Estimate]], list[Withdrawal]]:
-    """Refit the model at other filter frequencies; withdraw, weakest first, what does not hold there.
+    """Refit the model at other filter frequencies and withdraw, weakest first, the effects that are not found there.
 
     Returns
     -------
     Model
-        What holds.
+        The model with the effects that are left.
     dict
         Per coefficient field and filter frequency [rad/s] the estimate.
     list of Withdrawal
@@ -67,7 +67,7 @@ def seen_at(model: Model, bandwidth: float) -> Model:
 
 
 def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[float, Effect | Unknown, str]]:
-    """Score, effect and reason of all that is not found again at another filter frequency."""
+    """Score, effect and reason of everything that is not found again at another filter frequency."""
     where = f"at the filter frequency {bandwidth:g} rad/s"
     for effect in model.effects:
         estimate, score = other.fit.estimate(effect.field), abs(effect_score(other.fit, effect))
@@ -82,7 +82,7 @@ def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[fl
 
 
 def unknown_score(model: Model, index: int) -> float:
-    """Root of the surplus of an unknown torque in a model: of what it explains that nothing else there could.
+    """Root of the likelihood ratio of an unknown torque in a model, beyond what the rest of the model could explain.
 
     A Wald test of its many coefficients would rest on a covariance that a few seconds of a local torque make singular.
     """

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import product
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
 from heli_plant.effects import CATALOGUE, LAG, LOWEST_ELEVATION, STEP_TIMES, Effect, Shape
 from heli_plant.parameters import PlantParameters
 
@@ -33,7 +33,7 @@ class Candidate:
         return {self.effect.field: coefficient, **self.shapes}
 
 
-def candidates(records: Sequence[Record], parameters: PlantParameters) -> list[Candidate]:
+def candidates(records: Sequence[Log], parameters: PlantParameters) -> list[Candidate]:
     """Every move of the catalogue that is open at ``parameters``: effects that are on already are left out.
 
     Effects that step at a time wait until their times are known, see :func:`stepping_at`.

@@ -1,10 +1,9 @@
-"""An unknown torque in numbers and words: its curve with a band, or its line, and what shape that is."""
-
-from typing import Any
+"""An unknown torque in numbers and words: a curve with a band and its kind, or a period with an amplitude."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.tracing.search.found_effect import CurveShape, PeriodicShape
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.splines import DEGREE, UNITS
 from heli_identifier.tracing.search.unknown import Unknown
@@ -13,56 +12,43 @@ POINTS = 121
 """Points of a drawn curve."""
 
 
-def described(model: Model, index: int) -> dict[str, Any]:
-    """Shape of the unknown torque number ``index`` of a model, as the report and diagnosis.json state it.
-
-    Returns
-    -------
-    dict
-        "variable", "unit", "description", and "curve" [[x, y], ...] with "band" [[x, low, high], ...], both where a
-        record has been, or "frequency_hz" with "amplitude" [rad/s^2] and "amplitude_standard_error".
-    """
+def described(model: Model, index: int) -> CurveShape | PeriodicShape:
+    """Shape of the unknown torque number ``index`` of a model."""
     unknown = model.unknowns[index]
     weights, covariance = model.weights(index), model.weights_covariance(index)
     if unknown.frequency is not None:
-        return _line(unknown, weights, covariance)
+        return _periodic(unknown.frequency, weights, covariance)
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
     basis = unknown.curve(x)
     y = basis @ weights
-    silent = np.isinf(np.diag(covariance))  # splines of places that no record visits
+    silent = np.isinf(np.diag(covariance))  # splines where no record has values
     known = np.where(silent[:, None] | silent, 0.0, covariance)
     half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
     half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
     visited = np.isfinite(half)
-    return {
-        "variable": unknown.variable,
-        "unit": UNITS[unknown.variable],
-        "description": _words(unknown, x[visited], y[visited], half[visited]),
-        "curve": np.column_stack((x, y))[visited].tolist(),
-        "band": np.column_stack((x, y - half, y + half))[visited].tolist(),
-    }
+    return CurveShape(
+        unknown.variable,
+        UNITS[unknown.variable],
+        _words(unknown, x[visited], y[visited], half[visited]),
+        np.column_stack((x, y))[visited],
+        np.column_stack((x, y - half, y + half))[visited],
+    )
 
 
-def _line(unknown: Unknown, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> dict[str, Any]:
-    """State a line's frequency and its mean amplitude over the records."""
+def _periodic(frequency: float, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> PeriodicShape:
+    """Shape of a periodic torque of ``frequency`` [Hz] with its mean amplitude over the records."""
     amplitudes = np.hypot(weights[0::2], weights[1::2])
     error = float(np.sqrt(np.trace(covariance) / 2.0) / len(amplitudes))
     amplitude = float(amplitudes.mean())
-    return {
-        "variable": "time",
-        "unit": "s",
-        "description": f"periodic in time at {unknown.frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2",
-        "frequency_hz": float(unknown.frequency or 0.0),
-        "amplitude": amplitude,
-        "amplitude_standard_error": error,
-    }
+    description = f"periodic in time at {frequency:.3f} Hz, amplitude {amplitude:.2g} rad/s^2"
+    return PeriodicShape(float(frequency), amplitude, error, description)
 
 
 def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell where a curve's band, half as wide as ``half``, is narrow beside the swing of what is determined of it.
+    """Where the half width ``half`` of a curve's band is less than a quarter of the curve's range.
 
-    Without this the ends of a range, where a spline hangs on a few samples, would give a curve its size. All of it
-    counts where hardly any is narrow.
+    The range is that of the part that is determined itself, found by iteration. Otherwise the ends, where a spline
+    rests on a few samples, would decide the size of the curve. Where hardly any part is determined, all of it counts.
     """
     known = np.ones(len(y), dtype=bool)
     while True:
@@ -73,11 +59,11 @@ def _determined(y: NDArray[np.float64], half: NDArray[np.float64]) -> NDArray[np
 
 
 def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], half: NDArray[np.float64]) -> str:
-    """Say what kind of curve it is where records have been; its size is that of the part that they determine."""
+    """Describe the curve where records have been; its size is that of the part that they determine."""
     known = _determined(y, half)
     words = [f"a torque of {unknown.variable}, {np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"]
     if len(y) < POINTS:
-        return words[0]  # a curve with holes has a size, but no shape that can be told
+        return words[0]  # a curve with gaps has a size, but its shape is not known
     if unknown.variable == "travel":
         spectrum = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean()))
         waves = int(np.argmax(spectrum[1:9])) + 1
@@ -88,7 +74,7 @@ def _words(unknown: Unknown, x: NDArray[np.float64], y: NDArray[np.float64], hal
         level = float(np.median(y[known]))
         peak = int(np.argmax(np.where(known, np.abs(y - level), 0.0)))
         wide = np.abs(y - level) > 0.5 * abs(y[peak] - level)
-        # what reaches the end of the range may go on there: a parabola is not local
+        # a curve that is large at the end of the range may go on there: a parabola is not local
         inside = not (wide[known][0] or wide[known][-1])
         if inside and wide[known].mean() < 0.25:
             width = float(x[1] - x[0]) * int((wide & known).sum())

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +9,7 @@ from numpy.typing import NDArray
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.search.candidates import shape_fields
-from heli_identifier.tracing.search.unknown import Unknown, refined_line
+from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
 from heli_plant.effects import AXES, Effect
 
 
@@ -25,7 +24,12 @@ class Model:
     @property
     def fields(self) -> tuple[str, ...]:
         """Fields that its fit estimates."""
-        return free_fields(self.effects)
+        return free_fields(self.effects, self.base)
+
+    @property
+    def base(self) -> tuple[str, ...]:
+        """Fields of the simplified model that its fit estimates."""
+        return tuple(name for name in BASE if name in self.fit.free)
 
     @property
     def extra(self) -> Residuals | None:
@@ -33,7 +37,7 @@ class Model:
         return unknown_columns(self.fit.problem, self.unknowns)
 
     def span(self, index: int) -> slice:
-        """Place of the coefficients of unknown torque number ``index`` among those of all."""
+        """Slice of the coefficients of unknown torque number ``index`` among those of all unknown torques."""
         first = sum(unknown.degrees for unknown in self.unknowns[:index])
         return slice(first, first + self.unknowns[index].degrees)
 
@@ -42,23 +46,15 @@ class Model:
         return self.fit.linear[self.span(index)]
 
     def weights_covariance(self, index: int) -> NDArray[np.float64]:
-        """Their covariance, shape (degrees, degrees); infinite for splines of places that no record visits."""
+        """Their covariance, shape (degrees, degrees); infinite for splines where no record has values."""
         own, first = self.span(index), len(self.fit.free)
         rows = slice(first + own.start, first + own.stop)
         return self.fit.covariance[rows, rows]
 
 
-class Withdrawal(NamedTuple):
-    """What was found and taken back: the effect's name ("unknown" of an unknown torque), its axis, the reason."""
-
-    name: str
-    axis: str
-    why: str
-
-
-def free_fields(effects: Sequence[Effect]) -> tuple[str, ...]:
-    """Fields of the base model, of ``effects`` and of their shapes."""
-    fields = list(BASE)
+def free_fields(effects: Sequence[Effect], base: Sequence[str] = BASE) -> tuple[str, ...]:
+    """Fields ``base`` of the simplified model, and those of ``effects`` and of their shapes."""
+    fields = list(base)
     for effect in effects:
         fields.append(effect.field)
         fields.extend(name for name in shape_fields(effect) if name not in fields)
@@ -88,10 +84,10 @@ def effect_score(fit_: Fit, effect: Effect) -> float:
 def with_unknown(model: Model, unknown: Unknown) -> Model:
     """Refit ``model`` with an unknown torque beside it."""
     if unknown.frequency is not None:
-        unknown = refined_line(model.fit, AXES.index(unknown.axis), unknown.frequency)
+        unknown = refine_periodic(model.fit, AXES.index(unknown.axis), unknown.frequency)
     unknowns = (*model.unknowns, unknown)
     columns = unknown_columns(model.fit.problem, unknowns)
-    weights = np.concatenate((model.fit.linear, unknown.gain.coefficients))
+    weights = np.concatenate((model.fit.linear, unknown.refit.coefficients))
     fitted = fit(model.fit.problem, model.fit.parameters, model.fields, columns, weights, model.fit)
     return Model(fitted, model.effects, unknowns)
 
@@ -100,7 +96,7 @@ def without(model: Model, effect: Effect) -> Model:
     """Refit ``model`` with one of its effects switched off."""
     rest = tuple(e for e in model.effects if e is not effect)
     start = model.fit.parameters._replace(**{effect.field: 0.0})
-    fitted = fit(model.fit.problem, start, free_fields(rest), model.extra, model.fit.linear, model.fit)
+    fitted = fit(model.fit.problem, start, free_fields(rest, model.base), model.extra, model.fit.linear, model.fit)
     return Model(fitted, rest, model.unknowns)
 
 

@@ -1,9 +1,9 @@
-"""The noise's colour as the fullest model sees it.
+"""Whitener of the noise alone, estimated from what the fullest model leaves.
 
-The autoregression of a residual that still holds a slow effect (a step, a drift, a line) takes the effect for noise and
-whitens it away. The colour of the noise proper is what is left when everything in sight is fitted at once, axis by
-axis: the free parameters, every candidate's column and a spline of time. It serves to find candidates; whether one is
-accepted is decided by refits in which each model has the whitening of its own residual.
+The autoregression of a residual that still holds a slow effect (a step, a drift, a periodic torque) takes the effect
+for noise and whitens it away. The spectrum of the noise alone is that of what is left when everything is fitted at
+once, axis by axis: the free parameters, every candidate's column and a spline of time. It serves to find candidates;
+whether one is accepted is decided by refits in which each model has the whitener of its own residual.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.prediction.linear_refit import linear_refit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE
-from heli_identifier.tracing.prediction.relinearised import linear_gain
 from heli_identifier.tracing.prediction.whitening import Whitener, fit_axis
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.splines import variable
@@ -39,8 +39,8 @@ def noise_whitener(fit: Fit, candidate_columns: Sequence[NDArray[np.float64]]) -
         drift = curve_columns(fit, axis, time)
         pairs = zip(candidate_columns, drift, strict=True)
         columns = [np.concatenate((raw[:, axis : axis + 1], d), axis=2) for raw, d in pairs]
-        left = linear_gain(fit, columns, (axis,), start, 2, CONTRACTION).residuals
+        left = linear_refit(fit, columns, (axis,), start, 2, CONTRACTION).residuals
         return fit_axis([r[:, 0] for r in left], fit.whitener.order, CONTRACTION)
 
-    colour = parallel(of_axis, range(3))
-    return Whitener(np.array([taps for taps, _ in colour]), np.array([scale for _, scale in colour]))
+    fitted = parallel(of_axis, range(3))
+    return Whitener(np.array([taps for taps, _ in fitted]), np.array([scale for _, scale in fitted]))

@@ -81,7 +81,7 @@ def scan(fit: Fit, candidates: Sequence[Candidate]) -> Scan:
 
 
 def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
-    """Give ``scanned`` with further candidates."""
+    """Extend ``scanned`` by further candidates."""
     more = scored(scanned.fit, scanned.whitener, candidates, raw_columns(scanned.fit, candidates))
     return replace(
         scanned,
@@ -96,7 +96,7 @@ def extended(scanned: Scan, candidates: Sequence[Candidate]) -> Scan:
 
 
 def subset(scanned: Scan, keep: Sequence[int]) -> Scan:
-    """Return ``scanned`` with some of its candidates."""
+    """Keep some of the candidates of ``scanned``."""
     chosen = list(keep)
     return replace(
         scanned,
@@ -126,11 +126,11 @@ def scored(fit: Fit, whitener: Whitener, candidates: Sequence[Candidate], raw: R
     basis = basis_of(whitener.apply(fit.raw_jacobian))
     projected = columns - basis @ (basis.T @ columns)
     full, left = np.linalg.norm(columns, axis=0), np.linalg.norm(projected, axis=0)
-    seen = left > 1e-9 * np.maximum(full, 1e-300)
-    length = np.where(seen, left, 1.0)
-    directions = np.where(seen, projected / length, 0.0)
+    visible = left > 1e-9 * np.maximum(full, 1e-300)
+    length = np.where(visible, left, 1.0)
+    directions = np.where(visible, projected / length, 0.0)
     scores = -(directions.T @ white)
-    standard_errors = np.where(seen, 1.0 / length, np.inf)
+    standard_errors = np.where(visible, 1.0 / length, np.inf)
     return Scan(
         fit,
         whitener,
@@ -139,7 +139,7 @@ def scored(fit: Fit, whitener: Whitener, candidates: Sequence[Candidate], raw: R
         raw,
         directions,
         scores,
-        np.where(seen, scores / length, 0.0),
+        np.where(visible, scores / length, 0.0),
         standard_errors,
         np.where(full > 0.0, left / np.where(full > 0.0, full, 1.0), 0.0),
     )

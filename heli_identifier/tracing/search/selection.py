@@ -1,11 +1,12 @@
-"""Forward selection over the catalogue and the unknown, with refits, and backward elimination.
+"""Forward selection over the catalogue and unknown torques, with refits, and backward elimination.
 
-A round scores all candidates at the present fit, takes the few that could win, refits the plant with each of them
-(its shape parameters free) and compares the gains in likelihood: the largest wins if its score passes the threshold
-that surrogates set for the whole catalogue. After every addition each effect has to be missed when it is left out.
+A round scores all candidates at the current fit, takes the few that could win, refits the plant with each of them
+(its shape parameters free) and compares their likelihood ratios. The largest wins if its score passes the threshold
+that surrogates set for the whole catalogue. After every addition, effects whose scores have fallen below the threshold
+are dropped.
 
 An unknown torque is a last resort. It comes first only where it explains decidedly more than all named effects that the
-catalogue would put in its place; otherwise it is looked for in what the named effects leave, and has to be more than
+catalogue would put in its place. Otherwise it is searched for in what the named effects leave, and has to be more than
 the imperfection of their laws.
 """
 
@@ -13,9 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.stats import chi2
 
-from heli_identifier.tracing.prediction.fit import Fit, fit
+from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.prediction.workers import beside
@@ -23,10 +23,21 @@ from heli_identifier.tracing.search.candidates import candidates, companions, st
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
 from heli_identifier.tracing.search.scan import Scan, extended, scan, scored
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.settings import (
+    COMPANION_SCORE,
+    MOST_EFFECTS,
+    SHARE_BESIDE_NAMED,
+    SHARE_BESIDE_SAME_MECHANISM,
+    SHARE_BESIDE_UNKNOWN,
+    SIGNIFICANCE,
+    UNKNOWN_FACTOR,
+    UNKNOWN_LEVEL,
+    UNKNOWN_MARGIN,
+    UNKNOWN_SHARE,
+)
 from heli_identifier.tracing.search.steps import step_times
 from heli_identifier.tracing.search.threshold import largest_scores, quantile
-from heli_identifier.tracing.search.trials import Trial, Tried, named_trials, passes, trial
+from heli_identifier.tracing.search.trials import Trial, Trials, named_trials, passes, trial
 from heli_identifier.tracing.search.unknown import Unknown, search
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -34,14 +45,29 @@ from heli_plant.parameters import PlantParameters
 
 @dataclass(frozen=True, eq=False)
 class Round:
-    """A model with the catalogue scored at it, and the trials that were made there."""
+    """A model with the catalogue scored at it.
+
+    Attributes
+    ----------
+    model : Model
+    scanned : Scan
+        Scores under the whitener of the model's fit.
+    noise_whitener : Whitener
+        Whitener of the noise alone.
+    threshold : float
+        Score that shows an effect.
+    suggestive_level : float
+        Score of ten times the threshold's probability.
+    trials : Trials
+        Trials that were made at the model.
+    """
 
     model: Model
     scanned: Scan
-    colour: Whitener
+    noise_whitener: Whitener
     threshold: float
-    hint: float
-    tried: Tried = field(default_factory=dict)
+    suggestive_level: float
+    trials: Trials = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,11 +76,11 @@ class Selection:
 
     Attributes
     ----------
-    bare, last : Round
-        The catalogue scored at the simplified model alone, and at the model with all that was found.
+    null, last : Round
+        The catalogue scored at the null model, and at the model with all that was found.
     """
 
-    bare: Round
+    null: Round
     last: Round
 
     @property
@@ -68,83 +94,80 @@ class Selection:
         return self.last.threshold
 
     @property
-    def hint(self) -> float:
-        """Score of ten times the probability of the threshold's."""
-        return self.last.hint
+    def suggestive_level(self) -> float:
+        """Score of ten times the threshold's probability, at the last scan."""
+        return self.last.suggestive_level
 
 
-def looked_at(model: Model, settings: SelectionSettings) -> Round:
+def score_catalogue(model: Model) -> Round:
     """Score the catalogue at a model."""
     problem, parameters = model.fit.problem, model.fit.parameters
     scanned = scan(model.fit, candidates(problem.records, parameters))
-    colour = noise_whitener(model.fit, scanned.raw)
-    times = {t for whitener in (colour, model.fit.whitener) for t in step_times(model.fit, whitener)}
+    of_noise = noise_whitener(model.fit, scanned.raw)
+    times = {t for whitener in (of_noise, model.fit.whitener) for t in step_times(model.fit, whitener)}
     scanned = extended(scanned, stepping_at(sorted(times), parameters))
     surrogates = largest_scores(scanned)
-    threshold, hint = (quantile(surrogates, p * settings.significance) for p in (1.0, 10.0))
-    return Round(model, scanned, colour, threshold, hint)
+    threshold, suggestive_level = (quantile(surrogates, p * SIGNIFICANCE) for p in (1.0, 10.0))
+    return Round(model, scanned, of_noise, threshold, suggestive_level)
 
 
-def is_material(bare: Fit, model: Model, tried: Trial, settings: SelectionSettings) -> bool:
-    """Whether an effect gains more than the imperfection of what is in the model on its axes already."""
+def is_material(null: Fit, model: Model, tried: Trial) -> bool:
+    """Whether a trial explains more than the imperfection of what the model has on its axes already."""
     for axis in tried.effect.axes:
-        share = settings.share_beside_named
+        share = SHARE_BESIDE_NAMED
         if any(unknown.axis == axis for unknown in model.unknowns):
-            share = max(share, settings.share_beside_unknown)
+            share = max(share, SHARE_BESIDE_UNKNOWN)
         if any(e.family == tried.effect.family and e.axis == axis for e in model.effects):
-            share = max(share, settings.share_beside_kin)
-        if tried.gain < share * gained(bare, model.fit, AXES.index(axis)):
+            share = max(share, SHARE_BESIDE_SAME_MECHANISM)
+        if tried.likelihood_ratio < share * axis_likelihood_ratio(null, model.fit, AXES.index(axis)):
             return False
     return True
 
 
-def grown(bare: Fit, start: Round, settings: SelectionSettings) -> Round:
+def add_named(null: Fit, start: Round) -> Round:
     """Add named effects, one a round, until none passes any more."""
-    now, seen = start, set()
-    while len(now.model.effects) < settings.most:
-        sharp = scored(now.model.fit, now.colour, now.scanned.candidates, now.scanned.raw)
-        trials = named_trials(now.model, now.scanned, sharp, now.threshold, settings, now.tried)
-        trials = [tried for tried in trials if is_material(bare, now.model, tried, settings)]
+    current, seen = start, set()
+    while len(current.model.effects) < MOST_EFFECTS:
+        trials = [tried for tried in named_trials_of(current) if is_material(null, current.model, tried)]
         if not trials:
             break
-        model = replace(now.model, fit=trials[0].fit, effects=(*now.model.effects, trials[0].effect))
-        model = joined(eliminated(model, now.threshold), settings)
+        model = replace(current.model, fit=trials[0].fit, effects=(*current.model.effects, trials[0].effect))
+        model = add_companions(eliminated(model, current.threshold))
         fields = frozenset(effect.field for effect in model.effects)
         if fields in seen:
             break
         seen.add(fields)
-        now = looked_at(model, settings)
-    return now
+        current = score_catalogue(model)
+    return current
 
 
-def joined(model: Model, settings: SelectionSettings) -> Model:
+def named_trials_of(current: Round) -> list[Trial]:
+    """Trials of a round that pass its threshold, the winner first."""
+    model, scanned = current.model, current.scanned
+    noise_scan = scored(model.fit, current.noise_whitener, scanned.candidates, scanned.raw)
+    return named_trials(model, scanned, noise_scan, current.threshold, current.trials)
+
+
+def add_companions(model: Model) -> Model:
     """Add couplings on the axes where they are expected because the model has them on others already."""
     for companion in companions(model.fit.parameters):
-        tried = trial(model, companion, companion.size, settings)
-        if passes(tried, settings.companion_score):
+        tried = trial(model, companion, companion.size)
+        if passes(tried, COMPANION_SCORE):
             model = replace(model, fit=tried.fit, effects=(*model.effects, tried.effect))
     return model
 
 
-def unknown_level(settings: SelectionSettings) -> float:
-    """Surplus (chi-squared of one degree) that an unknown torque must reach.
-
-    The search looks at some 30 curves and, per axis, at some 600 resolvable lines.
-    """
-    return max(settings.unknown_least, float(chi2.isf(settings.unknown_significance / 2000.0, 1)))
+def axis_likelihood_ratio(null: Fit, fit_: Fit, axis: int) -> float:
+    """Likelihood-ratio statistic of one fit over another, of one axis alone."""
+    ratio = null.whitener.scales[axis] / fit_.whitener.scales[axis]
+    return 2.0 * sum(null.problem.lengths) * float(np.log(ratio))
 
 
-def gained(bare: Fit, fit_: Fit, axis: int) -> float:
-    """Gain in twice the log-likelihood of one axis from one fit to another."""
-    ratio = bare.whitener.scales[axis] / fit_.whitener.scales[axis]
-    return 2.0 * sum(bare.problem.lengths) * float(np.log(ratio))
+def is_duplicate(model: Model, unknown: Unknown) -> bool:
+    """Whether an unknown torque is one that the model has already.
 
-
-def is_echo(model: Model, unknown: Unknown) -> bool:
-    """Whether an unknown torque is one that the model has, seen again.
-
-    A line of a frequency that is known on another axis is that line seen through the coupling of the axes; a second
-    unknown of the same axis is what the first one's form could not take in.
+    A periodic torque of a frequency that is known on another axis is that torque seen through the coupling of the axes;
+    a second unknown torque on the same axis is what the form of the first one could not describe.
     """
     resolution = 2.0 / max(record.duration for record in model.fit.problem.records)
     for known in model.unknowns:
@@ -159,36 +182,45 @@ def is_echo(model: Model, unknown: Unknown) -> bool:
     return False
 
 
-def instead(unknowns: Sequence[Unknown], bare: Round, named: Round, settings: SelectionSettings) -> Unknown | None:
-    """Return the unknown torque that explains decidedly more than the named effects on its axis, if there is one."""
+def unknown_in_place_of_named(unknowns: Sequence[Unknown], null: Fit, named: Fit) -> Unknown | None:
+    """Unknown torque that explains decidedly more than the named effects on its axis, if there is one."""
     for unknown in unknowns:
-        gain = gained(bare.model.fit, named.model.fit, AXES.index(unknown.axis))
-        bar = max(unknown_level(settings), settings.unknown_factor * gain + settings.unknown_margin)
-        if unknown.surplus > bar:
+        of_named = axis_likelihood_ratio(null, named, AXES.index(unknown.axis))
+        if unknown.likelihood_ratio > max(UNKNOWN_LEVEL, UNKNOWN_FACTOR * of_named + UNKNOWN_MARGIN):
             return unknown
     return None
 
 
-def leftover(bare: Fit, now: Round, settings: SelectionSettings) -> Unknown | None:
-    """Return the unknown torque in what the model leaves that is more than its laws' imperfection, if there is one."""
-    for unknown in search(now.model.fit, now.colour):
-        share = settings.unknown_share * gained(bare, now.model.fit, AXES.index(unknown.axis))
-        named_there = any(unknown.axis in effect.axes for effect in now.model.effects)
-        bar = max(unknown_level(settings), share if named_there else 0.0)
-        if unknown.surplus > bar and not is_echo(now.model, unknown):
+def unknown_beside_named(null: Fit, current: Round) -> Unknown | None:
+    """Unknown torque in what the model leaves, if there is one that is more than the imperfection of its laws."""
+    model = current.model
+    for unknown in search(model.fit, current.noise_whitener):
+        share = UNKNOWN_SHARE * axis_likelihood_ratio(null, model.fit, AXES.index(unknown.axis))
+        named_there = any(unknown.axis in effect.axes for effect in model.effects)
+        least = max(UNKNOWN_LEVEL, share if named_there else 0.0)
+        if unknown.likelihood_ratio > least and not is_duplicate(model, unknown):
             return unknown
     return None
 
 
-def select(problem: Problem, start: PlantParameters, settings: SelectionSettings | None = None) -> Selection:
-    """Search the catalogue for what ``problem``'s records hold beyond the simplified model."""
-    settings = settings or SelectionSettings()
-    bare = looked_at(Model(fit(problem, start)), settings)
-    unknowns = beside(search, bare.model.fit, bare.colour)
-    now = grown(bare.model.fit, bare, settings)
-    unknown = instead(unknowns.result(), bare, now, settings)
+def select(problem: Problem, start: PlantParameters, free: Sequence[str] = BASE) -> Selection:
+    """Search for what the records of a problem hold beyond the simplified model.
+
+    Parameters
+    ----------
+    problem : Problem
+    start : PlantParameters
+        Where the fit of the null model begins, with the values of what is given.
+    free : sequence of str
+        Parameters of the simplified model that every fit estimates.
+    """
+    null = score_catalogue(Model(fit(problem, start, free)))
+    null_fit = null.model.fit
+    unknowns = beside(search, null_fit, null.noise_whitener)
+    current = add_named(null_fit, null)
+    unknown = unknown_in_place_of_named(unknowns.result(), null_fit, current.model.fit)
     if unknown is not None:
-        now = grown(bare.model.fit, looked_at(with_unknown(bare.model, unknown), settings), settings)
-    while now is not bare and (unknown := leftover(bare.model.fit, now, settings)) is not None:
-        now = grown(bare.model.fit, looked_at(with_unknown(now.model, unknown), settings), settings)
-    return Selection(bare, now)
+        current = add_named(null_fit, score_catalogue(with_unknown(null.model, unknown)))
+    while current is not null and (unknown := unknown_beside_named(null_fit, current)) is not None:
+        current = add_named(null_fit, score_catalogue(with_unknown(current.model, unknown)))
+    return Selection(null, current)

@@ -1,61 +1,44 @@
-"""Levels of the search, and the band in which it looks for lines."""
+"""Levels of the search, and the band in which it looks for periodic torques."""
 
-from dataclasses import dataclass
+HIGHEST_FREQUENCY = 3.0
+"""Highest frequency [Hz] of a periodic torque: above it an encoder's counts under steady motion look like one."""
 
-HIGHEST_LINE = 3.0
-"""Highest frequency [Hz] of a line: above it the pattern of an encoder's counts under steady motion passes for one."""
+LOWEST_FREQUENCY = 0.06
+"""Lowest frequency [Hz] of a periodic torque: below it a record holds too few periods to tell it from drift."""
 
-LOWEST_LINE = 0.06
-"""Lowest frequency [Hz] of a line: below it a record holds too few periods to tell a line from drift."""
+SIGNIFICANCE = 0.005
+"""Probability that a record of the null model has any effect shown."""
 
+SHORTLIST = 4
+"""Candidates that are refitted in a round."""
 
-@dataclass(frozen=True)
-class SelectionSettings:
-    """Levels of the search.
+SHAPE_PRICE = 8.0
+"""Likelihood ratio that a free shape parameter must bring: log(n) of the Bayesian criterion, n some thousand."""
 
-    Attributes
-    ----------
-    significance : float
-        Probability that a record of the bare model has any effect shown.
-    shortlist : int
-        Candidates that are refitted in a round.
-    shape_price : float
-        Gain in twice the log-likelihood that a free shape parameter must bring: the Bayesian criterion's log(n) for
-        the some thousand independent samples of a data set.
-    law_share : float
-        Laws are idealisations: of trials whose gains differ by less than this share, the one with the fewest shape
-        parameters is taken.
-    unknown_least : float
-        Surplus that an unknown torque must reach whatever its probability: less is a ripple, not an effect.
-    unknown_factor, unknown_margin : float
-        An unknown torque must gain this factor times what the best named effect gains, plus this margin.
-    unknown_share : float
-        Beside a named effect on its axis, an unknown torque must gain this share of what the named effects gained:
-        a law is never exact, and what is left of it is not a discovery.
-    share_beside_named, share_beside_unknown : float
-        A further named effect must gain this share of what named effects, or an unknown torque, gained on its axes.
-    share_beside_kin : float
-        The same for another law of a mechanism that the model has on that axis already.
-    companion_score : float
-        Score of a coupling on an axis once the same coupling is shown on another: it is no longer searched for among
-        the whole catalogue but expected there.
-    unknown_significance : float
-        Probability that a record of the bare model shows an unknown torque.
-    most : int
-        Most effects in a model.
-    """
+LAW_SHARE = 0.03
+"""Laws are idealisations: of trials that differ by less than this share, the one with the fewest shapes is taken."""
 
-    significance: float = 0.005
-    shortlist: int = 4
-    shape_price: float = 8.0
-    law_share: float = 0.03
-    unknown_least: float = 45.0
-    unknown_factor: float = 1.2
-    unknown_margin: float = 10.0
-    unknown_share: float = 0.25
-    share_beside_named: float = 0.01
-    share_beside_unknown: float = 0.1
-    share_beside_kin: float = 0.2
-    companion_score: float = 3.0
-    unknown_significance: float = 1e-5
-    most: int = 8
+UNKNOWN_LEVEL = 45.0
+"""Least likelihood ratio (chi-squared of one degree) of an unknown torque: less is a ripple, not an effect.
+
+The search looks at some 30 curves and, per axis, at some 600 resolvable frequencies. Chance alone would ask for 34:
+a probability of 1e-5 that a record of the null model shows an unknown torque.
+"""
+
+UNKNOWN_FACTOR, UNKNOWN_MARGIN = 1.2, 10.0
+"""In place of named effects, an unknown torque must have this factor times their likelihood ratio, plus the margin."""
+
+UNKNOWN_SHARE = 0.25
+"""Share of the named effects' likelihood ratio that an unknown torque beside them must have: no law is exact."""
+
+SHARE_BESIDE_NAMED, SHARE_BESIDE_UNKNOWN = 0.01, 0.1
+"""Share of the likelihood ratio of named effects, or of an unknown torque, that a further named effect must have."""
+
+SHARE_BESIDE_SAME_MECHANISM = 0.2
+"""The same for another law of a mechanism that the model has on that axis already."""
+
+COMPANION_SCORE = 3.0
+"""Score of a coupling on an axis once the same coupling is shown on another: it is expected there, not searched for."""
+
+MOST_EFFECTS = 8
+"""Most effects in a model."""

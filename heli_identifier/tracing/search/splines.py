@@ -56,7 +56,7 @@ def variables(fit: Fit) -> dict[str, Variable]:
 def variable_values(problem: Problem, parameters: PlantParameters) -> dict[str, list[NDArray[np.float64]]]:
     """Return every variable as the observer predicts it, per record (N_i,); the travel wrapped to one turn.
 
-    A smoother that looks ahead would see the noise it is meant to explain and find every rate guilty.
+    A smoother that looks ahead would follow the noise, and every rate would then seem to explain the residual.
     """
     values: dict[str, list[NDArray[np.float64]]] = {name: [] for name in UNITS}
     for record, motion in zip(problem.records, problem.motion(parameters), strict=True):
@@ -100,7 +100,7 @@ def spline_basis(x: NDArray[np.float64], knots: NDArray[np.float64], periodic: b
 
 
 def trend(x: NDArray[np.float64], axis: str, variable: str) -> NDArray[np.float64]:
-    """Functions (N, 0 to 2) of a variable that the model holds itself: a constant torque, a term linear in it.
+    """Functions (N, 0 to 2) of a variable that the model itself contains: a constant torque, a term linear in it.
 
     They are taken out of the curve, which is defined only up to them; the travel has no constant torque of its own.
     """
@@ -119,6 +119,6 @@ def projection_of(variable: Variable, axis: str) -> NDArray[np.float64]:
 def without_trend(
     splines: NDArray[np.float64], x: NDArray[np.float64], axis: str, name: str, projection: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Splines (N, k) less their trend, as many columns fewer as the trend has."""
+    """Subtract their trend from splines (N, k) and drop as many columns as the trend has."""
     basis = splines - trend(x, axis, name) @ projection
     return basis[:, : basis.shape[1] - len(projection)]

@@ -28,7 +28,7 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
     in_block = block_membership(scan.fit.problem, scan.fit.whitener.order)
     count = in_block.shape[0]
     sums = -(in_block @ (scan.directions * scan.white[:, None]))
-    # what the candidate itself explains is no noise: it leaves each block by the share of the column that lies there
+    # what the candidate itself explains is not noise: each block loses its share of the score
     sums -= scan.scores * (in_block @ scan.directions**2)
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
     signs, noise = _draws(seed, count, scan.directions.shape[1])

@@ -1,4 +1,4 @@
-"""Candidates that could win a round, refitted in the plant: gain in likelihood, score, and whether they pass."""
+"""Candidates that could win a round, refitted in the plant: likelihood ratio, score, and whether they pass."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,23 +6,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from heli_identifier.tracing.prediction.fit import Fit, fit
-from heli_identifier.tracing.prediction.relinearised import linear_gain
+from heli_identifier.tracing.prediction.linear_refit import linear_refit
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.candidates import Candidate, shape_fields
 from heli_identifier.tracing.search.model import Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import Scan, admissible
-from heli_identifier.tracing.search.settings import SelectionSettings
+from heli_identifier.tracing.search.settings import LAW_SHARE, SHAPE_PRICE, SHORTLIST
 from heli_plant.effects import AXES, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A named effect added to a model and refitted: its gain over that model, less the price of its shapes."""
+    """A named effect added to a model and refitted.
+
+    Attributes
+    ----------
+    effect : Effect
+    fit : Fit
+    likelihood_ratio : float
+        Likelihood-ratio statistic over the model without the effect, less the price of its shape parameters.
+    score : float
+        Coefficient over its standard error.
+    """
 
     effect: Effect
     fit: Fit
-    gain: float
+    likelihood_ratio: float
     score: float
 
 
@@ -36,59 +46,70 @@ def started(parameters: PlantParameters, candidate: Candidate, coefficient: floa
     return parameters._replace(**{effect.field: value, **candidate.shapes})
 
 
-def trial(model: Model, candidate: Candidate, coefficient: float, settings: SelectionSettings) -> Trial:
+def trial(model: Model, candidate: Candidate, coefficient: float) -> Trial:
     """Refit ``model`` with a candidate's effect added."""
     effect = candidate.effect
     start = started(model.fit.parameters, candidate, coefficient)
-    fields = free_fields((*model.effects, effect))
+    fields = free_fields((*model.effects, effect), model.base)
     fitted = fit(model.fit.problem, start, fields, model.extra, model.fit.linear, model.fit)
-    price = settings.shape_price * len(shape_fields(effect))
-    gain = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood) - price
-    return Trial(effect, fitted, gain, effect_score(fitted, effect))
+    price = SHAPE_PRICE * len(shape_fields(effect))
+    likelihood_ratio = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood) - price
+    return Trial(effect, fitted, likelihood_ratio, effect_score(fitted, effect))
 
 
-Tried = dict[tuple[str, float, tuple[float, ...], float], Trial]
-"""Trials at one model, under one setting: by the candidate's field, size and shapes and the coefficient begun with."""
+Trials = dict[tuple[str, float, tuple[float, ...], float], Trial]
+"""Trials at one model: by the candidate's field, size and shapes and the coefficient begun with."""
 
 
 def refitted(
     model: Model,
     scanned: Scan,
     contending: Sequence[tuple[int, float, float]],
-    settings: SelectionSettings,
-    tried: Tried,
+    trials: Trials,
 ) -> list[Trial]:
-    """Refit ``model`` with each of some :func:`contenders`, on all cores; what was ``tried`` before is not repeated."""
+    """Refit ``model`` with each of some :func:`contenders`, on all cores; ``trials`` made before are not repeated."""
 
     def of(row: tuple[int, float, float]) -> Trial:
         candidate = scanned.candidates[row[0]]
         key = candidate.effect.field, candidate.size, tuple(candidate.shapes.values()), row[1]
-        if key not in tried:
-            tried[key] = trial(model, candidate, row[1], settings)
-        return tried[key]
+        if key not in trials:
+            trials[key] = trial(model, candidate, row[1])
+        return trials[key]
 
     return parallel(of, contending)
 
 
-def contenders(scanned: Scan, sharp: Scan, floor: float, shortlist: int) -> list[tuple[int, float, float]]:
-    """Candidates to refit as (index, coefficient, gain): one per effect, those with the largest relinearised gain.
+def contenders(scanned: Scan, noise_scan: Scan, floor: float) -> list[tuple[int, float, float]]:
+    """Candidates to refit: one per effect, those whose linear refits have the largest likelihood ratios.
 
-    Looked at are those that score well under either whitening, the fit's own or the noise's (``sharp``).
+    Parameters
+    ----------
+    scanned, noise_scan : Scan
+        The same candidates under the whitener of the fit and under the whitener of the noise. A candidate is considered
+        that scores well under either.
+    floor : float
+        Least score.
+
+    Returns
+    -------
+    list of (index, coefficient, likelihood ratio)
+        At most :data:`SHORTLIST` of them.
     """
 
     def relinearised(index: int) -> tuple[float, float]:
         axes = [AXES.index(axis) for axis in scanned.candidates[index].effect.axes]
-        gain = linear_gain(scanned.fit, [raw[:, axes, index : index + 1] for raw in scanned.raw], axes, sharp.whitener)
-        return gain.value, float(gain.coefficients[0])
+        columns = [raw[:, axes, index : index + 1] for raw in scanned.raw]
+        refit = linear_refit(scanned.fit, columns, axes, noise_scan.whitener)
+        return refit.likelihood_ratio, float(refit.coefficients[0])
 
     best: dict[str, tuple[float, int, float]] = {}
-    looked_at = sorted(promising(scanned, floor) | promising(sharp, floor))
-    for index, (gain, value) in zip(looked_at, parallel(relinearised, looked_at), strict=True):
+    considered = sorted(promising(scanned, floor) | promising(noise_scan, floor))
+    for index, (ratio, value) in zip(considered, parallel(relinearised, considered), strict=True):
         effect = scanned.candidates[index].effect
-        if admissible(effect, value) and gain > best.get(effect.field, (0.0,))[0]:
-            best[effect.field] = (gain, index, value)
+        if admissible(effect, value) and ratio > best.get(effect.field, (0.0,))[0]:
+            best[effect.field] = (ratio, index, value)
     ranked = sorted(best.values(), reverse=True)
-    return [(index, value, gain) for gain, index, value in ranked[:shortlist] if gain >= 0.4 * ranked[0][0]]
+    return [(index, value, ratio) for ratio, index, value in ranked[:SHORTLIST] if ratio >= 0.4 * ranked[0][0]]
 
 
 def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
@@ -98,26 +119,24 @@ def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
     return {int(i) for i in np.argsort(-scores)[:most] if scores[i] >= level}
 
 
-def named_trials(
-    model: Model, scanned: Scan, sharp: Scan, threshold: float, settings: SelectionSettings, tried: Tried
-) -> list[Trial]:
-    """Refits of the round's contenders that pass ``threshold``, the round's winner first."""
-    trials = refitted(model, scanned, contenders(scanned, sharp, 0.8 * threshold, settings.shortlist), settings, tried)
-    return simplest_first(sorted((t for t in trials if passes(t, threshold)), key=lambda t: -t.gain), settings)
+def named_trials(model: Model, scanned: Scan, noise_scan: Scan, threshold: float, trials: Trials) -> list[Trial]:
+    """Refits of a round's contenders that pass ``threshold``, the winner first."""
+    refits = refitted(model, scanned, contenders(scanned, noise_scan, 0.8 * threshold), trials)
+    return simplest_first(sorted((t for t in refits if passes(t, threshold)), key=lambda t: -t.likelihood_ratio))
 
 
-def simplest_first(ranked: list[Trial], settings: SelectionSettings) -> list[Trial]:
-    """Put the trial with the fewest shape parameters first, of those whose gains are equal but for ``law_share``."""
-    equal = [t for t in ranked if t.gain >= (1.0 - settings.law_share) * ranked[0].gain]
+def simplest_first(ranked: list[Trial]) -> list[Trial]:
+    """Put the trial with the fewest shape parameters first, of those that differ by less than :data:`LAW_SHARE`."""
+    equal = [t for t in ranked if t.likelihood_ratio >= (1.0 - LAW_SHARE) * ranked[0].likelihood_ratio]
     return sorted(ranked, key=lambda t: (t not in equal, len(shape_fields(t.effect)) if t in equal else 0))
 
 
 def passes(candidate: Trial, threshold: float) -> bool:
-    """Whether a refitted effect is inside its range, large enough to be meant, and both score and gain pass."""
+    """Whether a refitted effect is inside its range and large enough, and both score and likelihood ratio pass."""
     effect = candidate.effect
     value = getattr(candidate.fit.parameters, effect.field)
     inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
-    return inside and abs(candidate.score) >= threshold and candidate.gain >= threshold**2
+    return inside and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
 
 
 def smallest(fit_: Fit, effect: Effect) -> float:

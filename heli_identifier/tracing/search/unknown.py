@@ -1,7 +1,7 @@
-"""Effects that no catalogue names: a torque as a smooth function of one variable, or a line in time.
+"""Unknown torques, which no entry of the catalogue describes: a smooth function of one variable, or periodic in time.
 
 The response of the innovations to the torque is that of the linearised observer. Whether a variable explains the
-residual is judged by its gain in likelihood against chi-squared with as many degrees of freedom as it has columns.
+residual is decided by its likelihood ratio against chi-squared with as many degrees of freedom as it has columns.
 """
 
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from scipy.special import gammaln
 from scipy.stats import chi2
 
 from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.prediction.linear_refit import LinearRefit, linear_refit
 from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.prediction.relinearised import Gain, linear_gain
 from heli_identifier.tracing.prediction.torque import torque_responses
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.prediction.workers import parallel
-from heli_identifier.tracing.search.lines import line_columns, strongest_lines
+from heli_identifier.tracing.search.periodic import periodic_columns, strongest_frequencies
 from heli_identifier.tracing.search.scan import basis_of
 from heli_identifier.tracing.search.splines import (
     Variable,
@@ -32,7 +32,7 @@ from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
 LARGEST_SHARE = 5.0
-"""A curve that explains this many times the residual's standard deviation is a difference of huge columns."""
+"""A curve that explains more than this many times the residual's standard deviation is a difference of huge columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,20 +44,21 @@ class Unknown:
     axis : str
     variable : str
     frequency : float or None
-        Of a line in time [Hz]; None for a curve.
-    gain : Gain
+        Of a periodic torque [Hz]; None for a curve.
+    refit : LinearRefit
+        Linear refit of the model with the torque's columns.
     degrees : int
         Columns of its model.
     columns : list of NDArray, shape (n_i, 1, degrees)
         Their responses in the innovations of the axis.
     knots, projection : NDArray
-        Of a curve's splines, empty for a line.
+        Of a curve's splines, empty for a periodic torque.
     """
 
     axis: str
     variable: str
     frequency: float | None
-    gain: Gain
+    refit: LinearRefit
     degrees: int
     columns: list[NDArray[np.float64]]
     knots: NDArray[np.float64]
@@ -70,24 +71,25 @@ class Unknown:
 
     @property
     def name(self) -> str:
-        """What stands in the place of a catalogue entry's name."""
+        """Name in place of that of a catalogue entry."""
         return "unknown"
 
     @property
-    def surplus(self) -> float:
-        """Gain in log-likelihood beyond what as many columns of noise give, on chi-squared's one-degree scale."""
-        return one_degree_equivalent(self.gain.value, self.degrees)
+    def likelihood_ratio(self) -> float:
+        """Likelihood-ratio statistic on chi-squared's scale of one degree of freedom."""
+        return one_degree_equivalent(self.refit.likelihood_ratio, self.degrees)
 
 
-def one_degree_equivalent(gain: float, degrees: int) -> float:
-    """Chi-squared of one degree of freedom that is as rare as ``gain`` is under ``degrees`` degrees of freedom."""
-    if gain <= degrees:
+def one_degree_equivalent(statistic: float, degrees: int) -> float:
+    """Chi-squared of one degree of freedom that is as rare as ``statistic`` is under ``degrees`` degrees of freedom."""
+    if statistic <= degrees:
         return 0.0
-    tail = float(chi2.logsf(gain, degrees))
+    tail = float(chi2.logsf(statistic, degrees))
     if tail > -300.0:
         return float(chi2.isf(np.exp(tail), 1))
     # both tails by their leading terms: x/2 - (k/2 - 1) log(x/2) + log Gamma(k/2) is the same for either
-    depth = gain / 2.0 - (degrees / 2.0 - 1.0) * np.log(gain / 2.0) + gammaln(degrees / 2.0)
+    half = statistic / 2.0
+    depth = half - (degrees / 2.0 - 1.0) * np.log(half) + gammaln(degrees / 2.0)
     x = 2.0 * depth
     for _ in range(5):
         x = 2.0 * (depth - 0.5 * np.log(x / 2.0) - gammaln(0.5))
@@ -104,55 +106,58 @@ def curve_columns(fit: Fit, axis: int, variable: Variable) -> list[NDArray[np.fl
     return [-r[:, None, :] for r in torque_responses(fit.problem, axis, fit.parameters, bases)]
 
 
-def curve_of(fit: Fit, axis: int, variable: Variable, columns: list[NDArray[np.float64]]) -> Unknown:
+def fit_curve(fit: Fit, axis: int, variable: Variable, columns: list[NDArray[np.float64]]) -> Unknown:
     """Fit an unknown torque of ``variable`` on ``axis``, from its :func:`curve_columns`."""
-    gain = linear_gain(fit, columns, (axis,))
+    refit = linear_refit(fit, columns, (axis,))
     projection = projection_of(variable, AXES[axis])
-    return Unknown(AXES[axis], variable.name, None, gain, columns[0].shape[2], columns, variable.knots, projection)
+    return Unknown(AXES[axis], variable.name, None, refit, columns[0].shape[2], columns, variable.knots, projection)
 
 
 def responses_in(unknown: Unknown, problem: Problem, parameters: PlantParameters) -> list[NDArray[np.float64]]:
     """Responses (n_i, 1, degrees) of another problem's innovations to the torque's columns.
 
-    A line has its own phase in every record, and so as many columns as that problem has records.
+    A periodic torque has its own phase in every record, and so two columns for each record of that problem.
     """
     axis = AXES.index(unknown.axis)
     if unknown.frequency is not None:
-        return line_columns(problem, parameters, axis, unknown.frequency)
+        return periodic_columns(problem, parameters, axis, unknown.frequency)
     bases = [unknown.curve(x) for x in variable_values(problem, parameters)[unknown.variable]]
     return [-r[:, None, :] for r in torque_responses(problem, axis, parameters, bases)]
 
 
-def line_of(fit: Fit, axis: int, frequency: float) -> Unknown:
-    """Fit a line of ``frequency`` [Hz] on ``axis``."""
-    columns = line_columns(fit.problem, fit.parameters, axis, frequency)
-    gain = linear_gain(fit, columns, (axis,))
-    return Unknown(AXES[axis], "time", frequency, gain, columns[0].shape[2], columns, np.empty(0), np.empty((0, 0)))
+def fit_periodic(fit: Fit, axis: int, frequency: float) -> Unknown:
+    """Fit a periodic torque of ``frequency`` [Hz] on ``axis``."""
+    columns = periodic_columns(fit.problem, fit.parameters, axis, frequency)
+    refit = linear_refit(fit, columns, (axis,))
+    return Unknown(AXES[axis], "time", frequency, refit, columns[0].shape[2], columns, np.empty(0), np.empty((0, 0)))
 
 
-def refined_line(fit: Fit, axis: int, frequency: float) -> Unknown:
-    """Find the line of largest gain within one bin of ``frequency`` [Hz].
+def refine_periodic(fit: Fit, axis: int, frequency: float) -> Unknown:
+    """Periodic torque of the largest likelihood ratio within one bin of ``frequency`` [Hz].
 
-    A line much stronger than the noise stands out over a fraction of a bin only: a grid finds its foot.
+    A torque much stronger than the noise stands out over a fraction of a bin only. A grid brackets it for the search.
     """
+
+    def ratio(f: float) -> float:
+        return fit_periodic(fit, axis, f).refit.likelihood_ratio
+
     bin_width = 1.0 / max(record.duration for record in fit.problem.records)
     grid = frequency + bin_width * np.arange(-8, 9) / 8.0
     grid = grid[grid >= 0.5 * bin_width]
-    gains = parallel(lambda f: line_of(fit, axis, float(f)).gain.value, grid)
-    best = float(grid[int(np.argmax(gains))])
+    best = float(grid[int(np.argmax(parallel(lambda f: ratio(float(f)), grid)))])
     found = minimize_scalar(
-        lambda f: -line_of(fit, axis, float(f)).gain.value,
+        lambda f: -ratio(float(f)),
         bounds=(best - bin_width / 8.0, best + bin_width / 8.0),
         method="bounded",
         options={"xatol": 0.01 * bin_width, "maxiter": 10},
     )
-    return line_of(fit, axis, float(found.x))
+    return fit_periodic(fit, axis, float(found.x))
 
 
 def screened(
     fit: Fit, whitener: Whitener, known: dict[str, Variable], axis: int
 ) -> list[tuple[float, str, list[NDArray[np.float64]]]]:
-    """Curves of one axis as (gain under ``whitener``, variable, columns), largest gain first."""
+    """Curves of one axis as (likelihood ratio under ``whitener``, variable, columns), the largest first."""
     base = whitener.apply_axis(axis, [j[:, axis] for j in fit.raw_jacobian])
     basis = basis_of(base[:, np.linalg.norm(base, axis=0) > 0.0])
     white = whitener.apply_axis(axis, [r[:, axis] for r in fit.residuals])
@@ -167,24 +172,24 @@ def screened(
 
 
 def search(fit: Fit, whitener: Whitener, shortlist: int = 2) -> list[Unknown]:
-    """Unknown torques by falling surplus: per axis the best few curves and lines, found under ``whitener``."""
+    """Unknown torques by falling likelihood ratio: per axis the best few curves and periods under ``whitener``."""
     known = variables(fit)
 
     def curves(axis: int) -> list[Unknown]:
         best = screened(fit, whitener, known, axis)[:shortlist]
-        return [curve_of(fit, axis, known[name], columns) for _, name, columns in best]
+        return [fit_curve(fit, axis, known[name], columns) for _, name, columns in best]
 
-    def lines(axis: int) -> list[Unknown]:
-        return [line_of(fit, axis, frequency) for frequency in strongest_lines(fit, axis)]
+    def periods(axis: int) -> list[Unknown]:
+        return [fit_periodic(fit, axis, frequency) for frequency in strongest_frequencies(fit, axis)]
 
-    jobs = [(of_axis, axis) for of_axis in (curves, lines) for axis in range(3)]
+    jobs = [(of_axis, axis) for of_axis in (curves, periods) for axis in range(3)]
     found = [unknown for some in parallel(lambda job: job[0](job[1]), jobs) for unknown in some]
-    return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.surplus)
+    return sorted((u for u in found if is_sane(fit, u)), key=lambda unknown: -unknown.likelihood_ratio)
 
 
 def is_sane(fit: Fit, unknown: Unknown) -> bool:
     """Whether a curve is of the size of what it explains, and not a difference of huge columns."""
     axis = AXES.index(unknown.axis)
-    explained = np.concatenate([c[:, 0] @ unknown.gain.coefficients for c in unknown.columns])
+    explained = np.concatenate([c[:, 0] @ unknown.refit.coefficients for c in unknown.columns])
     residual = np.concatenate([r[:, axis] for r in fit.residuals])
     return float(explained.std()) <= LARGEST_SHARE * float(residual.std())

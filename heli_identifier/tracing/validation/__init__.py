@@ -1,1 +1,1 @@
-"""How well a model predicts logs that no fit has seen."""
+"""How well a model predicts logs that it was not fitted to."""

@@ -1,7 +1,18 @@
-"""Errors of a model as values: one figure, an axis, an axis before and after."""
+"""Errors of a model as values: one figure with its 95 % interval, an axis, an axis before and after.
 
-from collections.abc import Mapping
+Intervals come from a bootstrap over segments of some seconds (Kuensch 1989).
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SEGMENT = 5.0
+"""Length [s] of a segment: longer than the horizon of a prediction and than the memory of the process noise."""
+
+DRAWS = 1000
 
 
 @dataclass(frozen=True)
@@ -40,3 +51,31 @@ class AxisReport:
     noise_floor: AxisError
     whiteness_p: Mapping[str, float]
     input_correlation: Mapping[str, float]
+
+
+def rms_figures(
+    errors: Sequence[NDArray[np.float64]], spacing: float | Sequence[float], seed: int = 0
+) -> list[ErrorFigure]:
+    """One figure per column of errors (S_i, axes) that lie ``spacing`` [s] apart, pooled over records."""
+    squares = [values**2 for values in errors]
+    low, high = np.sqrt(np.quantile(segment_means(squares, spacing, seed), (0.025, 0.975), axis=0))
+    centre = np.sqrt(np.concatenate(squares).mean(axis=0))
+    return [ErrorFigure(float(c), float(a), float(b)) for c, a, b in zip(centre, low, high, strict=True)]
+
+
+def segment_means(
+    values: Sequence[NDArray[np.float64]], spacing: float | Sequence[float], seed: int = 0
+) -> NDArray[np.float64]:
+    """Means of values (S_i, ...) over segments drawn at random, shape (DRAWS, ...).
+
+    ``spacing`` [s] is the time between two values, one for all records or one for each.
+    """
+    spacings = [spacing] * len(values) if isinstance(spacing, int | float) else spacing
+    widths = [max(1, round(SEGMENT / apart)) for apart in spacings]
+    segments = [
+        v[first : first + width] for v, width in zip(values, widths, strict=True) for first in range(0, len(v), width)
+    ]
+    totals, lengths = np.array([s.sum(axis=0) for s in segments]), np.array([len(s) for s in segments], dtype=float)
+    picks = np.random.default_rng(seed).integers(0, len(segments), size=(DRAWS, len(segments)))
+    sizes = lengths[picks].sum(axis=1)
+    return totals[picks].sum(axis=1) / sizes.reshape(-1, *(1,) * (totals.ndim - 1))

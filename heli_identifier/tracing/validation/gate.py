@@ -1,12 +1,11 @@
-"""Does a model still explain a log: the error of its 1 s prediction against a limit, axis by axis."""
+"""Whether a model still explains a log: the error of its 1 s prediction against a limit, axis by axis."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.record import reduce_log
-from heli_identifier.tracing.validation.bootstrap import rms_figures
-from heli_identifier.tracing.validation.figures import ErrorFigure
+from heli_identifier.tracing.prediction.problem import reduce_log
+from heli_identifier.tracing.validation.figures import ErrorFigure, rms_figures
 from heli_identifier.tracing.validation.prediction import SPACING, prediction_errors
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters

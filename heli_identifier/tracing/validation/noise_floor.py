@@ -5,13 +5,15 @@ those of the data if the model is right (Ljung, System Identification, section 4
 of the innovations at the full rate.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.innovations_form import generated
 from heli_identifier.tracing.prediction.observer import observe, observer_start
-from heli_identifier.tracing.prediction.record import Record
 from heli_identifier.tracing.prediction.whitening import fit_axis
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import rigid_start
@@ -24,18 +26,17 @@ PIECE = 3.2
 """Length [s] of a piece: room for two seconds of prediction, short enough that an unstable axis stays near the rig."""
 
 
-def synthetic_record(record: Record, parameters: PlantParameters, bandwidth: float, seed: int = 0) -> Record:
-    """Return a record of the same voltages, made by the model in place of the rig; unstable models run away from it."""
+def synthetic_record(record: Log, parameters: PlantParameters, bandwidth: float, seed: int = 0) -> Log | None:
+    """Record of the same voltages, made by the model in place of the rig; None where the model runs away for good."""
     noise = _noise(record, parameters, bandwidth, seed)
-    return generated(record, rigid_start(observer_start(record), parameters), noise, parameters, bandwidth)
+    angles = generated(record, rigid_start(observer_start(record), parameters), noise, parameters, bandwidth)
+    return replace(record, angles=angles) if np.isfinite(angles).all() else None
 
 
-def synthetic_pieces(
-    record: Record, parameters: PlantParameters, bandwidth: float, seed: int = 0
-) -> tuple[Record, ...]:
-    """Return the same in pieces of :data:`PIECE` seconds, each begun at the rig's own motion: for unstable models.
+def synthetic_pieces(record: Log, parameters: PlantParameters, bandwidth: float, seed: int = 0) -> tuple[Log, ...]:
+    """Make records of an unstable model: pieces of :data:`PIECE` seconds, each begun at the rig's own motion.
 
-    Pieces that run away from the rig by half a turn all the same are left out.
+    Pieces that still run away from the rig by half a turn are left out.
     """
     noise = _noise(record, parameters, bandwidth, seed)
     motion = observe(record, parameters, bandwidth, observer_start(record))[1]
@@ -43,11 +44,11 @@ def synthetic_pieces(
     pieces = []
     for first in range(0, record.samples - length + 1, length):
         rows = slice(first, first + length)
-        piece = Record(f"{record.name}[{first}]", record.step, record.voltages[rows], record.angles[rows])
+        piece = Log(f"{record.name}[{first}]", record.rate_hz, record.voltages[rows], record.angles[rows])
         start = _state(motion[first], float(record.angles[0, 2]))
-        made = generated(piece, start, noise[rows], parameters, bandwidth)
-        if np.abs(made.angles - piece.angles).max() < np.pi:
-            pieces.append(made)
+        angles = generated(piece, start, noise[rows], parameters, bandwidth)
+        if np.abs(angles - piece.angles).max() < np.pi:
+            pieces.append(replace(piece, angles=angles))
     return tuple(pieces)
 
 
@@ -57,16 +58,16 @@ def _state(motion: NDArray[np.float64], cable_rest: float) -> PlantState:
     return PlantState(pitch, elevation, travel, w1, w2, w3, nu_front, nu_rear, cable_rest=cable_rest)
 
 
-def _noise(record: Record, parameters: PlantParameters, bandwidth: float, seed: int) -> NDArray[np.float64]:
-    """Innovations (N, 3) [rad] drawn with the colour of the record's own."""
+def _noise(record: Log, parameters: PlantParameters, bandwidth: float, seed: int) -> NDArray[np.float64]:
+    """Innovations (N, 3) [rad] drawn with the noise spectrum of the record's own."""
     e = observe(record, parameters, bandwidth, observer_start(record))[0] / bandwidth**2
     settled = e[int(10.0 / bandwidth / record.step) :]
     random = np.random.default_rng(seed)
-    return np.column_stack([_coloured(settled[:, axis], len(e), random) for axis in range(3)])
+    return np.column_stack([_with_spectrum_of(settled[:, axis], len(e), random) for axis in range(3)])
 
 
-def _coloured(sample: NDArray[np.float64], count: int, random: np.random.Generator) -> NDArray[np.float64]:
-    """``count`` samples of Gaussian noise with the colour of ``sample``."""
+def _with_spectrum_of(sample: NDArray[np.float64], count: int, random: np.random.Generator) -> NDArray[np.float64]:
+    """``count`` samples of Gaussian noise with the spectrum of ``sample``."""
     taps, scale = fit_axis([sample], ORDER)
     lead = 10 * ORDER
     return lfilter([scale], taps, random.standard_normal(count + lead))[lead:]

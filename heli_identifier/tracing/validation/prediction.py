@@ -1,37 +1,80 @@
-"""Prediction some seconds ahead from the smoothed state, under the measured voltages.
+"""One model on logs: predictions some seconds ahead from the smoothed state, reduced innovations, free runs.
 
-The damping ratio of the pitch is .04 and the travel integrates: a free run adds up the room's torque for minutes and
-hides real gains, a prediction over one or two seconds does not.
+Predictions run under the measured voltages. The damping ratio of the pitch is .04 and the travel integrates: a free run
+adds up the process noise for minutes and hides real improvements, a prediction over one or two seconds does not.
 """
 
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.tracing.prediction.observer import observer_start
+from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.validation.smoothed_state import WINDOW, smoothed_states
-from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import simulate
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next."""
 
+HORIZONS = (1.0, 2.0)
+"""How far ahead [s] is predicted."""
 
-@lru_cache(maxsize=64)
-def prediction_errors(record: Record, parameters: PlantParameters, horizon: float) -> NDArray[np.float64]:
-    """Measured less predicted angles ``horizon`` [s] ahead, from starts a quarter of a second apart.
 
-    Kept for the same record and parameters: what is withdrawn, mended and judged asks for the same errors.
+def prediction_errors(record: Log, parameters: PlantParameters, horizon: float) -> NDArray[np.float64]:
+    """Measured less predicted angles ``horizon`` [s] ahead, from starts :data:`SPACING` apart.
 
     Returns
     -------
     NDArray, shape (S, 3)
-        Pitch, elevation, travel [rad], in the order of the starts; not to be written to.
+        Pitch, elevation, travel [rad], in the order of the starts.
     """
     h = record.step
     steps, margin = round(horizon / h), int(WINDOW / h)
     starts = np.arange(margin, record.samples - steps, max(1, round(SPACING / h)))
     states = smoothed_states(record, parameters)
-    return read_only(record.angles[starts + steps] - predicted(record, states, starts, steps, parameters))
+    return record.angles[starts + steps] - predicted(record, states, starts, steps, parameters)
+
+
+@dataclass(frozen=True, eq=False)
+class ModelErrors:
+    """Errors of one parameter set on the records of a problem, each computed once, when it is first asked for."""
+
+    problem: Problem
+    parameters: PlantParameters
+
+    @cached_property
+    def residuals(self) -> Residuals:
+        """Reduced innovations (n_i, 3) [rad/s^2] of every record."""
+        return self.problem.residuals(self.parameters)
+
+    @cached_property
+    def predictions(self) -> tuple[list[NDArray[np.float64]], ...]:
+        """Prediction errors (S_i, 3) [rad] of every record, for each of :data:`HORIZONS`."""
+        return tuple([prediction_errors(r, self.parameters, h) for r in self.problem.records] for h in HORIZONS)
+
+    @cached_property
+    def mean_squares(self) -> NDArray[np.float64]:
+        """Mean squared prediction errors, shape (horizons, axes) [rad^2]."""
+        return np.array([np.mean(np.concatenate(errors) ** 2, axis=0) for errors in self.predictions])
+
+
+def free_run(log: Log, parameters: PlantParameters) -> NDArray[np.float64]:
+    """Angles (N, 3) [rad] simulated from the state at the log's start, as its first samples give it."""
+    return simulate(log.voltages, log.step, observer_start(log), parameters)[1]
+
+
+def stable_axes(parameters: PlantParameters) -> tuple[bool, bool, bool]:
+    """Whether pitch, elevation, travel return by themselves: stiffness and damping both positive.
+
+    The travel has no stiffness unless a cable gives it one, so its free run drifts by whatever the pitch misses.
+    """
+    return (
+        parameters.a_th > 0.0 and parameters.a_wx > 0.0,
+        parameters.a_e > 0.0 and parameters.a_wz > 0.0,
+        parameters.cable_stiffness_travel > 0.0 and parameters.a_wy > 0.0,
+    )

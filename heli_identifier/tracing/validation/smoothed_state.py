@@ -1,16 +1,14 @@
-"""The motion along a record as a zero-phase smoother sees it: where predictions start from, for every model alike.
+"""Motion along a record from a zero-phase smoother: predictions of every model start from it.
 
 Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964), which keeps .99 of a motion at 1 Hz and
 .88 at 2 Hz; no model takes part. Motors and bending follow from the voltages by the plant's own step.
 """
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
-from heli_identifier.tracing.prediction.record import Record
+from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.start import smoothed
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
@@ -21,23 +19,22 @@ WINDOW = 0.4
 FIELDS = PlantState._fields
 
 
-def smoothed_motion(record: Record, order: int = 0) -> NDArray[np.float64]:
+def smoothed_motion(record: Log, order: int = 0) -> NDArray[np.float64]:
     """Angles (N, 3) [rad], or their derivatives of ``order``, smoothed without phase."""
-    length = max(int(WINDOW / record.step) | 1, 5)
-    return savgol_filter(record.angles, length, 3, deriv=order, delta=record.step, axis=0)
+    return smoothed(record.angles, record.step, order, WINDOW)
 
 
-def as_smoothed(acceleration: NDArray[np.float64], record: Record) -> NDArray[np.float64]:
-    """Accelerations (N, 3) [rad/s^2] as :func:`smoothed_motion` of order 2 would give them had the rig moved so.
+def as_smoothed(acceleration: NDArray[np.float64], record: Log) -> NDArray[np.float64]:
+    """Accelerations (N, 3) [rad/s^2] as :func:`smoothed_motion` of order 2 would give them.
 
-    They are summed up to angles, which the same local cubic differentiates again.
+    They are integrated to angles, which the same local cubic differentiates.
     """
     angles = np.zeros_like(acceleration)
     angles[1:] = record.step**2 * acceleration.cumsum(axis=0).cumsum(axis=0)[:-1]
-    return smoothed_motion(replace(record, angles=angles), 2)
+    return smoothed(angles, record.step, 2, WINDOW)
 
 
-def smoothed_states(record: Record, parameters: PlantParameters) -> NDArray[np.float64]:
+def smoothed_states(record: Log, parameters: PlantParameters) -> NDArray[np.float64]:
     """States (N, 12) along a record: smoothed motion, motors and bending simulated under ``parameters``.
 
     The elevation is the rigid arm's: the encoder's less the simulated bending.

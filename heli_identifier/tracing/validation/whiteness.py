@@ -1,4 +1,4 @@
-"""Tests of what is left: whether it is white, and whether it still follows the inputs."""
+"""Tests of the residual: whether it is white, and whether it still follows the inputs."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ LAGS = 50
 
 
 def ljung_box_p(white: NDArray[np.float64]) -> float:
-    """P value of Ljung and Box's portmanteau test over :data:`LAGS` lags, for a whitening fitted elsewhere."""
+    """P value of Ljung and Box's portmanteau test over :data:`LAGS` lags."""
     return float(acorr_ljungbox(white, lags=[LAGS])["lb_pvalue"].iloc[0])
 
 

@@ -1,116 +1,127 @@
-"""Withdraw what does not help on held-out logs, and say so."""
+"""Withdraw effects that do not improve the model on held-out logs, and say why."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
-from heli_identifier.tracing.prediction.problem import Problem
-from heli_identifier.tracing.search.model import Model, Withdrawal, effect_score, without, without_unknown
-from heli_identifier.tracing.validation.held_out import HeldOut, held_out_gain, held_out_log_likelihood, needed
+from heli_identifier.tracing.search.model import Model, effect_score, without, without_unknown
+from heli_identifier.tracing.search.verdict import Withdrawal
+from heli_identifier.tracing.validation.held_out import (
+    HeldOut,
+    held_out_likelihood_ratio,
+    held_out_log_likelihood,
+    least_likelihood_ratio,
+)
 from heli_plant.effects import AXES, Effect
 
 TOLERATED = 1.05
 """Ratio of squared errors above which an axis counts as worse: equal models differ by a few per cent by chance."""
 
 
-def borne_out(model: Model, bare: Fit, logs: Problem) -> tuple[Model, Fit, list[Withdrawal]]:
-    """Withdraw what the held-out logs do not bear out.
+def validate(model: Model, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, list[Withdrawal]]:
+    """Withdraw what the held-out logs do not confirm.
 
-    First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely (an
-    effect that they are predicted worse without is kept); then, as long as an axis is predicted worse than by the bare
-    model, of the effects that act there the one whose removal mends that best.
+    First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; an
+    effect without which they are predicted worse is kept. Then, as long as an axis is predicted worse than by the null
+    model, the effect acting there whose removal improves that axis most.
 
     Parameters
     ----------
     model : Model
-    bare : Fit
-        Fit without any effect to the same training records.
-    logs : Problem
-        The held-out records.
+    null : Fit
+        Fit of the null model to the same training records.
+    held_out : HeldOut
 
     Returns
     -------
     model : Model
-        What is left.
-    final : Fit
-        Fit to hand back.
+        The model with the effects that are left.
+    delivered : Fit
+        Fit with the parameters to deliver.
     withdrawn : list of Withdrawal
     """
     withdrawn: list[Withdrawal] = []
-    for unknown in sorted(model.unknowns, key=lambda u: u.surplus):
-        gain, bar = held_out_gain(model, model.unknowns.index(unknown), logs), needed(unknown, logs)
-        if gain <= bar:
-            why = f"it gains {gain:.1f} in 2 log L on the held-out logs, where more than {bar:.1f} is asked"
+    for unknown in sorted(model.unknowns, key=lambda u: u.likelihood_ratio):
+        ratio = held_out_likelihood_ratio(model, model.unknowns.index(unknown), held_out)
+        least = least_likelihood_ratio(unknown, held_out.problem)
+        if ratio <= least:
+            why = f"it gains {ratio:.1f} in 2 log L on the held-out logs, where more than {least:.1f} is asked"
             withdrawn.append(Withdrawal(unknown.name, unknown.axis, why))
             model = without_unknown(model, unknown)
-    likelihood = held_out_log_likelihood(model, logs)
+    likelihood = held_out_log_likelihood(model, held_out)
     for effect in sorted(model.effects, key=lambda e: abs(effect_score(model.fit, e))):
-        rest = _rest(model, effect, bare)
-        of_rest = held_out_log_likelihood(rest, logs)
-        if likelihood <= of_rest and not _missed(effect, model, rest, logs):
-            why = f"the held-out logs are likelier without it (by {2.0 * (of_rest - likelihood):.1f} in 2 log L)"
+        reduced = _without(model, effect, null)
+        of_reduced = held_out_log_likelihood(reduced, held_out)
+        if likelihood <= of_reduced and not _predicts_worse(effect, model, reduced, held_out):
+            why = f"the held-out logs are likelier without it (by {2.0 * (of_reduced - likelihood):.1f} in 2 log L)"
             withdrawn.append(Withdrawal(effect.name, effect.axis, why))
-            model, likelihood = rest, of_rest
-    held = HeldOut(logs, bare)
-    final = handed_back(model, held)
-    while (removal := mending(model, final, held)) is not None:
-        model, final, withdrawal = removal
+            model, likelihood = reduced, of_reduced
+    delivered = delivered_fit(model, null, held_out)
+    while (removal := remove_harmful(model, delivered, null, held_out)) is not None:
+        model, delivered, withdrawal = removal
         withdrawn.append(withdrawal)
     if not model.effects and not model.unknowns:
-        model, final = Model(bare), bare  # all is withdrawn: the model before, to the last digit
-    return model, final, withdrawn
+        model, delivered = Model(null), null  # nothing is left: the null model, to the last digit
+    return model, delivered, withdrawn
 
 
-def handed_back(model: Model, held: HeldOut) -> Fit:
-    """Fit whose parameters are handed back, where an unknown torque was found that no plant can be given.
+def delivered_fit(model: Model, null: Fit, held_out: HeldOut) -> Fit:
+    """Fit whose parameters are delivered; a choice only where the model has an unknown torque, which no plant has.
 
     Either the parameters fitted beside the unknown torque, which estimate the physics, or those fitted without it,
-    which let the physics imitate it: the former unless they predict the worst axis of the held-out logs worse.
+    which let the physics imitate it. The former are delivered unless they predict the worst axis of the held-out logs
+    worse.
     """
     if not model.unknowns:
         return model.fit
-    # begun at the bare model's values, which imitate already: of several optima the one near them is wanted
-    start = model.fit.parameters._replace(**{field: getattr(held.reference.parameters, field) for field in BASE})
+    # Several optima are possible. The null model imitates the torque already: the search begins at its values.
+    start = model.fit.parameters._replace(**{field: getattr(null.parameters, field) for field in BASE})
     imitating = fit(model.fit.problem, start, model.fields)
-    beside, alone = (held.ratios(f.parameters).max() for f in (model.fit, imitating))
+    beside, alone = (held_out.ratios(f.parameters, null.parameters).max() for f in (model.fit, imitating))
     return model.fit if beside <= TOLERATED * alone else imitating
 
 
-def mending(model: Model, final: Fit, held: HeldOut) -> tuple[Model, Fit, Withdrawal] | None:
-    """Remove the effect that makes an axis on which it acts worse, if there is one; the worst axis is mended first."""
-    ratio = held.ratios(final.parameters)
+def remove_harmful(model: Model, delivered: Fit, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, Withdrawal] | None:
+    """Remove the effect that makes the worst possible axis worse than the null model does; None if there is none.
+
+    Returns
+    -------
+    tuple or None
+        The model without the effect, the fit to deliver, and the withdrawal.
+    """
+    ratio = held_out.ratios(delivered.parameters, null.parameters)
     for axis in np.argsort(-ratio):
         acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
         if ratio[axis] <= TOLERATED or not acting:
             continue
-        rests = [_rest(model, effect, held.reference) for effect in acting]
-        fits = [handed_back(rest, held) for rest in rests]
-        after = [held.ratios(f.parameters) for f in fits]
-        # an effect of several axes stays if it is missed more on the others than it harms on this one
-        mended = [
+        models = [_without(model, effect, null) for effect in acting]
+        fits = [delivered_fit(reduced, null, held_out) for reduced in models]
+        after = [held_out.ratios(f.parameters, null.parameters) for f in fits]
+        # an effect of several axes stays if its removal costs more on the others than it improves this one
+        left = [
             without_it[axis] if _mean_over(effect, without_it) < _mean_over(effect, ratio) else np.inf
             for effect, without_it in zip(acting, after, strict=True)
         ]
-        best = int(np.argmin(mended))
-        if TOLERATED * mended[best] < ratio[axis]:
-            change = f"{ratio[axis]:.2f} times the bare model's with it, {mended[best]:.2f} without"
+        best = int(np.argmin(left))
+        if TOLERATED * left[best] < ratio[axis]:
+            change = f"{ratio[axis]:.2f} times the null model's with it, {left[best]:.2f} without"
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
-            return rests[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
+            return models[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
 
 
-def _rest(model: Model, effect: Effect, bare: Fit) -> Model:
-    """Give the model without one of its effects; without its only one it is the bare model, which is fitted already."""
-    return Model(bare) if model.effects == (effect,) and not model.unknowns else without(model, effect)
+def _without(model: Model, effect: Effect, null: Fit) -> Model:
+    """Model without one of its effects; without its only one it is the null model, which is fitted already."""
+    return Model(null) if model.effects == (effect,) and not model.unknowns else without(model, effect)
 
 
-def _missed(effect: Effect, model: Model, rest: Model, logs: Problem) -> bool:
-    """Whether held-out logs are predicted worse, on the axes of an effect, by the model ``rest`` that lacks it.
+def _predicts_worse(effect: Effect, model: Model, reduced: Model, held_out: HeldOut) -> bool:
+    """Whether the model without an effect predicts the held-out logs worse on the axes of the effect.
 
-    Where logs hold more than the model knows, the likelihood weighs what lies above the filter's frequency and can want
-    to lose an effect that halves the prediction error.
+    Where logs hold more than the model knows, the likelihood weighs what lies above the filter frequency. It can then
+    prefer to lose an effect that halves the prediction error.
     """
-    return _mean_over(effect, HeldOut(logs, model.fit).ratios(rest.fit.parameters)) > TOLERATED
+    return _mean_over(effect, held_out.ratios(reduced.fit.parameters, model.fit.parameters)) > TOLERATED
 
 
 def _mean_over(effect: Effect, ratio: NDArray[np.float64]) -> float:

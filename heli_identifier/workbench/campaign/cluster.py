@@ -1,6 +1,7 @@
 """Where a campaign runs: processes on this machine by default, or the workers of a Dask scheduler on many.
 
-One rig at a time per worker, on one core: rigs are independent, so cores are better spent on further rigs than on one.
+Each worker diagnoses one rig at a time on one core: rigs are independent, so more rigs at once use the cores better
+than more threads per rig.
 """
 
 import os
@@ -19,19 +20,19 @@ if TYPE_CHECKING:
 ONE_THREAD = dict.fromkeys(
     ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Environment of a worker process; a linear-algebra library reads it once, when it is loaded."""
+"""Environment of a worker process; linear-algebra libraries read it once, when they are loaded."""
 
 CONNECTING = 20.0
-"""Time [s] that a scheduler has to answer, and then its first worker to be there."""
+"""Time limit [s] for a scheduler to answer, and then for its first worker."""
 
 
 def require_packages() -> None:
-    """Refuse to begin where the optional packages are missing.
+    """Check that the optional packages are installed.
 
     Raises
     ------
     ConfigurationError
-        Names them and how to install them.
+        One is missing; the message says how to install it.
     """
     missing = [name for name in ("distributed", "pyarrow") if find_spec(name) is None]
     if missing:
@@ -43,14 +44,14 @@ def require_packages() -> None:
 
 @contextmanager
 def client(scheduler: str | None = None, workers: int | None = None) -> "Iterator[Client]":
-    """Connect to a cluster, which is closed at the end if it is ours.
+    """Connect to a cluster; one that was started here is closed at the end.
 
     Parameters
     ----------
     scheduler : str, optional
-        Address of a running scheduler, "tcp://host:8786"; else processes are started on this machine.
+        Address of a running scheduler, "tcp://host:8786"; without it processes are started on this machine.
     workers : int, optional
-        How many processes to start; one per core if not given.
+        Number of processes to start; one per core if not given.
 
     Yields
     ------
@@ -59,7 +60,7 @@ def client(scheduler: str | None = None, workers: int | None = None) -> "Iterato
     Raises
     ------
     ConfigurationError
-        If no scheduler answers, it has no worker, or its workers run another version of this software.
+        No scheduler answers, it has no worker, or its workers run another version of this software.
     """
     require_packages()
     if scheduler is None:
@@ -81,7 +82,7 @@ def _local(workers: int) -> "Iterator[Client]":
         raise ConfigurationError(f"workers = {workers} must be at least 1.")
     with (
         dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD}),
-        # No memory limit: a diagnosis needs what it needs, and pausing it would not make that less.
+        # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
         # Any free port for Dask's own pages: two campaigns may run at once.
         LocalCluster(
             n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=":0", silence_logs=CRITICAL
@@ -114,7 +115,7 @@ def _remote(scheduler: str) -> "Iterator[Client]":
 
 
 def _check_versions(connected: "Client") -> None:
-    """Refuse workers whose code differs: their rows would pass for results of this version."""
+    """Refuse workers whose code differs: their rows would be taken for results of this version."""
     try:
         digests = connected.run(code_digest)
     except ImportError as error:

@@ -1,7 +1,7 @@
 """The name of a result: a digest of everything that it depends on.
 
-A campaign that is started again skips the rigs whose result has this name already. Into it go the rig's own name and
-content, the settings, and the source of all code that takes part, so that no old result passes for a new one.
+A campaign that is started again skips the rigs that have a result of this name. The digest covers the rig's name and
+content, the settings, and the source of all code that takes part, so an old result is never taken for a new one.
 """
 
 import hashlib
@@ -16,21 +16,14 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.tracing import DiagnosisSettings
 
 LENGTH = 24
-"""Hexadecimal digits of a key: 96 bits, no two of a billion results share one."""
+"""Hexadecimal digits of a key: with 96 bits no two of a billion results share one."""
 
-CODE = (
-    "heli_plant",
-    "heli_identifier.records",
-    "heli_identifier.tracing.prediction",
-    "heli_identifier.tracing.search",
-    "heli_identifier.tracing.validation",
-    "heli_identifier.tracing.diagnosis",
-)
+CODE = ("heli_plant", "heli_identifier.online", "heli_identifier.records", "heli_identifier.tracing")
 """Packages that a diagnosis runs."""
 
 
 def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -> str:
-    """Name the result of one rig.
+    """Return the name of one rig's result.
 
     Parameters
     ----------
@@ -48,17 +41,17 @@ def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -
 
 @cache
 def code_digest() -> str:
-    """Digest of the source of every package that a diagnosis runs."""
+    """Return the digest of the source of every package that a diagnosis runs."""
     return source_digest(CODE)
 
 
 def source_digest(modules: Iterable[str]) -> str:
-    """Digest of the source of modules, of packages with all that lies in their folders.
+    """Return the digest of the source of modules, and of packages with everything in their folders.
 
     Raises
     ------
     ConfigurationError
-        If a module cannot be found.
+        A module cannot be found.
     """
     digest = hashlib.sha256()
     for module in modules:
@@ -69,7 +62,7 @@ def source_digest(modules: Iterable[str]) -> str:
 
 
 def files_digest(paths: Iterable[Path]) -> str:
-    """Digest of files' names and bytes, in the order given."""
+    """Return the digest of files' names and bytes, in the order given."""
     digest = hashlib.sha256()
     for path in paths:
         digest.update(path.name.encode())

@@ -1,21 +1,21 @@
-"""A campaign's progress on the error stream: a bar on a terminal, a line every now and then elsewhere."""
+"""A campaign's progress on the error stream: a bar on a terminal, some twenty lines elsewhere."""
 
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from heli_identifier.workbench.campaign.row import Row
-from heli_identifier.workbench.campaign.run import Progress as Tell
+from heli_identifier.workbench.campaign.run import Progress as Callback
 
 LINES = 20
-"""Lines that a whole campaign writes into a file."""
+"""Number of lines that a whole campaign writes where there is no terminal."""
 
 
 @contextmanager
-def progress_bar() -> Iterator[Tell]:
-    """Give what :func:`heli_identifier.workbench.campaign.run.run_campaign` tells its progress to."""
+def progress_bar() -> Iterator[Callback]:
+    """Yield a ``progress`` for :func:`heli_identifier.workbench.campaign.run.run_campaign`."""
     if not sys.stderr.isatty():
-        yield _told_in_lines
+        yield _write_line
         return
     from rich.console import Console
     from rich.progress import (
@@ -34,15 +34,15 @@ def progress_bar() -> Iterator[Tell]:
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task, failed = bar.add_task("", total=None), 0
 
-        def tell(done: int, total: int, row: Row | None) -> None:
+        def update(done: int, total: int, row: Row | None) -> None:
             nonlocal failed
             failed += bool(row and row.get("error"))
             bar.update(task, completed=done, total=total, description=f"{failed} failed" if failed else "")
 
-        yield tell
+        yield update
 
 
-def _told_in_lines(done: int, total: int, row: Row | None) -> None:
+def _write_line(done: int, total: int, row: Row | None) -> None:
     if row is None or done == total or done % max(1, total // LINES) == 0:
         sys.stderr.write(f"{done} of {total} rigs done\n")
         sys.stderr.flush()

@@ -1,7 +1,7 @@
 """The folder of a campaign's results: ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of them all.
 
-A file appears whole or not at all, and under one name however often a rig is diagnosed: neither a killed worker nor a
-killed campaign leaves half a row or two.
+A file appears whole or not at all, and a rig has the same file name however often it is diagnosed. A killed worker or a
+killed campaign therefore leaves neither half a row nor two rows of one rig.
 """
 
 import io
@@ -42,11 +42,11 @@ class Results:
         return self.folder / "rows"
 
     def write(self, row: Row) -> Path:
-        """Write one row, in the place of an older one of the same key."""
+        """Write one row; it replaces an older one of the same key."""
         return write_table(table([row]), self.rows / f"{row['key']}.parquet")
 
     def read(self, key: str) -> Row | None:
-        """Give the row of a key, None if there is none."""
+        """Return the row of a key, None if there is none."""
         path = self.rows / f"{key}.parquet"
         return read_rows(path)[0] if path.exists() else None
 
@@ -56,7 +56,7 @@ class Results:
 
 
 def schema() -> "pyarrow.Schema":
-    """Columns and their types."""
+    """Return the columns and their types."""
     import pyarrow as pa
 
     text, number = pa.string(), pa.float64()
@@ -84,12 +84,12 @@ def schema() -> "pyarrow.Schema":
 
 
 def complete(row: Row) -> Row:
-    """Give a row every column: None in those that it leaves out."""
+    """Return a row with every column, None in those that it lacks."""
     return dict.fromkeys(schema().names) | row
 
 
 def table(rows: Sequence[Row]) -> "pyarrow.Table":
-    """Give rows as a table; a column that a row leaves out is null."""
+    """Return rows as a table; missing columns are null."""
     import pyarrow as pa
 
     return pa.Table.from_pylist([complete(row) for row in rows], schema=schema())
@@ -101,7 +101,7 @@ def read_rows(path: Path) -> list[Row]:
     Raises
     ------
     ConfigurationError
-        If the file is none of a campaign's.
+        The file is not a result of a campaign.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -109,7 +109,7 @@ def read_rows(path: Path) -> list[Row]:
     try:
         return pq.read_table(path, schema=schema()).to_pylist(maps_as_pydicts="strict")
     except (pa.ArrowException, OSError) as error:
-        raise ConfigurationError(f"{path} is no result of a campaign: {error}; move it away.") from error
+        raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 
 
 def write_table(content: "pyarrow.Table", path: Path) -> Path:
@@ -118,7 +118,7 @@ def write_table(content: "pyarrow.Table", path: Path) -> Path:
     Raises
     ------
     ConfigurationError
-        If the folder cannot be written to.
+        The folder cannot be written to.
     """
     import pyarrow.parquet as pq
 

@@ -1,4 +1,4 @@
-"""One rig of a campaign: its logs, and the truth where whoever made the logs knows it."""
+"""One rig of a campaign: its logs, and the truth where the maker of the logs knows it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,12 +10,12 @@ from heli_plant.effects import CATALOGUE
 
 @dataclass(frozen=True)
 class TrueEffect:
-    """An effect of the catalogue that a rig really holds.
+    """An effect of the catalogue that a rig really has.
 
     Attributes
     ----------
     name, axis : str
-        The catalogue's words.
+        As in the catalogue.
     coefficient : float or None
         In the catalogue's unit; None where it cannot be compared with an estimate.
     shape : mapping of str to float
@@ -25,7 +25,7 @@ class TrueEffect:
     Raises
     ------
     ConfigurationError
-        If the catalogue has no such entry.
+        The catalogue has no such entry.
     """
 
     name: str
@@ -36,14 +36,14 @@ class TrueEffect:
     def __post_init__(self) -> None:
         if (self.name, self.axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}:
             raise ConfigurationError(
-                f"truth names {self.name!r} on {self.axis!r}, which the catalogue lacks; `heli effects` lists it, and "
-                "what it lacks is a TrueUnknown."
+                f"truth names {self.name!r} on {self.axis!r}, which is not in the catalogue that `heli effects` "
+                "lists; a torque that is not in it is a TrueUnknown."
             )
 
 
 @dataclass(frozen=True)
 class TrueUnknown:
-    """A torque that no entry of the catalogue is: the axis it acts on and the variable it depends on."""
+    """A torque that is not in the catalogue: the axis it acts on and the variable it depends on."""
 
     axis: str
     variable: str
@@ -51,12 +51,12 @@ class TrueUnknown:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a rig really is.
+    """The true structure of a rig.
 
     Attributes
     ----------
     kind : str
-        Word under which a summary counts it.
+        Word by which a summary counts the rig.
     parameters : mapping of str to float
         Values of the simplified model by the paper's symbols, as far as they are known.
     effects : tuple of TrueEffect
@@ -77,16 +77,16 @@ class Rig:
     Attributes
     ----------
     training, held_out : tuple of Log
-        Logs to fit and search, and logs to judge by.
+        Logs to fit and search in, and held-out logs.
     truth : Truth or None
-        Never given to the diagnosis; a result row sets it beside what was found.
+        Not given to the diagnosis; a result row compares it with what was found.
     configuration : RigConfiguration or None
-        What is known of the rig besides; None leaves the campaign's settings as they are.
+        What else is known of the rig; with None the campaign's settings apply.
 
     Raises
     ------
     ConfigurationError
-        If either kind of log is missing.
+        One kind of log is missing.
     """
 
     training: tuple[Log, ...]

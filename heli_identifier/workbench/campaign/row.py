@@ -1,29 +1,45 @@
-"""One diagnosis as one flat row: plain values only, so that it travels, and fits a line of a table.
+"""One rig diagnosed on a worker, as one flat row: plain values only, which travel and fit a line of a table.
 
-What was found and what is true stand in columns of their own; every column of the truth begins with ``true_``.
+Results and truth have separate columns; every column of the truth begins with ``true_``. The diagnosis never sees the
+truth.
 """
 
+import os
+import sys
+import traceback
+from time import perf_counter
 from typing import Any
 
-from heli_identifier.tracing import BASE, Diagnosis, FoundEffect
-from heli_identifier.workbench.campaign.rig import Truth
+from heli_identifier.errors import IdentifierError
+from heli_identifier.tracing import (
+    BASE,
+    Diagnosis,
+    DiagnosisSettings,
+    FoundEffect,
+    NamedShape,
+    PeriodicShape,
+    diagnose,
+    use_threads,
+)
+from heli_identifier.workbench.campaign.rig import Rig, Truth
+from heli_identifier.workbench.campaign.sources import Source, named_function
 from heli_plant.effects import AXES
 
 Row = dict[str, Any]
-"""Values by column; a column that is left out is null."""
+"""Values by column; a missing column is null."""
 
 STAGES = ("before", "after", "noise_floor")
 
 
 def error_column(axis: str, stage: str) -> str:
-    """Column of the 1 s prediction error [rad] of an axis, stage one of :data:`STAGES`."""
+    """Return the column of the 1 s prediction error [rad] of an axis at one of :data:`STAGES`."""
     return f"{axis}_1s_{stage}_rad"
 
 
 def diagnosis_columns(diagnosis: Diagnosis) -> Row:
-    """Give what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
+    """Return what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
     row: Row = {
-        "verdict": diagnosis.verdict,
+        "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
         "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
         "seconds": diagnosis.seconds,
@@ -38,7 +54,7 @@ def diagnosis_columns(diagnosis: Diagnosis) -> Row:
 
 
 def truth_columns(truth: Truth | None) -> Row:
-    """Give what is true; nothing where it is not known."""
+    """Return what is true; no columns where it is not known."""
     if truth is None:
         return {}
     unknown = truth.unknown
@@ -60,8 +76,56 @@ def _effect(found: FoundEffect) -> Row:
         "coefficient": coefficient.value if coefficient else None,
         "standard_error": coefficient.standard_error if coefficient else None,
         "score": found.score,
-        "verdict": found.verdict,
+        "verdict": found.verdict.value,
         "alternatives": [f"{name} {axis}" for name, axis in found.alternatives],
-        "variable": found.shape.get("variable") if coefficient is None else None,
-        "frequency_hz": found.shape.get("frequency_hz") if coefficient is None else None,
+        "variable": None if isinstance(found.shape, NamedShape) else found.shape.variable,
+        "frequency_hz": found.shape.frequency_hz if isinstance(found.shape, PeriodicShape) else None,
     }
+
+
+def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
+    """Load and diagnose one rig.
+
+    Parameters
+    ----------
+    source : Source
+    settings : DiagnosisSettings
+        The rig's own configuration overrides what they give of the rig: motor lag, voltage limit, rest pitch.
+    measure : str, optional
+        "module:function", called with the rig, truth included, and its diagnosis after that has ended. It returns
+        further figures, a mapping of str to float for the column ``measures``.
+
+    Returns
+    -------
+    dict
+        The row without its key. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one
+        bad rig does not end the campaign.
+    """
+    use_threads(1)  # a cluster has one worker per core, so more threads would only compete
+    began = perf_counter()
+    row: Row = {"rig": source.rig}
+    try:
+        rig = source.load()
+        row |= truth_columns(rig.truth)
+        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=_of_rig(settings, rig))
+        row |= diagnosis_columns(diagnosis)
+        if measure:
+            row["measures"] = dict(named_function(measure)(rig, diagnosis))
+    except Exception as error:
+        row |= {"error": _error_text(error), "seconds": perf_counter() - began}
+    return row
+
+
+def _of_rig(settings: DiagnosisSettings, rig: Rig) -> DiagnosisSettings:
+    own = rig.configuration
+    if own is None:
+        return settings
+    return DiagnosisSettings.from_rig(own, settings.bandwidth, settings.agreement)
+
+
+def _error_text(error: Exception) -> str:
+    """Return an error's text, with its place in the code if this software did not raise it on purpose."""
+    if isinstance(error, IdentifierError):
+        return str(error)
+    place = traceback.extract_tb(sys.exc_info()[2])[-1]
+    return f"{type(error).__name__}: {error} (in {place.name}, {os.path.basename(place.filename)} line {place.lineno})"

@@ -1,8 +1,8 @@
 """A campaign: every rig of a list diagnosed once, whatever happens to workers or to the campaign itself.
 
-The client alone writes results, each as it arrives, and then lets go of Dask's copy: a worker that dies takes at most
-the rig it was at, which Dask gives to another. A campaign that is stopped and started again begins where it was; rigs
-that failed are tried again.
+Only the client writes results, each as it arrives, and then releases Dask's copy. A worker that dies loses at most the
+rig that it was diagnosing, which Dask gives to another worker. A campaign that is stopped and started again continues
+where it stopped; rigs that failed are tried again.
 """
 
 from collections import Counter
@@ -16,19 +16,18 @@ from heli_identifier.tracing import DiagnosisSettings
 from heli_identifier.workbench.campaign.cluster import client, require_packages
 from heli_identifier.workbench.campaign.key import code_digest, result_key, source_digest
 from heli_identifier.workbench.campaign.results import Results, complete
-from heli_identifier.workbench.campaign.row import Row
+from heli_identifier.workbench.campaign.row import Row, diagnosed
 from heli_identifier.workbench.campaign.sources import Source, named_function
-from heli_identifier.workbench.campaign.work import diagnosed
 
 if TYPE_CHECKING:
     from distributed import Client, Future
 
 Work = Callable[[Source, DiagnosisSettings, str | None], Row]
 Progress = Callable[[int, int, Row | None], None]
-"""Called with the rigs that are done, all rigs, and the row that has just arrived."""
+"""Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
 
 TASK = "diagnose-"
-"""What Dask calls the task of a rig, before its key."""
+"""Prefix of the name of a rig's task in Dask; its key follows."""
 
 
 def run_campaign(
@@ -38,7 +37,7 @@ def run_campaign(
     measure: str | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
-    tell: Progress | None = None,
+    progress: Progress | None = None,
     work: Work = diagnosed,
 ) -> list[Row]:
     """Diagnose every rig that has no result yet.
@@ -46,18 +45,18 @@ def run_campaign(
     Parameters
     ----------
     sources : sequence of Source
-        Their names have to differ.
+        Their names must differ.
     folder : path
-        Where the results are kept, see :class:`Results`.
+        Folder of the results, see :class:`Results`.
     settings : DiagnosisSettings, optional
     measure : str, optional
         "module:function" of further figures, see :func:`diagnosed`.
     scheduler, workers
-        Where to run, see :func:`heli_identifier.workbench.campaign.cluster.client`.
-    tell : callable, optional
-        Told of every result.
+        Where to run; see :func:`heli_identifier.workbench.campaign.cluster.client`.
+    progress : callable, optional
+        Called after every result.
     work : callable, optional
-        What a worker does with a source.
+        What a worker does with a source; see :func:`diagnosed`.
 
     Returns
     -------
@@ -67,31 +66,31 @@ def run_campaign(
     Raises
     ------
     ConfigurationError
-        If names repeat, an optional package is missing, or cluster or folder cannot be used.
+        Two rigs have the same name, an optional package is missing, or cluster or folder cannot be used.
     """
     require_packages()
-    settings, tell = settings or DiagnosisSettings(), tell or (lambda done, total, row: None)
+    settings, progress = settings or DiagnosisSettings(), progress or (lambda done, total, row: None)
     by_key = _keyed(sources, settings, measure)
     results = Results(Path(folder))
     known = {key: row for key in by_key if (row := results.read(key)) and row["error"] is None}
-    tell(len(known), len(by_key), None)
+    progress(len(known), len(by_key), None)
     waiting = {key: source for key, source in by_key.items() if key not in known}
     if waiting:
         with client(scheduler, workers) as connected:
             for row in _rows(connected, waiting, (settings, measure), work):
                 results.write(row)
                 known[row["key"]] = complete(row)
-                tell(len(known), len(by_key), row)
+                progress(len(known), len(by_key), row)
     rows = [known[key] for key in by_key]
     results.consolidate(rows)
     return rows
 
 
 def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:
-    """Give the sources by the keys of their results."""
+    """Return the sources by the keys of their results."""
     twice = [name for name, count in Counter(source.rig for source in sources).items() if count > 1]
     if twice:
-        raise ConfigurationError(f"two rigs are called {twice[0]!r}; every rig needs a name of its own.")
+        raise ConfigurationError(f"two rigs are called {twice[0]!r}; every rig needs its own name.")
     code = code_digest()
     if measure:
         named_function(measure)
@@ -100,10 +99,10 @@ def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str 
 
 
 def _rows(connected: "Client", waiting: Mapping[str, Source], how: tuple[Any, ...], work: Work) -> Iterator[Row]:
-    """Give each row as it arrives.
+    """Yield each row as it arrives.
 
-    No worker is given more than one rig at a time: Dask suspects all that a worker held when it dies, and gives up a
-    rig that it has suspected four times.
+    A worker gets one rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig that
+    it has suspected four times.
     """
     from distributed import as_completed
 
@@ -117,14 +116,14 @@ def _rows(connected: "Client", waiting: Mapping[str, Source], how: tuple[Any, ..
     supply()
     for future in arriving:
         row = _arrived(future, waiting)
-        # As long as this process holds a future, Dask would make its result again after a worker's death.
+        # While this process holds a future, Dask would compute its result again after the death of a worker.
         future.release()
         supply()
         yield row
 
 
 def _arrived(future: "Future", waiting: Mapping[str, Source]) -> Row:
-    """Give the row of a task that has ended, however it did."""
+    """Return the row of a task that has ended, with a result or not."""
     key = str(future.key).removeprefix(TASK)
     if future.cancelled():
         raise ConfigurationError(

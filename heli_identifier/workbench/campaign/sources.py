@@ -1,7 +1,7 @@
 """Where rigs come from: sub-folders of a folder, or a generator called with one seed after another.
 
-A source is small and travels to the worker, which loads the logs itself. A worker on another machine has to see the
-same folder under the same path, or to be able to import the generator.
+A source is small and is sent to the worker, which loads the logs itself. A worker on another machine must see the same
+folder under the same path, or be able to import the generator.
 """
 
 from collections.abc import Callable
@@ -22,17 +22,17 @@ TRAINING, HELD_OUT = "train*.csv", "held*.csv"
 
 
 class Source(Protocol):
-    """One rig that is yet to be loaded."""
+    """One rig before its logs are loaded."""
 
     @property
     def rig(self) -> str:
         """Name of the rig, unique in the campaign."""
 
     def content(self) -> str:
-        """Digest of the rig's logs, or of what makes them."""
+        """Return the digest of the rig's logs, or of what makes them."""
 
     def load(self) -> Rig:
-        """Give the rig's logs."""
+        """Return the rig with its logs."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class FolderRig:
     rig : str
     folder : str
     configuration : str
-        File that tells how it writes its logs; empty if it keeps to the contract.
+        Path of the rig's heli.toml, which describes its logs; empty if they follow the contract.
     """
 
     rig: str
@@ -52,7 +52,7 @@ class FolderRig:
     configuration: str = ""
 
     def content(self) -> str:
-        """Digest of the bytes of its files."""
+        """Return the digest of the bytes of its files."""
         configuration = [Path(self.configuration)] if self.configuration else []
         return files_digest([*self._logs(TRAINING), *self._logs(HELD_OUT), *configuration])
 
@@ -62,7 +62,7 @@ class FolderRig:
         Raises
         ------
         LogError, ConfigurationError
-            As the readers.
+            A log or the configuration cannot be read; see their readers.
         """
         configuration = read_configuration(self.configuration) if self.configuration else None
         format = configuration.format if configuration else CONTRACT
@@ -83,9 +83,9 @@ class GeneratedRig:
     generator : str
         "module:function"; the function returns a :class:`Rig`.
     arguments : tuple
-        What the function is called with, for instance one seed.
+        Arguments of the function, for instance one seed.
     ingredients : tuple of str
-        Further modules and packages whose source the logs depend on.
+        Further modules and packages on whose source the logs depend.
     """
 
     rig: str
@@ -94,7 +94,7 @@ class GeneratedRig:
     ingredients: tuple[str, ...] = ()
 
     def content(self) -> str:
-        """Digest of the generator's source and arguments: no log has to be made in order to skip it."""
+        """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
         return f"{self.generator} {self.arguments!r} {_generator_digest(self.generator, self.ingredients)}"
 
     def load(self) -> Rig:
@@ -103,7 +103,7 @@ class GeneratedRig:
         Raises
         ------
         ConfigurationError
-            If the generator cannot be found or returns anything but a :class:`Rig`.
+            The generator cannot be found or does not return a :class:`Rig`.
         """
         rig = named_function(self.generator)(*self.arguments)
         if not isinstance(rig, Rig):
@@ -114,7 +114,7 @@ class GeneratedRig:
 
 
 def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[FolderRig]:
-    """Give every sub-folder that holds train*.csv and held*.csv, in the order of their names.
+    """Return every sub-folder that holds train*.csv and held*.csv, in the order of their names.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] 
     Raises
     ------
     ConfigurationError
-        If the folder or such a sub-folder is missing, or a sub-folder holds one kind of log without the other.
+        The folder or such a sub-folder is missing, or a sub-folder holds only one kind of log.
     """
     root = Path(folder).resolve()
     if not root.is_dir():
@@ -144,7 +144,7 @@ def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] 
 
 
 def _configuration(folder: Path, shared: str | PathLike[str] | None) -> str:
-    """Give the path of a rig's configuration: its own before the shared one, empty if there is neither."""
+    """Return the path of a rig's own configuration, else of the shared one, else an empty text."""
     own = folder / CONFIGURATION_NAME
     if own.exists():
         return str(own)
@@ -152,7 +152,7 @@ def _configuration(folder: Path, shared: str | PathLike[str] | None) -> str:
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:
-    """Give ``count`` rigs that ``generator`` makes of the seeds from ``first_seed`` on.
+    """Return ``count`` rigs that ``generator`` makes from the seeds ``first_seed``, ``first_seed`` + 1, ...
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Gene
     Raises
     ------
     ConfigurationError
-        If there is no such function, or nothing to do.
+        There is no such function, or ``count`` is less than 1.
     """
     if count < 1:
         raise ConfigurationError(f"rigs = {count} must be at least 1.")
@@ -179,7 +179,7 @@ def named_function(name: str) -> Callable:
     Raises
     ------
     ConfigurationError
-        If the form is wrong, or the module or the function does not exist.
+        The form is wrong, or the module or the function does not exist.
     """
     module, separator, function = name.partition(":")
     if not (module and separator and function):

@@ -4,22 +4,21 @@ from typing import Annotated, Any
 
 import typer
 
-from heli_identifier.workbench.commands.build import build
+import heli_identifier
+from heli_identifier.workbench.commands.build import build, ssp
 from heli_identifier.workbench.commands.campaign import campaign
 from heli_identifier.workbench.commands.check import check
-from heli_identifier.workbench.commands.demo import demo
+from heli_identifier.workbench.commands.demo import demo, init
 from heli_identifier.workbench.commands.design import design
 from heli_identifier.workbench.commands.diagnose import diagnose
 from heli_identifier.workbench.commands.effects import effects
 from heli_identifier.workbench.commands.fleet import fleet
 from heli_identifier.workbench.commands.guard import guarded
 from heli_identifier.workbench.commands.identify import identify
-from heli_identifier.workbench.commands.init import init
 from heli_identifier.workbench.commands.linearise import linearise
 from heli_identifier.workbench.commands.options import Spreading
 from heli_identifier.workbench.commands.paper import paper
 from heli_identifier.workbench.commands.simulate import simulate
-from heli_identifier.workbench.commands.ssp import ssp
 
 app = typer.Typer(
     name="heli",
@@ -86,9 +85,7 @@ for _function, _examples in _COMMANDS:
 
 def _version(wanted: bool) -> None:
     if wanted:
-        from importlib.metadata import version
-
-        typer.echo(f"heli-twin {version('heli-twin')}")
+        typer.echo(f"heli-twin {heli_identifier.__version__}")
         raise typer.Exit
 
 

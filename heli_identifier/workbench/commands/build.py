@@ -1,15 +1,15 @@
-"""``heli build``: the FMUs."""
+"""``heli build`` and ``heli ssp``: units as FMUs, and a scenario of them for other tools."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Parameters, Settings
+from heli_identifier.workbench.commands.options import Json, Parameters, ScenarioName, Settings
 
 
 def _units() -> list[str]:
-    from fmu_src.builder import UNITS
+    from fmu_src import UNITS
 
     return list(UNITS)
 
@@ -28,12 +28,12 @@ def build(
 
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
-    from fmu_src.builder import build as build_unit
-    from fmu_src.builder import unit_class
+    from fmu_src import unit_class
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.parameters import by_unit, of_unit
     from heli_identifier.workbench.commands.terminal import print_json, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.workbench.interface.units import build as build_unit
 
     names = units or _units()
     given = by_unit(parameters)
@@ -45,9 +45,9 @@ def build(
     for name in names:
         unit_class(name)
     own = of_unit(names[0], settings)
-    with whole_folder(output) as draft, progress_bar() as tell:
+    with whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
-            tell(f"building {name}", number / len(names))
+            progress(f"building {name}", number / len(names))
             build_unit(name, draft, {**given.get(name, {}), **own})
     files = [output / f"{name}.fmu" for name in names]
     if json:
@@ -55,3 +55,24 @@ def build(
         return
     for file in files:
         typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
+
+
+def ssp(
+    scenario: ScenarioName,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="The .ssp file; SCENARIO.ssp by default.", show_default=False
+        ),
+    ] = None,
+    parameters: Parameters = None,
+    settings: Settings = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Stop time of the default experiment.")] = 90.0,
+) -> None:
+    """Write a scenario with its units and parameters as one SSP file."""
+    from fmu_src.ssp import write_ssp
+    from heli_identifier.workbench.commands.parameters import in_scenario
+
+    target = output or Path(f"{scenario}.ssp")
+    path = write_ssp(scenario, target, in_scenario(scenario, parameters, settings), duration=duration)
+    typer.echo(f"{path}  {path.stat().st_size / 1000.0:.0f} kB")

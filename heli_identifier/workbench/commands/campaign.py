@@ -29,7 +29,7 @@ def campaign(
     ] = None,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; what it holds is not repeated."),
+        typer.Option("--output", "-o", metavar="DIR", help="Folder of the results; it is continued if it has any."),
     ] = Path("campaign"),
     generator: Annotated[
         str,
@@ -43,11 +43,11 @@ def campaign(
         int | None, typer.Option(metavar="N", help="Rigs that the generator makes.", show_default=False)
     ] = None,
     first_seed: Annotated[
-        int | None, typer.Option(metavar="SEED", help="Seed of the first of them; else 0.", show_default=False)
+        int | None, typer.Option(metavar="SEED", help="Seed of the first of them; 0 by default.", show_default=False)
     ] = None,
     workers: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Processes on this machine; else one per core.", show_default=False),
+        typer.Option(metavar="N", help="Processes on this machine; one per core by default.", show_default=False),
     ] = None,
     scheduler: Annotated[
         str | None,
@@ -70,17 +70,15 @@ def campaign(
     require_packages()
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
-    # Not before everything that was said makes sense: this takes a second or two.
+    # These take a second or two to import: the words of the command are checked before.
     from heli_identifier.workbench.campaign.progress import progress_bar
     from heli_identifier.workbench.campaign.results import CONSOLIDATED
     from heli_identifier.workbench.campaign.run import run_campaign
     from heli_identifier.workbench.campaign.summary import summarised
 
-    settings = DiagnosisSettings(
-        motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
-    )
-    with progress_bar() as tell:
-        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, tell=tell)
+    settings = DiagnosisSettings.from_rig(configuration)
+    with progress_bar() as progress:
+        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
         print_json(asdict(summary) | {"coverage": summary.coverage})
@@ -103,21 +101,21 @@ def _sources(
         raise ConfigurationError("name either a folder of rigs or a --generator.")
     if folder is not None:
         if rigs is not None:
-            raise ConfigurationError(f"--rigs {rigs} is for a --generator; a folder holds as many rigs as it holds.")
+            raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
         here = Path(CONFIGURATION_NAME)
         return [*folder_rigs(folder, config or (here if here.is_file() else None))]
     if rigs is None:
-        raise ConfigurationError("say how many rigs the generator shall make with --rigs.")
+        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
     return [*generated_rigs(generator, rigs, first_seed or 0)]
 
 
 def print_summary(summary: "Summary") -> None:
-    """Print what was found, how often rightly where the truth is known, coverage, times and failures."""
-    from heli_identifier.workbench.commands.terminal import print_table
+    """Print what was found and how much of it is true where that is known, coverage, times and failures."""
+    from heli_identifier.workbench.commands.terminal import counted, print_table
 
     known = any(kind.kind for kind in summary.kinds)
     columns = ["rigs >", "effects shown >", "model adequate >", "unknown effect >"]
@@ -140,8 +138,8 @@ def print_summary(summary: "Summary") -> None:
     if summary.effects:
         print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary.effects])
     if summary.coverage is not None:
-        share, count = 100.0 * summary.coverage, summary.intervals
-        typer.echo(f"{share:.1f} % of {count} intervals of 95 % hold the true value")
+        share, count = 100.0 * summary.coverage, counted(summary.intervals, "interval")
+        typer.echo(f"{share:.1f} % of {count} of 95 % hold the true value")
     if summary.seconds is not None:
         median, high, most = summary.seconds
         typer.echo(

@@ -34,46 +34,22 @@ def check(
     """
     from heli_identifier.files import write_atomically
     from heli_identifier.records import read_logs
-    from heli_identifier.tracing import hold_to
-    from heli_identifier.workbench.commands.logs import found_configuration, say_notes
-    from heli_identifier.workbench.commands.parameter_file import parameter_set
+    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table
-    from heli_identifier.workbench.report.junit import junit_text
-    from heli_identifier.workbench.report.rounding import angle_text, significant
+    from heli_identifier.workbench.delivery.parameter_file import read_parameters
+    from heli_identifier.workbench.interface.checking import check as check_logs
 
-    expected = parameter_set(parameters)
+    expected = read_parameters(parameters)
     recorded = read_logs(logs, found_configuration(config).format, start, end)
-    say_notes(recorded)
-    outcomes = hold_to(expected.plant(), expected.limits(factor), recorded)
+    print_notes(recorded)
+    outcome = check_logs(recorded, expected, factor)
     if junit is not None:
-        write_atomically(junit, junit_text("heli check", outcomes))
-    passed = all(outcome.passed for outcome in outcomes)
+        write_atomically(junit, outcome.junit())
     if json:
-        print_json(
-            {
-                "passed": passed,
-                "axes": [
-                    {
-                        "log": outcome.log,
-                        "axis": outcome.axis,
-                        "prediction_1s_rad": outcome.error.value,
-                        "interval": [outcome.error.low, outcome.error.high],
-                        "limit_rad": outcome.limit,
-                        "passed": outcome.passed,
-                    }
-                    for outcome in outcomes
-                ],
-            }
-        )
+        print_json(outcome.to_dict())
     else:
-        print_table(
-            "Error of the 1 s prediction [mrad]",
-            ("log", "axis", "error >", "limit >", "outcome"),
-            [
-                (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
-                for o in outcomes
-            ],
-        )
-    if not passed:
+        columns = ("log", "axis", "error >", "limit >", "outcome")
+        print_table("Error of the 1 s prediction [mrad]", columns, outcome.rows)
+    if not outcome.passed:
         note("the model no longer explains these logs: run `heli diagnose` on them")
         raise typer.Exit(FAILED)

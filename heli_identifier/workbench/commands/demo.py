@@ -1,4 +1,4 @@
-"""``heli demo``: everything once, on the logs that come with the package."""
+"""``heli init`` and ``heli demo``: a configuration to begin with, and everything once on the logs of the package."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -6,9 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from heli_identifier.tracing import Diagnosis
+    from heli_identifier.workbench.interface.diagnosis import Diagnosis
 
 RIGS = ("rig-a", "rig-b")
+
+
+def init(
+    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Configuration to write.")] = Path("heli.toml"),
+) -> None:
+    """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag."""
+    from heli_identifier.records import write_template
+
+    path = write_template(file)
+    typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {file}")
 
 
 def demo(
@@ -21,23 +31,23 @@ def demo(
     from multiprocessing import get_context
     from time import perf_counter
 
-    from fmu_src.builder import UNITS
-    from fmu_src.builder import build as build_unit
-    from heli_identifier.workbench.commands.terminal import progress_bar
+    from fmu_src import UNITS
+    from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.workbench.interface.units import build
 
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
     # The rigs go side by side, each in a process of its own; a search alone leaves half of two cores idle.
-    with ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn")) as pool, progress_bar() as tell:
+    with ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn")) as pool, progress_bar() as progress:
         running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
-        tell("building the units", 0.0)
+        progress("building the units", 0.0)
         with whole_folder(output) as draft:
             for name in UNITS:
-                build_unit(name, draft)
+                build(name, draft)
         diagnoses: dict[str, Diagnosis] = {}
         for rig, future in running.items():
-            tell(f"diagnosing {rig}", (1.0 + len(diagnoses)) / (1.0 + len(RIGS)))
+            progress(f"diagnosing {rig}", (1.0 + len(diagnoses)) / (1.0 + len(RIGS)))
             diagnoses[rig] = future.result()
 
     from heli_identifier.workbench.commands.summary import print_diagnosis
@@ -45,7 +55,7 @@ def demo(
     typer.echo(f"{len(UNITS)} units in {output}: {', '.join(UNITS)}")
     for rig, diagnosis in diagnoses.items():
         used = [entry.used_for for entry in diagnosis.data]
-        typer.echo(f"\n{rig}: {used.count('training')} logs fitted, {used.count('held out')} held out")
+        typer.echo(f"\n{rig}: {counted(used.count('training'), 'log')} fitted, {used.count('held out')} held out")
         print_diagnosis(diagnosis)
         folder = folders[rig]
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
@@ -61,4 +71,4 @@ def diagnosed_rig(rig: str, folder: Path) -> "Diagnosis":
 
     training, held_out = read_data_set(*demo_logs(rig))
     with terminable(), whole_folder(folder) as draft:
-        return diagnosed(training, held_out, RigConfiguration(name=rig), draft, ["heli", "demo"])[0]
+        return diagnosed(training, held_out, RigConfiguration(name=rig), draft)

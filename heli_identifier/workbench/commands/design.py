@@ -1,4 +1,4 @@
-"""``heli design``: the experiment that would show an effect, or tell two apart."""
+"""``heli design``: the experiment that would show an effect, or separate two."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,7 +11,7 @@ from heli_identifier.workbench.commands.options import Json, Parameters
 def design(
     separate: Annotated[
         tuple[str, str] | None,
-        typer.Option(metavar="A B", help="Two effects to tell apart, each NAME or NAME:AXIS.", show_default=False),
+        typer.Option(metavar="A B", help="Two effects to separate, each NAME or NAME:AXIS.", show_default=False),
     ] = None,
     show: Annotated[
         str | None, typer.Option(metavar="A", help="One effect to make visible, NAME or NAME:AXIS.", show_default=False)
@@ -45,8 +45,9 @@ def design(
     plant = from_names(values, PlantParameters()) if values else PlantParameters()
     if not values:
         note("no --parameters given: the published model, Table 2, stands in for the rig")
-    with progress_bar() as tell:
-        ranked = designs(plant, entries, duration, Limits(voltage_limit, pitch_limit, elevation_limit), progress=tell)
+    with progress_bar() as progress:
+        limits = Limits(voltage_limit, pitch_limit, elevation_limit)
+        ranked = designs(plant, entries, duration, limits, progress=progress)
     if not ranked:
         raise ConfigurationError(
             f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
@@ -57,6 +58,9 @@ def design(
         print_json(as_documents(listed, entries))
     else:
         print_table("Experiments, best first", *as_rows(listed, entries))
+        typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
+        if len(entries) > 1:
+            typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")
     text = warning(listed, entries)
     if text is not None:
         warn(text)

@@ -1,9 +1,8 @@
 """``heli diagnose``: from logs to a corrected plant."""
 
-import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,8 +10,8 @@ from heli_identifier.workbench.commands.options import Config, From, Json, Logs,
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.tracing import Diagnosis
     from heli_identifier.workbench.commands.terminal import Progress
+    from heli_identifier.workbench.interface.diagnosis import Diagnosis
 
 
 def diagnose(
@@ -24,7 +23,7 @@ def diagnose(
         list[Path],
         typer.Option(
             metavar="LOG...",
-            help="Logs held out to judge by; else the last log, or the last third.",
+            help="Held-out logs; by default the last log, or the last third of a single one.",
             show_default=False,
         ),
     ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
@@ -45,20 +44,18 @@ def diagnose(
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
         training, held_out = split_logs(logs, validate, configuration, start, end)
-        with progress_bar() as tell:
-            diagnosis, document = diagnosed(training, held_out, configuration, draft, ["heli", *sys.argv[1:]], tell)
+        with progress_bar() as progress:
+            diagnosis = diagnosed(training, held_out, configuration, draft, progress)
     if json:
-        print_json(document)
+        print_json(diagnosis.to_dict())
         for text in diagnosis.notes:
             warn(text)
         return
     from heli_identifier.workbench.commands.summary import print_diagnosis
+    from heli_identifier.workbench.interface.diagnosis import RESULTS
 
     print_diagnosis(diagnosis, reasons=verbose)
     note(f"written: {', '.join(str(output / name) for name in RESULTS)}")
-
-
-RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 
 
 def diagnosed(
@@ -66,19 +63,22 @@ def diagnosed(
     held_out: "Sequence[Log]",
     configuration: "RigConfiguration",
     folder: Path,
-    command: Sequence[str],
-    tell: "Progress" = lambda what, share: None,
-) -> "tuple[Diagnosis, dict[str, Any]]":
-    """Diagnose a rig and write the results into ``folder``; gives the diagnosis and the content of diagnosis.json."""
-    from heli_identifier.tracing import DiagnosisSettings
-    from heli_identifier.tracing import diagnose as run
-    from heli_identifier.workbench.delivery.provenance import provenance
-    from heli_identifier.workbench.delivery.result_folder import write_results
+    progress: "Progress" = lambda what, share: None,
+) -> "Diagnosis":
+    """Diagnose a rig and write the results into ``folder``."""
+    from dataclasses import replace
 
-    settings = DiagnosisSettings(
-        motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
+    from heli_identifier.tracing import DiagnosisSettings
+    from heli_identifier.workbench.delivery.provenance import from_command_line
+    from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
+
+    found = diagnose_logs(
+        training,
+        held_out=held_out,
+        settings=DiagnosisSettings.from_rig(configuration),
+        progress=lambda what, share: progress(what, 0.85 * share),
     )
-    diagnosis = run(training, held_out, settings, lambda what, share: tell(what, 0.85 * share))
-    tell("building and running the corrected unit", 0.9)
-    document = write_results(diagnosis, provenance(command), configuration.name, folder)
-    return diagnosis, document
+    diagnosis = replace(found, provenance=from_command_line())
+    progress("building and running the corrected unit", 0.9)
+    diagnosis.write(folder, configuration.name)
+    return diagnosis

@@ -37,12 +37,10 @@ def fleet(
 
     Writes fleet.json and fleet.html, with a forest plot of every effect.
     """
-    import sys
-
     from heli_identifier.records import CONFIGURATION_NAME
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
-    from heli_identifier.workbench.delivery.provenance import provenance
+    from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.fleet.document import fleet_document
     from heli_identifier.workbench.fleet.fleet import Finding, fleet_of
@@ -51,15 +49,15 @@ def fleet(
     here = Path(CONFIGURATION_NAME)
     rigs = rig_folders(folders, config or (here if here.is_file() else None))
     with whole_folder(output) as draft:
-        with progress_bar() as tell:
+        with progress_bar() as progress:
             diagnoses = {
-                rig.rig: _diagnosed(rig, start, end, _within(tell, rig.rig, number, len(rigs)))
+                rig.rig: _diagnosed(rig, start, end, _within(progress, rig.rig, number, len(rigs)))
                 for number, rig in enumerate(rigs)
             }
         found = fleet_of(diagnoses)
         from heli_identifier.workbench.fleet import page
 
-        ran = provenance(["heli", *sys.argv[1:]])
+        ran = from_command_line()
         document = fleet_document(found, ran)
         (draft / "fleet.json").write_text(document_text(document), encoding="utf-8")
         (draft / "fleet.html").write_text(page.fleet_page(found, ran), encoding="utf-8")
@@ -75,12 +73,12 @@ def fleet(
     note(f"written: {', '.join(str(output / name) for name in RESULTS)}")
 
 
-def _within(tell: "Progress", rig: str, number: int, rigs: int) -> "Progress":
+def _within(progress: "Progress", rig: str, number: int, rigs: int) -> "Progress":
     """Give the progress of one rig as a part of that of all rigs."""
-    return lambda what, share: tell(f"{rig}: {what}", (number + share) / rigs)
+    return lambda what, share: progress(f"{rig}: {what}", (number + share) / rigs)
 
 
-def _diagnosed(rig: "RigFolder", start: float | None, end: float | None, tell: "Progress") -> "Diagnosis":
+def _diagnosed(rig: "RigFolder", start: float | None, end: float | None, progress: "Progress") -> "Diagnosis":
     """Diagnose one rig; what is wrong with it names it."""
     from heli_identifier.errors import IdentifierError
     from heli_identifier.records import RigConfiguration, read_configuration
@@ -90,9 +88,7 @@ def _diagnosed(rig: "RigFolder", start: float | None, end: float | None, tell: "
     try:
         configuration = read_configuration(rig.configuration) if rig.configuration else RigConfiguration()
         training, held_out = split_logs(rig.training, rig.held_out, configuration, start, end)
-        settings = DiagnosisSettings(
-            motor_time_constant=configuration.motor_time_constant, voltage_limit=configuration.format.voltage_limit
-        )
-        return diagnose(training, held_out, settings, tell)
+        settings = DiagnosisSettings.from_rig(configuration)
+        return diagnose(training, held_out=held_out, settings=settings, progress=progress)
     except IdentifierError as error:
         raise IdentifierError(f"rig {rig.rig}: {error}") from error

@@ -1,6 +1,6 @@
-"""Errors of a command as one sentence and the exit code 2, mistakes in the code in full and the exit code 70.
+"""Errors of a command: those raised on purpose as one sentence with exit code 2, any other with its traceback and 70.
 
-Neither takes the exit code 1, which is an answer of the command. A request to end leaves nothing behind.
+Exit code 1 is left to commands that give it as an answer. A command that is asked to end leaves no files behind.
 """
 
 import signal
@@ -25,16 +25,16 @@ BAD_INPUT = 2
 """Exit code of bad usage and of data that cannot be used."""
 
 MISTAKE = 70
-"""Exit code of an error that nobody foresaw: EX_SOFTWARE of sysexits.h."""
+"""Exit code of a programming error: EX_SOFTWARE of sysexits.h."""
 
 TERMINATED = 128 + signal.SIGTERM
 """Exit code of a command that was asked to end, as a shell gives it."""
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """Make a command answer an error raised on purpose with its sentence; a mistake in the code shows in full.
+    """Make a command print the sentence of an error that is raised on purpose; any other error prints its traceback.
 
-    A closed pipe is left to the command line's own framework, which ends quietly.
+    A closed pipe is left to typer, which ends quietly.
     """
 
     @wraps(command)
@@ -51,7 +51,7 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
             raise fail(said if error.filename is None else f"{error.filename}: {said}") from error
         except Exception as error:
             traceback.print_exc()
-            typer.secho("heli: this is a mistake in heli; please report it with the lines above.", err=True, fg="red")
+            typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
 
     return run
@@ -59,8 +59,8 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Let SIGTERM end the block as an exception does, so that drafts of results are taken away on the way out."""
-    if current_thread() is not main_thread():  # only there a signal can be heard
+    """Let SIGTERM end the block as an exception does, so that drafts of results are removed."""
+    if current_thread() is not main_thread():  # Python handles signals only there
         yield
         return
     before = signal.signal(signal.SIGTERM, _leave)
@@ -71,7 +71,7 @@ def terminable() -> Iterator[None]:
 
 
 def _leave(_number: int, _frame: object) -> NoReturn:
-    """Ask the processes that were started to end as well, for those who wait for them, and leave."""
+    """End the processes that were started, which others may be waiting for, and leave."""
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else ():
         child.terminate()
@@ -79,7 +79,7 @@ def _leave(_number: int, _frame: object) -> NoReturn:
 
 
 def fail(sentence: str) -> typer.Exit:
-    """Say what is wrong and give the exit to raise."""
+    """Print what is wrong, and give the exit to raise."""
     text = " ".join(sentence.split())
     typer.secho(f"heli: {text}" if text.endswith((".", "?")) else f"heli: {text}.", err=True, fg="red")
     return typer.Exit(BAD_INPUT)

@@ -24,61 +24,40 @@ def identify(
 
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
-    import sys
+    from dataclasses import replace
 
-    from heli_identifier.tracing import sign_notes
-    from heli_identifier.workbench.commands.logs import found_configuration, training_logs
+    from heli_identifier.records import read_logs
+    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
-    from heli_identifier.workbench.delivery.diagnosis_document import document_text
-    from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
-    from heli_identifier.workbench.delivery.provenance import provenance
+    from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.identify.identification import combined, history_text, identify_log, settings_for
-    from heli_identifier.workbench.report.figures.history import history_figure
-    from heli_identifier.workbench.report.figures.style import write_figure
-    from heli_identifier.workbench.report.rounding import unit_text, with_interval
-    from heli_identifier.workbench.report.sentences import meaning
+    from heli_identifier.workbench.interface.identification import RESULTS
+    from heli_identifier.workbench.interface.identification import identify as identify_logs
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
-        recorded = training_logs(logs, configuration, start, end)
-        histories = []
-        with progress_bar() as tell:
-            for number, log in enumerate(recorded):
-                tell(f"identifying from {log.name}", number / len(recorded))
-                settings = settings_for(log, configuration, filter_frequency, forgetting)
-                histories.append(identify_log(log, settings))
-            tell("drawing", 1.0)
-        together = combined(histories)
-        origin = provenance(["heli", *sys.argv[1:]])
-        plant = together.plant(configuration.motor_time_constant, configuration.format.voltage_limit)
-        parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=origin)
-        document = parameters.document()
-        (draft / "parameters.json").write_text(document_text(document), encoding="utf-8")
-        (draft / "history.csv").write_text(history_text(histories), encoding="utf-8")
-        write_figure(history_figure(histories, together), draft / "history.svg")
-    signs = sign_notes(together.estimates)
-    if json:
-        print_json(document)
-        for text in signs:
-            warn(text)
-        return
-    print_table(
-        "Parameters with half of their 95 % intervals",
-        ("parameter", "meaning", *(f"{history.name} >" for history in histories), "together >", "unit"),
-        [
-            (
-                name,
-                meaning(name, value),
-                *(with_interval(history.last[name], unit=False) for history in histories),
-                with_interval(value, unit=False),
-                unit_text(value.unit),
+        recorded = read_logs(logs, configuration.format, start, end)
+        print_notes(recorded)
+        with progress_bar() as progress:
+            found = identify_logs(
+                recorded,
+                configuration=configuration,
+                filter_frequency=filter_frequency,
+                forgetting=forgetting,
+                progress=progress,
             )
-            for name, value in together.estimates.items()
-        ],
-    )
-    for text in together.notes:
-        note(text)
-    for text in signs:
+            progress("drawing", 1.0)
+            found = replace(found, parameters=replace(found.parameters, provenance=from_command_line()))
+            found.write(draft)
+    if json:
+        print_json(found.to_dict())
+    else:
+        parameter, meaning, *values, unit = found.columns
+        columns = (parameter, meaning, *(f"{name} >" for name in values), unit)
+        print_table(found.title, columns, found.rows)
+        for text in found.notes:
+            note(text)
+    for text in found.warnings:
         warn(text)
-    note(f"written: {', '.join(str(output / name) for name in ('parameters.json', 'history.csv', 'history.svg'))}")
+    if not json:
+        note(f"written: {', '.join(str(output / name) for name in RESULTS)}")

@@ -1,6 +1,5 @@
 """``heli linearise``: the identified plant for the control engineer."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -24,27 +23,26 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
-    from heli_identifier.workbench.commands.parameter_file import parameter_set
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
-    from heli_identifier.workbench.delivery.provenance import provenance
+    from heli_identifier.workbench.delivery.parameter_file import read_parameters
+    from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.linearise.design import design
     from heli_identifier.workbench.linearise.documents import controller_parameters, design_document, matlab_bytes
-    from heli_identifier.workbench.report.figures.steps import step_figure
+    from heli_identifier.workbench.report.figures.over_time import step_figure
     from heli_identifier.workbench.report.figures.style import write_figure
     from heli_identifier.workbench.report.rounding import significant
 
     with whole_folder(output) as draft:
-        given = parameter_set(parameters)
-        with progress_bar() as tell:
-            made = design(given, pitch, elevation, progress=tell)
-        origin = provenance(["heli", *sys.argv[1:]])
+        given = read_parameters(parameters)
+        with progress_bar() as progress:
+            made = design(given, pitch, elevation, progress=progress)
+        origin = from_command_line()
         document = design_document(made, origin)
         (draft / "linear_model.json").write_text(document_text(document), encoding="utf-8")
         (draft / "linear_model.mat").write_bytes(matlab_bytes(made))
-        controller = controller_parameters(made, origin).document()
-        (draft / "controller.json").write_text(document_text(controller), encoding="utf-8")
+        controller_parameters(made, origin).write(draft / "controller.json")
         write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
     if json:
         print_json(document)
@@ -57,7 +55,7 @@ def linearise(
                 (
                     axis,
                     name,
-                    ", ".join(f"{gain:.4g}" for gain in getattr(loop.settings, axis)),
+                    ", ".join(significant(gain, 4) for gain in getattr(loop.settings, axis)),
                     f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
                     f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
                     f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",

@@ -1,4 +1,4 @@
-"""The logs that a command was given: configuration found, logs read, what was done to them said, some held out."""
+"""The logs that a command was given: their configuration, what was converted in them, which of them are held out."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,11 +9,7 @@ from heli_identifier.records import (
     CONFIGURATION_NAME,
     Log,
     RigConfiguration,
-    check_apart,
-    check_excitation,
-    check_moving,
     read_configuration,
-    read_data_set,
     read_log,
     read_logs,
 )
@@ -23,7 +19,7 @@ TRAINING_SHARE = 2.0 / 3.0
 """Share of a single log that is fitted to; the rest is held out."""
 
 SHORTEST_TO_SPLIT = 15.0
-"""Length [s] from which a third of a log is long enough to judge by."""
+"""Length [s] from which a single log is split."""
 
 
 def found_configuration(path: Path | None) -> RigConfiguration:
@@ -34,72 +30,52 @@ def found_configuration(path: Path | None) -> RigConfiguration:
     return RigConfiguration() if path is None else read_configuration(path)
 
 
-def say_notes(logs: Sequence[Log]) -> None:
-    """Say what was converted or repaired on reading."""
+def print_notes(logs: Sequence[Log]) -> None:
+    """Print what was converted or repaired on reading."""
     for log in logs:
         for text in log.notes:
             note(f"{log.path}: {text}")
 
 
-def training_logs(
-    paths: Sequence[Path], configuration: RigConfiguration, start: float | None, end: float | None
-) -> tuple[Log, ...]:
-    """Read logs to fit to.
-
-    Raises
-    ------
-    LogError
-        A log cannot be read, nothing is excited, or a log is given twice.
-    """
-    logs = read_logs(paths, configuration.format, start, end)
-    check_excitation(logs)
-    check_apart(logs)
-    say_notes(logs)
-    return logs
-
-
 def split_logs(
     training: Sequence[Path],
-    validation: Sequence[Path],
+    held_out: Sequence[Path],
     configuration: RigConfiguration,
     start: float | None,
     end: float | None,
 ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Read logs to fit to and logs to judge by; without any of the latter hold some back, and say so.
+    """Read the training logs and the held-out logs; without any of the latter hold some back, and print which.
 
     Raises
     ------
     LogError
-        A log cannot be read, nothing is excited, an axis stands still, or a single log is too short to be split.
+        A log cannot be read, no training log is left, or a single log is too short to be split.
     """
     form = configuration.format
     if not training:
         raise LogError("no log is left to fit to: all that were named are held out by --validate.")
-    if not validation and len(training) > 1:
-        note(f"held out to judge by: {training[-1]}, the last log (name others with --validate)")
-        training, validation = training[:-1], training[-1:]
-    if validation:
-        seen, held = read_data_set(training, validation, form, start, end)
+    if not held_out and len(training) > 1:
+        note(f"held out: {training[-1]}, the last log (name others with --validate)")
+        training, held_out = training[:-1], training[-1:]
+    if held_out:
+        logs = read_logs((*training, *held_out), form, start, end)
     else:
-        seen, held = _split(training[0], configuration, start, end)
-    say_notes((*seen, *held))
-    return seen, held
+        logs = _parts(training[0], configuration, start, end)
+    print_notes(logs)
+    return logs[: len(training)], logs[len(training) :]
 
 
-def _split(
-    path: Path, configuration: RigConfiguration, start: float | None, end: float | None
-) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Split a single log in time."""
+def _parts(path: Path, configuration: RigConfiguration, start: float | None, end: float | None) -> tuple[Log, Log]:
+    """Split a single log in time: the first two thirds, and the last third."""
     whole = read_log(path, configuration.format, start, end)
     if whole.duration < SHORTEST_TO_SPLIT:
         raise LogError(
-            f"{path}: {whole.duration:.3g} s are too short to fit to one part and judge by the other, "
+            f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; name a second log with --validate."
         )
     cut = whole.start + TRAINING_SHARE * whole.duration
     last = whole.start + whole.duration - 0.5 * whole.step
-    note(f"held out to judge by: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
-    first, rest = read_data_set([path], [], configuration.format, whole.start, cut - 0.5 * whole.step)
-    held = read_log(path, configuration.format, cut, last)
-    check_moving([held])
-    return first, (*rest, replace(held, name=f"{held.name} from {cut:.4g} s"))
+    note(f"held out: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
+    first = read_log(path, configuration.format, whole.start, cut - 0.5 * whole.step)
+    rest = read_log(path, configuration.format, cut, last)
+    return first, replace(rest, name=f"{rest.name} from {cut:.4g} s")

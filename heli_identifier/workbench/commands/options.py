@@ -16,7 +16,8 @@ Logs = Annotated[
 Config = Annotated[
     Path | None,
     typer.Option(
-        "--config", "-c", metavar="FILE", help="Configuration of the rig; heli.toml is taken if it is there.",
+        "--config", "-c", metavar="FILE",
+        help="Configuration of the rig, written by `heli init`; heli.toml of this folder by default.",
         show_default=False,
     ),
 ]  # fmt: skip
@@ -29,11 +30,11 @@ To = Annotated[
     typer.Option("--to", metavar="SECONDS", help="Last instant used, in the log's own time.", show_default=False),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON, and nothing else, on standard output.")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Say more: reasons, conversions, what was tried.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print more: reasons, conversions, what was tried.")]
 Settings = Annotated[
     list[str],
     typer.Option(
-        "--set", "-s", metavar="NAME=VALUE", help="A parameter by its structured name; may be given again.",
+        "--set", "-s", metavar="NAME=VALUE", help="A parameter by its structured name; may be repeated.",
         show_default=False,
     ),
 ]  # fmt: skip
@@ -44,6 +45,23 @@ Parameters = Annotated[
         show_default=False,
     ),
 ]  # fmt: skip
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="open_loop, closed_loop, measured_data or plant_beside_log.",
+        autocompletion=lambda: scenario_names(),
+    ),
+]
+
+
+def scenario_names() -> list[str]:
+    """Names of the scenarios, for completion."""
+    from fmu_src import SCENARIOS
+
+    return list(SCENARIOS)
+
 
 SPREAD = "--validate"
 """Option that takes several values in a row."""

@@ -16,14 +16,14 @@ def paper(
 ) -> None:
     """Restate the paper's Tables 1 and 2, and make counterparts of its Figures 2 to 5, as CSV and SVG.
 
-    The tables hold the paper's numbers. What its figures show was inferred from equations, tables and captions and is
-    computed anew, so the curves are counterparts and no copies; it is also said what the paper's spread may come from.
+    The tables hold the paper's numbers. The figures are computed from its equations, tables and captions: they are
+    counterparts and no copies. The command also names a likely cause of the paper's spread.
     """
     from heli_identifier.workbench.commands.terminal import note, print_json, progress_bar
     from heli_identifier.workbench.paper import reproduce
 
-    with progress_bar() as tell:
-        made = reproduce(output, lambda done, of, name: tell(name, done / of))
+    with progress_bar() as progress:
+        made = reproduce(output, lambda done, of, name: progress(name, done / of))
     if json:
         files = [str(file) for file in made.files]
         print_json({"files": files, "findings": list(made.sentences), "seconds": made.seconds})

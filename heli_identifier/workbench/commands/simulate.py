@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Parameters, Settings, To, Verbose
+from heli_identifier.workbench.commands.options import (
+    Config,
+    From,
+    Json,
+    Parameters,
+    ScenarioName,
+    Settings,
+    To,
+    Verbose,
+)
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log
@@ -18,43 +27,33 @@ if TYPE_CHECKING:
 FIGURES = (".svg", ".pdf", ".png")
 """Endings of a figure that can be drawn."""
 
-ScenarioName = Annotated[
-    str,
-    typer.Argument(
-        metavar="SCENARIO",
-        help="open_loop, closed_loop, measured_data or plant_beside_log.",
-        autocompletion=lambda: scenario_names(),
-    ),
-]
-
-
-def scenario_names() -> list[str]:
-    """Names of the scenarios, for completion."""
-    from fmu_src.wiring import SCENARIOS
-
-    return list(SCENARIOS)
-
 
 def simulate(
     scenario: ScenarioName = "open_loop",
     duration: Annotated[
         float | None,
-        typer.Option("--duration", "-d", metavar="SECONDS", help="Length; the log's, or 60 s.", show_default=False),
+        typer.Option(
+            "--duration",
+            "-d",
+            metavar="SECONDS",
+            help="Length; by default the log's, or 60 s.",
+            show_default=False,
+        ),
     ] = None,
     step: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Communication step; the log's, or .01 s.", show_default=False),
+        typer.Option(
+            metavar="SECONDS", help="Communication step; by default the log's, or 0.01 s.", show_default=False
+        ),
     ] = None,
     settings: Settings = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
     parameters: Parameters = None,
     fmu: Annotated[
         list[str],
-        typer.Option(
-            metavar="UNIT=FILE", help="An FMU to take for a unit in place of a fresh one.", show_default=False
-        ),
+        typer.Option(metavar="UNIT=FILE", help="FMU file of a unit; by default the unit is built.", show_default=False),
     ] = [],  # noqa: B006
     log: Annotated[
-        Path | None, typer.Option(metavar="LOG", help="Log for the scenarios that play one.", show_default=False)
+        Path | None, typer.Option(metavar="LOG", help="Log that the scenario plays.", show_default=False)
     ] = None,
     start: From = None,
     end: To = None,
@@ -70,7 +69,7 @@ def simulate(
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Run units wired together, and say or draw what they did."""
+    """Run units wired together, and print or draw what they did."""
     from fmu_src.master import run_apart
     from heli_identifier.workbench.commands.parameters import in_scenario
 
@@ -123,7 +122,7 @@ def _played(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
     """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
-    from fmu_src.wiring import scenario as wiring
+    from fmu_src import scenario as wiring
     from heli_identifier.errors import ConfigurationError
 
     units = dict(wiring(scenario).units)
@@ -135,16 +134,16 @@ def _played(
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     from heli_identifier.records import read_log, write_log
-    from heli_identifier.tracing import run_start
-    from heli_identifier.workbench.commands.logs import found_configuration, say_notes
+    from heli_identifier.tracing import observer_start
+    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.delivery.result_folder import START
 
     log = read_log(path, found_configuration(config).format, start, end)
-    say_notes([log])
+    print_notes([log])
     with TemporaryDirectory(prefix="heli-log-") as folder:
         played: dict[str, Any] = {"player.log.path": str(write_log(log, Path(folder) / "log.csv"))}
         if "plant" in units:
-            state = run_start(log)._asdict()
+            state = observer_start(log)._asdict()
             played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
         if "identifier" in units:
             played["identifier.sample.time"] = log.step
@@ -155,7 +154,7 @@ def _draw(result: Any, recorded: "Log | None", output: Path | None, plot: Path |
     if output is not None:
         result.write_csv(output)
     if plot is not None:
-        from heli_identifier.workbench.report.figures.run import run_figure
+        from heli_identifier.workbench.report.figures.over_time import run_figure
         from heli_identifier.workbench.report.figures.style import write_figure
 
         measured = (recorded.time, recorded.angles) if recorded else None

@@ -4,9 +4,9 @@ import typer
 
 from heli_identifier.tracing import Diagnosis
 from heli_identifier.workbench.commands.terminal import print_table, warn
-from heli_identifier.workbench.report.rounding import angle_text, significant, unit_text, with_interval
-from heli_identifier.workbench.report.sentences import effect_title, meaning, verdict_sentence
-from heli_identifier.workbench.report.tables import floor_missing
+from heli_identifier.workbench.report.rounding import angle_text, significant, with_interval
+from heli_identifier.workbench.report.sentences import effect_title, verdict_sentence, withdrawn_sentence
+from heli_identifier.workbench.report.tables import floor_missing, parameter_rows
 
 
 def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
@@ -15,8 +15,8 @@ def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
     print_effects(diagnosis)
     print_parameters(diagnosis)
     print_errors(diagnosis)
-    for name, axis, why in diagnosis.withdrawn:
-        typer.echo(f"withdrawn: {name} on {axis}: {why}")
+    for entry in diagnosis.withdrawn:
+        typer.echo(withdrawn_sentence(entry))
     if reasons:
         print_catalogue(diagnosis)
     for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
@@ -40,24 +40,17 @@ def print_effects(diagnosis: Diagnosis) -> None:
                 for found in diagnosis.effects
             ],
         )
+        if any(found.alternatives for found in diagnosis.effects):
+            typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
 
 
 def print_parameters(diagnosis: Diagnosis) -> None:
     """Print the parameters before and after with their 95 % intervals."""
-    before, after = diagnosis.parameters_before, diagnosis.parameters_after
+    columns = ("name", "meaning", "before", "after", "unit")
     print_table(
         "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)",
         ("parameter", "meaning", "before >", "after >", "unit"),
-        [
-            (
-                name,
-                meaning(name, value),
-                with_interval(before[name], unit=False) if name in before else "",
-                with_interval(value, unit=False),
-                unit_text(value.unit),
-            )
-            for name, value in after.items()
-        ],
+        [[row[column] for column in columns] for row in parameter_rows(diagnosis)],
     )
 
 
@@ -75,14 +68,14 @@ def print_errors(diagnosis: Diagnosis) -> None:
         ],
     )
     if floor_missing(diagnosis.axes):
-        typer.echo("no noise floor: the model is unstable and runs away from the rig even on its own data")
+        typer.echo("no noise floor: the model is unstable, even on its own data")
 
 
 def print_catalogue(diagnosis: Diagnosis) -> None:
     """Print the verdict on every entry of the catalogue with its reason."""
     print_table(
         "Catalogue",
-        ("effect", "axis", "verdict", "coefficient >", "visible >", "why"),
+        ("effect", "axis", "verdict", "coefficient >", "visibility >", "why"),
         [
             (
                 entry.name,
@@ -95,3 +88,4 @@ def print_catalogue(diagnosis: Diagnosis) -> None:
             for entry in diagnosis.catalogue
         ],
     )
+    typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")

@@ -8,7 +8,12 @@ from typing import Any
 import typer
 
 Progress = Callable[[str, float], None]
-"""Told what is being done and the share that is done."""
+"""Called with what is being done and the share that is done, 0 to 1."""
+
+
+def counted(number: int, noun: str) -> str:
+    """Give a number of things: ``1 log``, ``2 logs``."""
+    return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
 def note(text: str) -> None:
@@ -57,7 +62,7 @@ def progress_bar() -> Iterator[Progress]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
 
-        def tell(what: str, share: float) -> None:
+        def show(what: str, share: float) -> None:
             bar.update(task, description=what, completed=share)
 
-        yield tell
+        yield show

@@ -2,13 +2,14 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AxisError, AxisReport, CatalogueVerdict, Diagnosis, FoundEffect
+from heli_identifier.tracing import AxisError, AxisReport, CatalogueVerdict, Diagnosis, FoundEffect, Verdict
 from heli_identifier.workbench.report.rounding import is_known
 
 SCHEMA = "heli-diagnosis/1"
@@ -33,32 +34,22 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
     return plain(
         {
             "schema": SCHEMA,
-            "verdict": diagnosis.verdict,
+            "verdict": diagnosis.verdict.value,
             "effects": [_effect(effect) for effect in diagnosis.effects],
             "not_testable": [
                 {"name": entry.name, "axis": entry.axis, "why": entry.why, "experiment": entry.experiment}
                 for entry in diagnosis.catalogue
-                if entry.verdict == "not testable"
+                if entry.verdict == Verdict.NOT_TESTABLE
             ],
             "parameters": {
                 "before": {name: estimate_entry(value) for name, value in diagnosis.parameters_before.items()},
                 "after": {name: estimate_entry(value) for name, value in diagnosis.parameters_after.items()},
             },
             "error": {axis: _axis(report) for axis, report in diagnosis.axes.items()},
-            "data": [
-                {
-                    "file": entry.file,
-                    "sha256": entry.sha256,
-                    "samples": entry.samples,
-                    "rate_hz": entry.rate_hz,
-                    "used_for": entry.used_for,
-                    "notes": entry.notes,
-                }
-                for entry in diagnosis.data
-            ],
+            "data": [asdict(entry) for entry in diagnosis.data],
             "settings": diagnosis.settings,
             "seconds": diagnosis.seconds,
-            "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
+            "withdrawn": [entry._asdict() for entry in diagnosis.withdrawn],
             "catalogue": [_catalogue_entry(entry) for entry in diagnosis.catalogue],
             "notes": diagnosis.notes,
             "provenance": provenance,
@@ -88,12 +79,7 @@ def plain(value: Any) -> Any:
 
 def estimate_entry(estimate: Estimate) -> dict[str, Any]:
     """Give an estimate with its standard error, unit and 95 % interval."""
-    return {
-        "value": estimate.value,
-        "standard_error": estimate.standard_error,
-        "unit": estimate.unit,
-        "interval": estimate.interval,
-    }
+    return {**asdict(estimate), "interval": estimate.interval}
 
 
 def _effect(effect: FoundEffect) -> dict[str, Any]:
@@ -104,9 +90,9 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "coefficient": coefficient.value if coefficient else None,
         "standard_error": coefficient.standard_error if coefficient else None,
         "unit": coefficient.unit if coefficient else None,
-        "verdict": effect.verdict,
+        "verdict": effect.verdict.value,
         "alternatives": [{"name": name, "axis": axis} for name, axis in effect.alternatives],
-        "shape": effect.shape,
+        "shape": effect.shape.to_dict(),
         "interval": coefficient.interval if coefficient else None,
         "score": effect.score,
         "agreement": {f"{bandwidth:g} rad/s": estimate_entry(value) for bandwidth, value in effect.agreement.items()},
@@ -140,7 +126,7 @@ def _catalogue_entry(entry: CatalogueVerdict) -> dict[str, Any]:
     return {
         "name": entry.name,
         "axis": entry.axis,
-        "verdict": entry.verdict,
+        "verdict": entry.verdict.value,
         "coefficient": entry.estimate.value,
         "standard_error": entry.estimate.standard_error,
         "unit": entry.estimate.unit,

@@ -1,4 +1,4 @@
-"""parameters.json: the corrected parameters of a unit by structured name, and what a model with them should reach.
+"""parameters.json: parameters of a unit by structured name, and the error that is expected of them.
 
     {"schema": "heli-parameters/1", "unit": "HelicopterPlant",
      "values": {"pitch.damping": {"value", "standard_error", "unit"}, ...},
@@ -9,18 +9,19 @@
 prediction error with what is expected.
 """
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.tracing import Diagnosis, ErrorFigure
-from heli_identifier.workbench.delivery.diagnosis_document import plain
-from heli_identifier.workbench.delivery.parameter_damage import damage
+from heli_identifier.workbench.delivery.diagnosis_document import document_text, plain
+from heli_identifier.workbench.report.rounding import unit_text, with_interval
+from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
@@ -40,8 +41,8 @@ class Expectation:
     noise_floor: float
 
 
-@dataclass(frozen=True, eq=False)
-class ParameterSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class ParameterSet(Tabular):
     """Parameters of one unit.
 
     Attributes
@@ -51,7 +52,7 @@ class ParameterSet:
     values : mapping of str to Estimate
         By structured name; a standard error of None says that the value was given.
     expected : mapping of str to Expectation
-        By axis; empty if no held-out log has judged them.
+        By axis; empty if there was no held-out log.
     provenance : mapping
         Where they come from.
     """
@@ -80,7 +81,7 @@ class ParameterSet:
         missing = [name for name in IDENTIFIED if name not in self.values]
         if missing:
             raise ConfigurationError(
-                f"the plant's parameters lack {', '.join(missing)}; another rig's values must not stand in for them."
+                f"the plant's parameters lack {', '.join(missing)}; values of another rig are not taken for them."
             )
         try:
             return from_names(self.start_values)
@@ -98,33 +99,41 @@ class ParameterSet:
         Raises
         ------
         ConfigurationError
-            No held-out log has judged these parameters, or the factor is not positive.
+            These parameters come with no error on held-out logs, or the factor is not positive.
         """
         if not self.expected:
-            raise ConfigurationError("these parameters were never judged on held-out logs; take those of a diagnosis.")
+            raise ConfigurationError("these parameters come with no error on held-out logs; take those of a diagnosis.")
         require_positive("factor", factor, "1")
         return {
             axis: factor * max(expected.prediction.value, expected.noise_floor)
             for axis, expected in self.expected.items()
         }
 
-    def document(self) -> dict[str, Any]:
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("parameter", "value", "unit")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Name, value with its 95 % interval, and unit of every parameter."""
+        return [(name, with_interval(value, unit=False), unit_text(value.unit)) for name, value in self.values.items()]
+
+    def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
         return plain(
             {
                 "schema": SCHEMA,
                 "unit": self.unit,
-                "values": {
-                    name: {"value": value.value, "standard_error": value.standard_error, "unit": value.unit}
-                    for name, value in self.values.items()
-                },
+                "values": {name: asdict(value) for name, value in self.values.items()},
                 "expected": {
                     axis: {
-                        "prediction_1s_rad": {
-                            "value": expected.prediction.value,
-                            "low": expected.prediction.low,
-                            "high": expected.prediction.high,
-                        },
+                        "prediction_1s_rad": asdict(expected.prediction),
                         "noise_floor_rad": expected.noise_floor,
                     }
                     for axis, expected in self.expected.items()
@@ -132,6 +141,14 @@ class ParameterSet:
                 "provenance": self.provenance,
             }
         )
+
+    def write(self, path: str | PathLike[str]) -> Path:
+        """Write a parameters.json; gives its path."""
+        return write_atomically(path, document_text(self.to_dict()))
+
+    def __repr__(self) -> str:
+        count = len(self.values)
+        return f"<ParameterSet: {count} parameter{'s' if count != 1 else ''} of the {self.unit}>"
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
@@ -170,48 +187,3 @@ def corrected_parameters(diagnosis: Diagnosis, provenance: Mapping[str, Any]) ->
         for axis, report in diagnosis.axes.items()
     }
     return ParameterSet(PLANT, plant_values(diagnosis.plant_after, estimates), expected, provenance)
-
-
-def read_parameter_set(path: str | PathLike[str]) -> ParameterSet:
-    """Read a parameters.json.
-
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, or an entry is missing, of the wrong type or not
-        finite; file and entry are named.
-    """
-    file = Path(path)
-    if file.is_dir():
-        raise ConfigurationError(f"{path} is a folder; name the parameters.json in it.")
-    try:
-        content = json.loads(file.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a parameters.json.") from None
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
-    except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path} is no JSON: {error}.") from error
-    wrong = damage(content, SCHEMA)
-    if wrong is not None:
-        raise ConfigurationError(f"{path} {wrong}.")
-    return _parameter_set(content)
-
-
-def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
-    values = {
-        name: Estimate(
-            float(entry["value"]),
-            None if entry["standard_error"] is None else float(entry["standard_error"]),
-            entry["unit"],
-        )
-        for name, entry in content["values"].items()
-    }
-    expected = {
-        axis: Expectation(
-            ErrorFigure(**{key: float(value) for key, value in entry["prediction_1s_rad"].items()}),
-            float(entry["noise_floor_rad"]),
-        )
-        for axis, entry in content["expected"].items()
-    }
-    return ParameterSet(content["unit"], values, expected, content["provenance"])

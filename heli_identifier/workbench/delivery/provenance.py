@@ -2,6 +2,7 @@
 
 import platform
 import shlex
+import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -11,15 +12,21 @@ PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "statsmodels", "pythonfmu", 
 """Distributions whose version can change a result."""
 
 
+def installed(name: str) -> str:
+    """Give the version of a distribution; "not installed" where it is missing."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+__version__ = installed("heli-twin")
+"""Version of this program."""
+
+
 def versions() -> dict[str, str]:
-    """Give the version of Python and of every package that takes part; "not installed" where one is missing."""
-    found = {"Python": platform.python_version()}
-    for name in PACKAGES:
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "not installed"
-    return found
+    """Give the version of Python and of every package that takes part."""
+    return {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}}
 
 
 def provenance(command: Sequence[str]) -> dict[str, Any]:
@@ -36,3 +43,13 @@ def provenance(command: Sequence[str]) -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "versions": versions(),
     }
+
+
+def from_python(function: str) -> dict[str, Any]:
+    """Give the provenance of what a function of the interface computes now."""
+    return provenance([f"heli_identifier.{function}"])
+
+
+def from_command_line() -> dict[str, Any]:
+    """Give the provenance of what this command of the command line computes now."""
+    return provenance(["heli", *sys.argv[1:]])

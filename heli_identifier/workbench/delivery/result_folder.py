@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.errors import IdentifierError
-from heli_identifier.records import log_from_samples, write_log
+from heli_identifier.records import write_log
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
@@ -32,13 +33,8 @@ def write_results(
     provenance: Mapping[str, Any],
     rig: str,
     folder: Path,
-) -> dict[str, Any]:
+) -> None:
     """Write the four files of a diagnosis into ``folder``.
-
-    Returns
-    -------
-    dict
-        The content of diagnosis.json.
 
     Raises
     ------
@@ -47,21 +43,19 @@ def write_results(
     """
     from heli_identifier.workbench.report.page import report_page  # late: packages that draw take .7 s to import
 
-    document = diagnosis_document(diagnosis, provenance)
     parameters = corrected_parameters(diagnosis, provenance)
     with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
         checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
         page = report_page(diagnosis, provenance, rig)
         checked.result()
-    (folder / "parameters.json").write_text(document_text(parameters.document()), encoding="utf-8")
+    parameters.write(folder / "parameters.json")
     (folder / "report.html").write_text(page, encoding="utf-8")
-    (folder / "diagnosis.json").write_text(document_text(document), encoding="utf-8")
-    return document
+    (folder / "diagnosis.json").write_text(document_text(diagnosis_document(diagnosis, provenance)), encoding="utf-8")
 
 
 def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
     """Build the corrected unit into ``folder`` and check it."""
-    from fmu_src.builder import build
+    from fmu_src import build
 
     check_free_run(build(PLANT, folder, parameters.start_values), diagnosis)
 
@@ -77,7 +71,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
     reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
     if not any(reported.values()):
         return
-    errors = np.concatenate([series.measured - unit_run(unit, series) for series in diagnosis.series])
+    errors = np.concatenate([series.log.angles - unit_run(unit, series) for series in diagnosis.series])
     reached = np.sqrt((errors**2).mean(axis=0))
     for axis, figure in reported.items():
         own = float(reached[AXES.index(axis)])
@@ -92,15 +86,15 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src.master import run_apart
 
-    log = log_from_samples(series.name, 1.0 / series.step, series.voltages, series.measured)
+    log = replace(series.log, extra={})
     start = {f"plant.{START[field]}": value for field, value in series.start.items() if field in START}
     with TemporaryDirectory(prefix="heli-free-run-") as folder:
         path = write_log(log, Path(folder) / "log.csv")
         result = run_apart(
             "plant_beside_log",
-            (log.samples - 1) * series.step,
-            series.step,
-            {"player.log.path": str(path), "plant.solver.step": series.step, **start},
+            (log.samples - 1) * log.step,
+            log.step,
+            {"player.log.path": str(path), "plant.solver.step": log.step, **start},
             {"plant": unit},
         )
     return result.columns(*(f"plant.{axis}" for axis in AXES))

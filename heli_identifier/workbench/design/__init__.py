@@ -1,1 +1,1 @@
-"""Design of an experiment that would show an effect, or tell two apart."""
+"""Design of an experiment that would show an effect, or separate two."""

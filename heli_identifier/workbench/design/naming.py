@@ -1,4 +1,4 @@
-"""Effects by the words of a command line: NAME, or NAME:AXIS where the catalogue has the effect on several axes."""
+"""Effects by their names on a command line: NAME, or NAME:AXIS for an effect that the catalogue has on several axes."""
 
 from collections.abc import Sequence
 

@@ -1,9 +1,9 @@
-"""What an experiment would tell: how well it shows an effect, and how well it tells two apart.
+"""How well an experiment would show an effect, and how well it would separate two.
 
-On the rehearsed record the signatures of the effects are computed as a diagnosis computes them: whitened, with what the
-fitted parameters can imitate projected out. A signature's length is the inverse standard error of its coefficient; the
-correlation rho of two signatures says how far one passes for the other. Told apart are they by the part sqrt(1 - rho^2)
-that is left of either.
+On the simulated record the signatures of the effects are computed as in a diagnosis: whitened, with the signatures of
+the fitted parameters projected out. The length of a signature is the inverse standard error of its coefficient. The
+separable share of each of two signatures is sqrt(1 - rho^2) with rho their correlation: each standard error grows by
+its inverse if both effects are in question.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,16 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heli_identifier.records import Log
 from heli_identifier.tracing import Problem, Scan, candidates, fit, scan, stepping_at
-from heli_identifier.workbench.design.excitations import Proposal, proposals
-from heli_identifier.workbench.design.rehearsal import Room, rehearsed, rehearsed_voltages
+from heli_identifier.workbench.design.rehearsal import STEP, Proposal, proposals, rehearsed, rehearsed_voltages
 from heli_plant.effects import Effect
 from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What an experiment may not exceed: voltage [V] and angles [rad]; the travel may turn freely."""
+    """Bounds of an experiment: voltage [V] and angles [rad]; the travel is free."""
 
     voltage: float = 5.0
     pitch: float = 1.2
@@ -29,7 +29,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outlook:
-    """What one experiment would tell.
+    """The expected result of one experiment.
 
     Attributes
     ----------
@@ -37,11 +37,11 @@ class Outlook:
     duration : float
         [s].
     visibility : tuple of float
-        Share of each effect's signature that no fitted parameter can imitate.
+        Share of each effect's signature that the fitted parameters cannot imitate.
     standard_errors : tuple of float
-        Of each coefficient, in its unit, if the effect is the only one that is added.
+        Of each coefficient, in its unit, if only this effect is added to the model.
     correlation : float
-        Of the two signatures, largest over the shapes tried; 0 for a single effect.
+        Of the two signatures, the largest over the shapes of the effects; 0 for a single effect.
     largest_pitch, largest_elevation : float
         Largest angle reached [rad].
     """
@@ -57,8 +57,8 @@ class Outlook:
     @property
     def separated_errors(self) -> tuple[float, ...]:
         """Standard errors if both effects are in question."""
-        kept = float(np.sqrt(max(1.0 - self.correlation**2, 1e-12)))
-        return tuple(error / kept for error in self.standard_errors)
+        separable = float(np.sqrt(max(1.0 - self.correlation**2, 1e-12)))
+        return tuple(error / separable for error in self.standard_errors)
 
 
 def outlook(
@@ -67,14 +67,14 @@ def outlook(
     effects: Sequence[Effect],
     duration: float,
     limits: Limits,
-    room: Room,
 ) -> Outlook | None:
-    """Rehearse one proposal; None where it breaks a limit."""
+    """Simulate one proposal; None where it breaks a limit."""
     signal = rehearsed_voltages(proposal.excitation, duration)
-    record = rehearsed(parameters, signal, room)
-    pitch, elevation = (float(np.abs(record.angles[:, i]).max()) for i in (0, 1))
-    if not np.isfinite(record.angles).all() or pitch > limits.pitch or elevation > limits.elevation:
+    angles = rehearsed(parameters, signal)
+    pitch, elevation = (float(np.abs(angles[:, i]).max()) for i in (0, 1))
+    if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
         return None
+    record = Log("rehearsal", 1.0 / STEP, signal, angles)
     here = fit(Problem((record,)), parameters, iterations=0)
     off = parameters._replace(**{effect.field: 0.0 for effect in effects})
     fields = {effect.field for effect in effects}
@@ -110,23 +110,39 @@ def designs(
     effects: Sequence[Effect],
     duration: float = 90.0,
     limits: Limits | None = None,
-    room: Room | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> list[Outlook]:
-    """Rehearse every proposal and rank what stays within the limits, best first.
+    """Simulate every proposal and rank those within the limits, see :func:`ranked`.
 
-    The rank is by the larger of the effects' separated standard errors, each relative to the best that any proposal
-    gives for that effect.
+    Parameters
+    ----------
+    parameters : PlantParameters
+        Of the rig.
+    effects : sequence of Effect
+        One to show, or two to separate.
+    duration : float
+        Of the experiment [s].
+    limits : Limits, optional
+    progress : callable, optional
+        Called with what is being done and the share that is done.
     """
-    limits, room, tell = limits or Limits(), room or Room(), progress or (lambda what, share: None)
+    limits, progress = limits or Limits(), progress or (lambda what, share: None)
     every, found = list(proposals(limits.voltage)), []
     for count, proposal in enumerate(every):
-        tell(f"rehearsing {count + 1} of {len(every)}", count / len(every))
-        one = outlook(proposal, parameters, effects, duration, limits, room)
+        progress(f"simulating {count + 1} of {len(every)}", count / len(every))
+        one = outlook(proposal, parameters, effects, duration, limits)
         if one is not None:
             found.append(one)
-    if not found:
+    return ranked(found)
+
+
+def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
+    """Sort outlooks, best first.
+
+    The rank is by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
+    """
+    if not outlooks:
         return []
-    errors = np.array([one.separated_errors for one in found])
+    errors = np.array([one.separated_errors for one in outlooks])
     order = np.argsort((errors / errors.min(axis=0)).max(axis=1))
-    return [found[i] for i in order]
+    return [outlooks[i] for i in order]

@@ -1,4 +1,4 @@
-"""Outlooks as table rows, as JSON, and the best one's voltages as a CSV that a rig can play."""
+"""Outlooks as table rows and as JSON, and the voltages of an experiment as a CSV file that a rig can play."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,12 +12,11 @@ from heli_identifier.workbench.design.separation import Outlook
 from heli_plant.effects import Effect
 
 INSEPARABLE = 0.95
-"""Correlation rho above which two effects are not told apart: of either signature sqrt(1 - rho^2), less than a third,
-is left."""
+"""Correlation rho above which two effects are not separated: the separable share sqrt(1 - rho^2) is below a third."""
 
 
 def warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> str | None:
-    """Say that none of the experiments tells the two effects apart, where that is so."""
+    """Return a warning if none of the experiments separates the two effects."""
     if len(effects) < 2:
         return None
     least = min(outlooks, key=lambda one: one.correlation)
@@ -28,14 +27,13 @@ def warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> str | Non
         separated / alone for separated, alone in zip(least.separated_errors, least.standard_errors, strict=True)
     )
     return (
-        f"none of these experiments separates {one} from {other}: their signatures correlate by "
-        f"{least.correlation:.3f} at the least, so that one passes for the other, and the errors are {wider:.0f} times "
-        "those of either alone"
+        f"none of these experiments separates {one} from {other}: the correlation of their signatures is at least "
+        f"{least.correlation:.3f}, and the standard errors are {wider:.0f} times those of either effect alone"
     )
 
 
 def as_rows(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> tuple[list[str], list[list[str]]]:
-    """Columns and rows of a table: visibility, standard error in question, correlation, largest angles."""
+    """Return columns and rows of a table: visibility, separated standard error, correlation, largest angles."""
     columns = ["experiment"]
     for entry in effects:
         columns += [f"visibility of {entry.name}>", f"its error [{entry.unit}]>"]
@@ -51,7 +49,7 @@ def as_rows(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> tuple[lis
 
 
 def as_documents(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> list[dict[str, Any]]:
-    """Give the same for machines."""
+    """Return outlooks as JSON documents."""
     return [
         {
             "experiment": one.proposal.name,
@@ -76,7 +74,7 @@ def as_documents(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> list
 
 
 def write_voltages(outlook: Outlook, path: Path) -> None:
-    """Write time [s], v_front [V], v_rear [V] of an experiment, whole or not at all."""
+    """Write time [s], v_front [V], v_rear [V] of an experiment as one CSV file."""
     signal = rehearsed_voltages(outlook.proposal.excitation, outlook.duration)
     time = np.arange(len(signal)) * STEP
     lines = ["time [s],v_front [V],v_rear [V]"]

@@ -26,7 +26,7 @@ def fleet_document(fleet: Fleet, provenance: Mapping[str, Any]) -> dict[str, Any
             "rigs": [
                 {
                     "rig": rig,
-                    "verdict": found.verdict,
+                    "verdict": found.verdict.value,
                     "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
                     "prediction_1s_rad": {
                         axis: {"before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value}

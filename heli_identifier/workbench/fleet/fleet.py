@@ -21,7 +21,7 @@ from math import isfinite
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import NOT_TESTABLE, Diagnosis, FoundEffect
+from heli_identifier.tracing import Diagnosis, FoundEffect, Verdict
 from heli_identifier.workbench.fleet.meta_analysis import LEVEL, Pooled, pooled
 from heli_identifier.workbench.report.sentences import effect_name
 from heli_plant.effects import effect
@@ -165,7 +165,7 @@ def _of_effect(rig: str, diagnosis: Diagnosis, key: tuple[str, str]) -> list[Rig
         if (entry.name, entry.axis) != key:
             continue
         left_out = ""
-        if entry.verdict == NOT_TESTABLE or not _determined(entry.estimate):
+        if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
             left_out = f"not testable: {entry.why}"
         elif key not in found and rivals:
             left_out = f"{effect_name(rivals[0].name, rivals[0].axis)} is named in its place"

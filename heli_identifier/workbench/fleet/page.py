@@ -6,11 +6,12 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
+from heli_identifier.tracing import Diagnosis
 from heli_identifier.workbench.fleet.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 from heli_identifier.workbench.fleet.forest import forest_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
 from heli_identifier.workbench.report.rounding import p_text, significant, unit_text
-from heli_identifier.workbench.report.sentences import MEANINGS, effect_name, listed
+from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
 
 _TEMPLATES = files("heli_identifier.workbench.report") / "templates"
 
@@ -111,7 +112,7 @@ def mean_text(coefficient: Coefficient) -> str:
 def title(coefficient: Coefficient) -> str:
     """Give a coefficient as words."""
     if coefficient.finding is None:
-        return MEANINGS.get(coefficient.name, coefficient.name)
+        return meaning(coefficient.name)
     return effect_name(coefficient.name, coefficient.axis)
 
 
@@ -142,7 +143,7 @@ def _facts(coefficient: Coefficient) -> list[tuple[str, str]]:
     return facts
 
 
-def _rig_row(rig: str, diagnosis: Any) -> dict[str, str]:
+def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
     errors = {
         axis: [significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after)]
         for axis, report in diagnosis.axes.items()
@@ -150,7 +151,7 @@ def _rig_row(rig: str, diagnosis: Any) -> dict[str, str]:
     return {
         "rig": rig,
         "logs": ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
-        "verdict": str(diagnosis.verdict),
+        "verdict": diagnosis.verdict.value,
         "named": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.effects]) or "nothing",
         "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
     }

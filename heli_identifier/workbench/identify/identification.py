@@ -1,4 +1,4 @@
-"""The adaptation (7) over measured logs, with its standard errors: histories, and all logs taken together."""
+"""The adaptation (7) over measured logs, with its standard errors: one history per log, and all logs together."""
 
 import csv
 import io
@@ -13,14 +13,14 @@ from heli_identifier.records import Log, RigConfiguration
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
 NAMES = ModelParameters._fields
-"""The paper's symbols of what is estimated; they are fields of :class:`PlantParameters`."""
+"""The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""
 
 CONSISTENT = 2.0
 """Birge ratio above which logs disagree by more than their standard errors allow."""
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class EstimateHistory:
     """Estimates of one log over time.
 
     Attributes
@@ -30,7 +30,7 @@ class History:
     time : NDArray, shape (M,)
         [s].
     parameters, standard_errors : NDArray, shape (M, 11)
-        Columns are :data:`NAMES`; units are those of :class:`PlantParameters`.
+        By :data:`NAMES`, in the units of :class:`PlantParameters`.
     """
 
     name: str
@@ -49,13 +49,13 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class Together:
-    """Several logs taken together: estimates by symbol, and what is odd about them."""
+    """Estimates from several logs together by symbol, and ``notes`` on logs that disagree."""
 
     estimates: Mapping[str, Estimate]
     notes: tuple[str, ...]
 
     def plant(self, motor_time_constant: float, voltage_limit: float) -> PlantParameters:
-        """Give the plant with these estimates; lag [s] and saturation [V] are given."""
+        """Return the plant with these estimates, the motors' lag [s] and their saturation [V]."""
         values = {name: estimate.value for name, estimate in self.estimates.items()}
         return PlantParameters(T_m=motor_time_constant, v_max=voltage_limit, **values)
 
@@ -63,12 +63,21 @@ class Together:
 def settings_for(
     log: Log, configuration: RigConfiguration, filter_frequency: float = 1.0, forgetting: float = 0.001
 ) -> IdentifierSettings:
-    """Give the identifier's settings for a log of a rig.
+    """Return the identifier's settings for a log of a rig.
+
+    Parameters
+    ----------
+    log : Log
+    configuration : RigConfiguration
+    filter_frequency : float
+        Bandwidth of the state filters [rad/s].
+    forgetting : float
+        alpha [1/s].
 
     Raises
     ------
     ConfigurationError
-        A setting is out of range, such as a filter too fast for the log's rate.
+        A setting is out of range, such as a filter too fast for the log's sampling rate.
     """
     return IdentifierSettings(
         sample_time=log.step,
@@ -81,27 +90,27 @@ def settings_for(
     )
 
 
-def identify_log(log: Log, settings: IdentifierSettings) -> History:
-    """Run the identifier over a log; a row of the history for every report of its standard errors."""
+def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
+    """Run the identifier over a log; the history has a row for every evaluation of the standard errors."""
     plan = prepare(settings)
     samples = np.column_stack((log.voltages, log.angles)).tolist()
     state = start(plan, *samples[0])
     every = max(1, round(settings.report_interval / settings.sample_time))
     time, parameters, errors = [], [], []
     for k, (v_front, v_rear, pitch, elevation, travel) in enumerate(samples[1:], start=1):
-        state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
-        if (k % every == 0 and estimate.adapting) or k == len(samples) - 1:
+        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
+        if (k % every == 0 and output.adapting) or k == len(samples) - 1:
             time.append(k * settings.sample_time)
-            parameters.append(tuple(estimate.parameters))
-            errors.append(tuple(estimate.standard_errors))
-    return History(log.name, np.array(time), np.array(parameters), np.array(errors))
+            parameters.append(tuple(output.parameters))
+            errors.append(tuple(output.standard_errors))
+    return EstimateHistory(log.name, np.array(time), np.array(parameters), np.array(errors))
 
 
-def combined(histories: Sequence[History]) -> Together:
-    """Take the last estimates of several logs together, each weighted by its certainty.
+def combined(histories: Sequence[EstimateHistory]) -> Together:
+    """Combine the last estimates of several logs, each weighted by the inverse square of its standard error.
 
-    The weighted mean's standard error is widened by the Birge ratio (Birge 1932) where the logs scatter by more than
-    their own standard errors allow.
+    The standard error of the weighted mean is multiplied by the Birge ratio (Birge, Physical Review 40 (1932)) where
+    that exceeds 1: the logs then scatter by more than their own standard errors allow.
     """
     estimates, notes = {}, []
     for column, name in enumerate(NAMES):
@@ -120,13 +129,14 @@ def combined(histories: Sequence[History]) -> Together:
             notes.append(f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say")
     if notes:
         notes.append(
-            "logs that disagree hold an effect that the model lacks, or a rig that changes: `heli diagnose` tells"
+            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
+            "run `heli diagnose`"
         )
     return Together(estimates, tuple(notes))
 
 
-def history_text(histories: Sequence[History]) -> str:
-    """Give histories as CSV: log, time, every parameter and every standard error."""
+def history_text(histories: Sequence[EstimateHistory]) -> str:
+    """Return histories as CSV: log, time, every parameter and every standard error."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     units = [BY_FIELD[name].unit for name in NAMES]

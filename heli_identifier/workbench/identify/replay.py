@@ -1,7 +1,7 @@
-"""The on-line adaptation (7) over a whole record: the same step functions, compiled and looped.
+"""The on-line adaptation (7) over a whole record: the same step functions in a compiled loop.
 
-For histories of the estimates and for long records: some .4 us a sample in place of 30. The parameters are those of
-:func:`heli_identifier.online.step` but for rounding; standard errors, excitation and scores are left to it.
+A sample takes about .4 us instead of 30 us. The parameters equal those of :func:`heli_identifier.online.step` except
+for rounding. Standard errors, excitation levels and scores are not computed here.
 """
 
 from typing import NamedTuple
@@ -24,8 +24,8 @@ from heli_identifier.online import (
 from heli_plant.compiled import compiled, read_only
 
 
-class History(NamedTuple):
-    """Estimates over time.
+class Replay(NamedTuple):
+    """Estimates of one record over time.
 
     ``time`` [s], shape (M,); ``parameters``, shape (M, 11), with the columns of :class:`ModelParameters`; adaptation
     errors ``sigma`` [rad/s^2] of pitch, elevation and travel, shape (M, 3).
@@ -43,7 +43,7 @@ class History(NamedTuple):
 
 def replay(
     voltages: NDArray[np.float64], angles: NDArray[np.float64], settings: IdentifierSettings, every: int = 100
-) -> History:
+) -> Replay:
     """Run the identifier over a record.
 
     Parameters
@@ -55,7 +55,7 @@ def replay(
     settings : IdentifierSettings
         Their ``watched`` effects are ignored.
     every : int
-        Samples from one row of the history to the next; the last sample has a row in any case.
+        Number of samples between two rows of the result; the last sample always has a row.
     """
     plan = prepare(settings)
     state = start(plan, *voltages[0].tolist(), *angles[0].tolist())
@@ -81,11 +81,11 @@ def replay(
         history,
         sigma,
     )
-    return History(rows * settings.sample_time, _by_name(history, settings.rest_angle), sigma)
+    return Replay(rows * settings.sample_time, _by_name(history, settings.rest_angle), sigma)
 
 
 def _by_name(history, rest_angle):
-    """Columns of Omega made those of :class:`ModelParameters`."""
+    """Return the columns of :class:`ModelParameters` from those of Omega."""
     if rest_angle is not None:
         return np.insert(history, 3, rest_angle, axis=1)
     a_wx, p, q, k_x = history[:, :4].T
@@ -94,7 +94,7 @@ def _by_name(history, rest_angle):
 
 
 def _loop(v, angles, s, c, coefficients, hold, known, rest, factors, omegas, directions, rows, history, sigma):
-    """Fill ``history`` and ``sigma`` at the samples ``rows``, with what :func:`.online.identifier.step` computes."""
+    """Fill ``history`` and ``sigma`` at the samples ``rows`` with what :func:`heli_identifier.online.step` computes."""
     f = c.filter
     factor_1, factor_2, factor_3 = factors
     omega_1, omega_2, omega_3 = omegas

@@ -10,20 +10,28 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.linearise.closed_loop import closed_loop
 from heli_identifier.workbench.linearise.linear_model import NOT_LINEAR, PERIOD, LinearModel, linear_model
-from heli_identifier.workbench.linearise.loop import LOOPS, frequencies, margins, margins_over, plant_response
-from heli_identifier.workbench.linearise.margins import Margins
+from heli_identifier.workbench.linearise.margins import (
+    LOOPS,
+    Margins,
+    frequencies,
+    margins,
+    margins_over,
+    plant_response,
+)
 from heli_identifier.workbench.linearise.operating_point import operating_point
 from heli_identifier.workbench.linearise.retuning import retuned
 from heli_identifier.workbench.linearise.step_response import StepResponse, step_response
-from heli_identifier.workbench.linearise.uncertainty import DRAWS, drawn_plants
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 
 FIGURES = tuple(Margins.__dataclass_fields__)
-"""Figures of a loop, in the order in which their intervals are kept."""
+"""Figures of a loop, in the order of their intervals."""
+
+DRAWS = 60
+"""Number of drawn plants: the ends of a 95 % interval are then known to a tenth of its width."""
 
 ROBUST = 30
-"""Drawn plants that the retuned PID has to keep its margins for."""
+"""Number of drawn plants for which the retuned PID has to keep its margins."""
 
 Ends = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -32,8 +40,8 @@ Ends = tuple[NDArray[np.float64], NDArray[np.float64]]
 class Loop:
     """One PID around the plant.
 
-    ``margins`` by loop at the estimate; ``low`` and ``high`` by loop and figure over the plants that the data allow;
-    ``stable`` is the share of them for which the loop is stable.
+    ``margins`` are those of the estimated plant by loop; ``low`` and ``high`` are the ends of their 95 % intervals over
+    the plants that the data allow; ``stable`` is the share of these plants for which the loop is stable.
     """
 
     settings: PidSettings
@@ -46,7 +54,7 @@ class Loop:
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Everything for the control engineer.
+    """A linear model, the margins of two PIDs around it, and their intervals.
 
     Attributes
     ----------
@@ -67,6 +75,32 @@ class Design:
     notes: tuple[str, ...]
 
 
+def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
+    """Draw plants that the data allow: each parameter independently from a normal law, kept in its range.
+
+    parameters.json does not hold the correlations between the estimates. Intervals of figures that depend on several
+    parameters, such as the margins, are therefore approximate: they may be too wide or too narrow.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        Of the plant; a parameter without a standard error keeps its value.
+    count : int
+    seed : int
+    """
+    plant = parameters.plant()
+    uncertain = [(name, e.value, e.standard_error) for name, e in parameters.values.items() if e.standard_error]
+    random = np.random.default_rng(seed)
+    plants = []
+    for draw in random.standard_normal((count, len(uncertain))):
+        moved = {}
+        for z, (name, value, error) in zip(draw.tolist(), uncertain, strict=True):
+            row = BY_NAME[name]
+            moved[row.field] = min(max(value + z * error, row.minimum), row.maximum)
+        plants.append(plant._replace(**moved))
+    return plants
+
+
 def design(
     parameters: ParameterSet,
     pitch: float = 0.0,
@@ -75,13 +109,13 @@ def design(
     draws: int = DRAWS,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Design:
-    """Linearise a plant at a pitch and elevation [rad], judge the present PID there and retune it.
+    """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
 
     Raises
     ------
     ConfigurationError
-        No equilibrium there, neither of the plant nor of those that the data allow; no motor lag; or parameters of
-        another unit than the plant.
+        There is no equilibrium, of the plant or of any plant that the data allow; the motors have no lag; or the
+        parameters are those of another unit than the plant.
     """
     plant, present = parameters.plant(), settings or PidSettings()
     point = operating_point(plant, pitch, elevation)
@@ -90,7 +124,7 @@ def design(
     for number, one in enumerate(drawn_plants(parameters, draws)):
         progress("linearising the plants that the data allow", 0.6 * number / draws)
         try:
-            models.append(linear_model(one, operating_point(one, pitch, elevation), PERIOD))
+            models.append(linear_model(one, operating_point(one, pitch, elevation)))
         except ConfigurationError:
             continue
     if not models:
@@ -108,8 +142,8 @@ def design(
     )
     return Design(
         model,
-        _ends([one.A for one in models]),
-        _ends([one.B for one in models]),
+        _ends([one.continuous.A for one in models]),
+        _ends([one.continuous.B for one in models]),
         before,
         after,
         _notes(parameters, len(models), draws),
@@ -123,11 +157,11 @@ def _loop(
     pid: PidSettings,
     found: Mapping[str, Sequence[Margins]],
 ) -> Loop:
-    """Judge a PID; ``found`` are its margins around each of ``models``, by loop."""
+    """Collect the figures of a PID; ``found`` are its margins around each of ``models``, by loop."""
     ends: tuple[dict[str, Margins], dict[str, Margins]] = {}, {}
     for name in LOOPS:
         rows = np.array([[getattr(one, figure) for figure in FIGURES] for one in found[name]])
-        # quantiles of the order statistics, as a gain margin may be infinite
+        # quantiles without interpolation, since a gain margin may be infinite
         for end, share in zip(ends, (0.025, 0.975), strict=True):
             end[name] = Margins(*np.quantile(rows, share, axis=0, method="nearest").tolist())
     steps = tuple(step_response(parameters.plant(), model.point, pid, axis) for axis in LOOPS)

@@ -11,35 +11,30 @@ from heli_identifier.online import Estimate
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.linearise.design import Design, Loop
-from heli_identifier.workbench.linearise.linear_model import INPUTS
-from heli_plant.effects import AXES
+from heli_identifier.workbench.linearise.margins import LOOPS
 
 SCHEMA = "heli-linear-model/1"
 CONTROLLER = "PidController"
-_UNITS = {
-    "pitch": ("V/rad", "V/(rad s)", "V s/rad"),
-    "elevation": ("V/rad", "V/(rad s)", "V s/rad"),
-}
-_GAINS = ("proportional", "integral", "derivative")
+_UNITS = {"proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad"}
 
 
 def design_document(made: Design, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the content of linear_model.json; null stands for what is infinite."""
-    model = made.model
+    """Return the content of linear_model.json; null stands for an infinite value."""
+    continuous, sampled = made.model.continuous, made.model.sampled
     return plain(
         {
             "schema": SCHEMA,
-            "operating_point": asdict(model.point),
-            "states": model.states,
-            "inputs": INPUTS,
-            "outputs": AXES,
-            "input_delay_s": model.input_delay,
-            "continuous": {"A": model.A, "B": model.B, "C": model.C, "D": model.D},
+            "operating_point": asdict(made.model.point),
+            "states": continuous.state_labels,
+            "inputs": continuous.input_labels,
+            "outputs": continuous.output_labels,
+            "input_delay_s": made.model.input_delay,
+            "continuous": {key: getattr(continuous, key) for key in "ABCD"},
             "intervals": {
                 "A": {"low": made.A_interval[0], "high": made.A_interval[1]},
                 "B": {"low": made.B_interval[0], "high": made.B_interval[1]},
             },
-            "sampled": {"F": model.F, "G": model.G, "C": model.C, "D": model.D, "period_s": model.period},
+            "sampled": {"F": sampled.A, "G": sampled.B, "C": sampled.C, "D": sampled.D, "period_s": sampled.dt},
             "loops": {"before": _loop(made.before), "after": _loop(made.after)},
             "notes": made.notes,
             "provenance": provenance,
@@ -49,7 +44,7 @@ def design_document(made: Design, provenance: Mapping[str, Any]) -> dict[str, An
 
 def _loop(loop: Loop) -> dict[str, Any]:
     return {
-        "gains": {axis: getattr(loop.settings, axis)._asdict() for axis in _UNITS},
+        "gains": {axis: getattr(loop.settings, axis)._asdict() for axis in LOOPS},
         "trim_V": loop.settings.trim,
         "stable_share": loop.stable,
         "margins": {
@@ -67,15 +62,15 @@ def _loop(loop: Loop) -> dict[str, Any]:
 
 
 def matlab_bytes(made: Design) -> bytes:
-    """Give the matrices as a MATLAB file: A, B, C, D continuous, F, G sampled every ``period``, intervals."""
-    model, out = made.model, io.BytesIO()
+    """Return the matrices as a MATLAB file: A, B, C, D continuous, F, G sampled every ``period``, intervals."""
+    model, continuous, sampled, out = made.model, made.model.continuous, made.model.sampled, io.BytesIO()
     savemat(
         out,
         {
-            "A": model.A, "B": model.B, "C": model.C, "D": model.D, "F": model.F, "G": model.G, "period": model.period,
+            **{key: getattr(continuous, key) for key in "ABCD"}, "F": sampled.A, "G": sampled.B, "period": sampled.dt,
             "A_low": made.A_interval[0], "A_high": made.A_interval[1],
             "B_low": made.B_interval[0], "B_high": made.B_interval[1],
-            "states": list(model.states), "inputs": list(INPUTS), "outputs": list(AXES),
+            "states": continuous.state_labels, "inputs": continuous.input_labels, "outputs": continuous.output_labels,
             "operating_point": asdict(model.point), "input_delay": model.input_delay,
         },
     )  # fmt: skip
@@ -83,12 +78,12 @@ def matlab_bytes(made: Design) -> bytes:
 
 
 def controller_parameters(made: Design, provenance: Mapping[str, Any]) -> ParameterSet:
-    """Give the retuned PID as a parameter set that ``heli build PidController --parameters`` takes."""
+    """Return the retuned PID as a parameter set that ``heli build PidController --parameters`` takes."""
     settings, point = made.after.settings, made.model.point
     values = {
         f"{axis}.{gain}": Estimate(getattr(getattr(settings, axis), gain), None, unit)
-        for axis, units in _UNITS.items()
-        for gain, unit in zip(_GAINS, units, strict=True)
+        for axis in LOOPS
+        for gain, unit in _UNITS.items()
     }
     values["trim"] = Estimate(settings.trim, None, "V")
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")

@@ -2,20 +2,19 @@
 
 x' = A x + B u, y = C x with x the deviations of pitch, elevation, travel [rad], their rates [rad/s], the lagged
 voltages nu_front, nu_rear [V] and, where the arm bends, q [rad] and q' [rad/s]; u = (v_front, v_rear) [V]; y = the
-encoders' pitch, elevation, travel [rad]. Nothing is derived anew: the plant's own step over the control period is
-differenced centrally, x_{k+1} = F x_k + G u_k, and
+encoders' pitch, elevation, travel [rad]. The model comes from central differences of the plant's own step over one
+period h, x_{k+1} = F x_k + G u_k. The continuous system whose sampling under held voltages gives F and G is
 
     [A B; 0 0] = log [F G; 0 1] / h
-
-is the continuous system whose sampling under held voltages gives it back.
 
 Dry and breakaway friction are left out: at rest their slope is that of a smoothing, not of a rig.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from control import StateSpace, ss
 from numpy.typing import NDArray
 from scipy.linalg import logm
 
@@ -45,65 +44,61 @@ NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRIC
 
 @dataclass(frozen=True, eq=False)
 class LinearModel:
-    """A linear model.
+    """The plant at one operating point, continuous and sampled.
 
     Attributes
     ----------
     point : OperatingPoint
-    states : tuple of str
-        Names of the n states.
-    A, B, C : NDArray, shapes (n, n), (n, 2), (3, n)
-        Continuous.
-    F, G : NDArray, shapes (n, n), (n, 2)
-        Sampled every ``period``, voltages held.
-    period : float
-        [s].
+    continuous, sampled : control.StateSpace
+        With named states, inputs and outputs; ``sampled`` every :data:`PERIOD` with held voltages.
     input_delay : float
-        Delay of the voltages [s], not in the matrices.
+        Delay of the voltages [s]; it is not in the systems.
     """
 
     point: OperatingPoint
-    states: tuple[str, ...]
-    A: NDArray[np.float64]
-    B: NDArray[np.float64]
-    C: NDArray[np.float64]
-    F: NDArray[np.float64]
-    G: NDArray[np.float64]
-    period: float
+    continuous: StateSpace
+    sampled: StateSpace
     input_delay: float
 
-    @property
-    def D(self) -> NDArray[np.float64]:
-        """Feedthrough, shape (3, 2): none, the motors lag."""
-        return np.zeros((3, 2))
 
-    def system(self, sampled: bool = False) -> Any:
-        """Give the model as a :class:`control.StateSpace`, continuous or sampled; an input delay is not in it."""
-        import control
-
-        names = {"states": list(self.states), "inputs": list(INPUTS), "outputs": list(AXES)}
-        if sampled:
-            return control.ss(self.F, self.G, self.C, self.D, self.period, **names)
-        return control.ss(self.A, self.B, self.C, self.D, **names)
+def linear_model(parameters: PlantParameters, point: OperatingPoint) -> LinearModel:
+    """Linearise the plant at an operating point, continuous and sampled; errors as :func:`linearise`."""
+    sampled = linearise(parameters, point, PERIOD)
+    return LinearModel(point, _continuous(sampled), sampled, parameters.input_delay_rotors)
 
 
-def linear_model(parameters: PlantParameters, point: OperatingPoint, period: float = PERIOD) -> LinearModel:
+def linearise(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:
     """Linearise the plant at an operating point.
 
     Parameters
     ----------
     parameters : PlantParameters
     point : OperatingPoint
-    period : float
-        Control period [s] over which the voltages are held.
+        See :func:`heli_identifier.workbench.linearise.operating_point.operating_point`.
+    period : float, optional
+        Sampling period [s] over which the voltages are held; a continuous system if not given.
+
+    Returns
+    -------
+    control.StateSpace
+        8 states (10 where the arm bends) named as in :class:`heli_plant.state.PlantState`, inputs v_front and v_rear
+        [V], outputs pitch, elevation, travel [rad]; all are deviations from the operating point. An input delay of the
+        plant is not included.
 
     Raises
     ------
     ConfigurationError
-        The motors have no lag: their voltages are then no states.
+        The motors have no lag: the lagged voltages are then not states.
     """
+    sampled = _sampled(parameters, point, PERIOD if period is None else period)
+    return _continuous(sampled) if period is None else sampled
+
+
+def _sampled(parameters: PlantParameters, point: OperatingPoint, period: float) -> StateSpace:
     if motor_time_constant(parameters) <= 0.0:
-        raise ConfigurationError("motor.time_constant with its effect motor_lag is 0 s, a positive lag is needed.")
+        raise ConfigurationError(
+            "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag."
+        )
     smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
     bends = smooth.arm_bending_elevation != 0.0
     states = STATES + (BENDING if bends else ())
@@ -136,16 +131,22 @@ def linear_model(parameters: PlantParameters, point: OperatingPoint, period: flo
             for i in places
         ]
     )
-    A, B = continuous(F, G, period)
-    return LinearModel(point, states, A, B, C, F, G, period, smooth.input_delay_rotors)
+    return _system(F, G, C, states, period)
 
 
-def continuous(
-    F: NDArray[np.float64], G: NDArray[np.float64], period: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Give (A, B) of the continuous system that F (n, n), G (n, 2) sample under held inputs."""
+def _continuous(sampled: StateSpace) -> StateSpace:
+    """Return the continuous system that gives ``sampled`` under held inputs."""
+    F, G = sampled.A, sampled.B
     n, inputs = G.shape
     joined = np.block([[F, G], [np.zeros((inputs, n)), np.eye(inputs)]])
-    rates = np.real(logm(joined)) / period
+    rates = np.real(logm(joined)) / sampled.dt
     rates[np.abs(rates) < _NOISE] = 0.0
-    return rates[:n, :n], rates[:n, n:]
+    return _system(rates[:n, :n], rates[:n, n:], sampled.C, sampled.state_labels, 0)
+
+
+def _system(
+    A: NDArray[np.float64], B: NDArray[np.float64], C: NDArray[np.float64], states: Sequence[str], period: float
+) -> StateSpace:
+    """Return a system with named signals; a ``period`` of 0 stands for continuous time."""
+    D = np.zeros((len(AXES), len(INPUTS)))
+    return ss(A, B, C, D, period, states=list(states), inputs=list(INPUTS), outputs=list(AXES))

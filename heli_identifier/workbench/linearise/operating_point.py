@@ -1,7 +1,7 @@
 """The equilibrium at a given pitch and elevation: voltages that hold it, and the rate at which the arm then travels.
 
-Solved is plant acceleration = 0 on the three axes, with the rates of pitch and elevation zero, for v_front, v_rear and
-travel'. The accelerations are the plant's own, with every effect that it has.
+The accelerations of the three axes, with every effect of the plant, are zero at rates of pitch and elevation of zero.
+These three equations are solved for v_front, v_rear and the travel rate.
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from heli_plant.plant import accelerations, rigid_start
 from heli_plant.state import PlantState, start_state
 
 BALANCED = 1e-9
-"""Acceleration [rad/s^2] that may be left at an equilibrium."""
+"""Largest acceleration [rad/s^2] at which a point counts as an equilibrium."""
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where all but the travel stands still: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
+    """Where pitch and elevation stand still: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
 
     pitch: float
     elevation: float
@@ -30,7 +30,7 @@ class OperatingPoint:
     v_rear: float
 
     def state(self, parameters: PlantParameters) -> PlantState:
-        """Give the plant's state there, motors settled."""
+        """Return the plant's state there, motors settled."""
         front, rear = motor_input(self.v_front, parameters), motor_input(self.v_rear, parameters)
         return start_state(self.pitch, self.elevation, 0.0, front, rear, (0.0, 0.0, self.travel_rate))
 
@@ -41,11 +41,11 @@ def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: 
     Raises
     ------
     ConfigurationError
-        There is none within the motors' voltages.
+        There is no equilibrium, or it needs more than the motors' voltages.
     """
     switches = switched_on(parameters)
 
-    def left_over(unknown: np.ndarray) -> tuple[float, float, float]:
+    def residual(unknown: np.ndarray) -> tuple[float, float, float]:
         v_front, v_rear, travel_rate = (float(value) for value in unknown)
         front, rear = (motor_input(v, parameters._replace(v_max=1e6)) for v in (v_front, v_rear))
         mu_diff, mu_sum = thrust_voltages(front, rear, 0.0, parameters)
@@ -56,8 +56,8 @@ def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: 
 
     starts = ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0))  # on either side of a dead zone
     for start in starts:
-        found = root(left_over, start, tol=1e-12)
-        if np.abs(left_over(found.x)).max() < BALANCED:
+        found = root(residual, start, tol=1e-12)
+        if np.abs(residual(found.x)).max() < BALANCED:
             v_front, v_rear, travel_rate = (float(value) for value in found.x)
             break
     else:

@@ -17,39 +17,45 @@ from scipy.optimize import minimize
 
 from heli_identifier.workbench.linearise.closed_loop import closed_loop
 from heli_identifier.workbench.linearise.linear_model import LinearModel
-from heli_identifier.workbench.linearise.loop import LOOPS, controller_response, frequencies, loop_gain, plant_response
+from heli_identifier.workbench.linearise.margins import (
+    LOOPS,
+    controller_response,
+    frequencies,
+    loop_gain,
+    plant_response,
+)
 from heli_plant.control import AxisGains, PidSettings
 
 PEAK = 1.6
 """Largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least."""
 
 UNSTABLE = 1e6
-"""Error of a loop that does not settle."""
+"""Error J [s^2] of a loop that does not settle."""
 
 HORIZON = 10.0
 """Length [s] of the simulated steps."""
 
 WEIGHT = 50.0
-"""Price of a violated bound: larger than what any step response can gain by it."""
+"""Penalty on a violated bound: larger than any improvement of a step response."""
 
 
 def retuned(
     model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = (), trim: float | None = None
 ) -> PidSettings:
-    """Give gains of pitch and elevation for a plant.
+    """Return the PID with new gains of pitch and elevation.
 
     Parameters
     ----------
     model : LinearModel
         Of the identified plant.
     settings : PidSettings
-        The present PID; what is not retuned stays as it is.
+        The present PID; everything but the gains of pitch and elevation is kept.
     others : sequence of LinearModel
-        Further plants that have to keep the margins: those that the data allow.
+        Further plants, allowed by the data, for which the margins have to be kept.
     trim : float, optional
         Sum of the voltages [V] at zero error.
     """
-    omega = frequencies(model.period, 250)
+    omega = frequencies(model.sampled.dt, 250)
     plants = np.array([plant_response(one, omega) for one in (model, *others)])
     for loop, axis in enumerate(LOOPS):
         settings = with_gains(settings, axis, _tuned(model, plants, omega, settings, loop))
@@ -57,7 +63,7 @@ def retuned(
 
 
 def with_gains(settings: PidSettings, axis: str, gains: AxisGains) -> PidSettings:
-    """Give ``settings`` with other gains of one axis."""
+    """Return ``settings`` with other gains of one axis."""
     changed: dict[str, Any] = {axis: gains}
     return settings._replace(**changed)
 
@@ -65,7 +71,7 @@ def with_gains(settings: PidSettings, axis: str, gains: AxisGains) -> PidSetting
 def _tuned(
     model: LinearModel, plants: NDArray[np.complex128], omega: NDArray[np.float64], settings: PidSettings, loop: int
 ) -> AxisGains:
-    """Gains of one loop, the other one as it is."""
+    """Return the gains of one loop; the other loop is kept."""
     axis = LOOPS[loop]
     present: AxisGains = getattr(settings, axis)
     tau = settings.rate_time_constant
@@ -73,12 +79,12 @@ def _tuned(
 
     def cost(logarithms: NDArray[np.float64]) -> float:
         gains = AxisGains(*np.exp(logarithms).tolist())
-        tried = with_gains(settings, axis, gains)
-        pid = controller_response(tried, model.period, omega)
+        trial = with_gains(settings, axis, gains)
+        pid = controller_response(trial, model.sampled.dt, omega)
         peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, loop))))
         noise = (gains.proportional + gains.derivative / tau) / loudest
         violated = max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0)
-        return weighted_error(model, tried, loop) + WEIGHT * violated
+        return weighted_error(model, trial, loop) + WEIGHT * violated
 
     options = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 250}
     found = minimize(cost, np.log(present), method="Nelder-Mead", options=options)
@@ -86,9 +92,9 @@ def _tuned(
 
 
 def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> float:
-    """Time-weighted error J [s^2] of a unit reference step and of a unit load step (1 V) of one linear loop."""
-    closed, steps = closed_loop(model, settings), round(HORIZON / model.period)
-    weights = np.arange(steps) * model.period**2
+    """Return the time-weighted error J [s^2] of a linear loop under a unit reference step and a load step of 1 V."""
+    closed, steps = closed_loop(model, settings), round(HORIZON / model.sampled.dt)
+    weights = np.arange(steps) * model.sampled.dt**2
     with np.errstate(over="ignore", invalid="ignore"):
         followed = np.abs(1.0 - closed.trajectory(closed.R[:, loop], steps)[:, loop])
         pushed = np.abs(closed.trajectory(closed.Q[:, loop], steps)[:, loop])

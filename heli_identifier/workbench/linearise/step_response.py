@@ -66,13 +66,13 @@ def step_response(
 ) -> StepResponse:
     """Simulate a reference step of ``size`` [rad] on the pitch or the elevation.
 
-    The controller carries the operating point in its integrals from the start; it shows its voltages one period after
-    the angles they follow from, as the unit does, and they reach the motors after the plant's own input delay.
+    The controller holds the operating point in its integrals from the start. Its voltages appear one period after the
+    angles they follow from, as those of the unit do, and reach the motors after the plant's input delay.
     """
     index = AXES.index(axis)
     state = rigid_start(point.state(parameters), parameters)
     held = point.v_front, point.v_rear
-    pid = _carrying(point, settings, start_pid(point.pitch, point.elevation, 0.0))
+    pid = _holding(point, settings, start_pid(point.pitch, point.elevation, 0.0))
     lead, count = round(LEAD / period), round((LEAD + duration) / period)
     time = np.arange(count, dtype=np.float64) * period
     angles, voltages = np.empty(count), np.empty((count, 2))
@@ -89,8 +89,8 @@ def step_response(
     return StepResponse(axis, time - LEAD, angles - base, voltages, size)
 
 
-def _carrying(point: OperatingPoint, settings: PidSettings, pid: PidState) -> PidState:
-    """Integrals that make the controller show the operating point's voltages at zero error."""
+def _holding(point: OperatingPoint, settings: PidSettings, pid: PidState) -> PidState:
+    """Return the state whose integrals give the operating point's voltages at zero error."""
     difference, total = point.v_front - point.v_rear, point.v_front + point.v_rear
     integrals = {}
     if settings.pitch.integral:

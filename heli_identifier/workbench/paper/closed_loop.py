@@ -1,8 +1,8 @@
 """Figure 4: pitch steps in closed loop, the plant against identified models, each under a PID of its own.
 
-The paper's PID (its sign mended) takes every rig from its rest angle to zero and, later, one step further. Three
-models stand beside the plant: what our experiment 1 found, and the midpoints of the paper's Table 1 for both of its
-experiments, which shows what the difference between these two means to a controller.
+The paper's PID (with its sign corrected) takes every rig from its rest angle to zero and, later, through a step. Three
+models are compared with the plant: the one that our experiment 1 found, and the midpoints of the paper's Table 1 for
+both of its experiments. The latter two show how much the difference between the experiments matters to a controller.
 """
 
 from collections.abc import Mapping
@@ -17,17 +17,17 @@ from heli_identifier.online import ModelParameters
 from heli_identifier.workbench.paper.open_loop import model_of
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH
 from heli_identifier.workbench.paper.runs import STEP
-from heli_identifier.workbench.paper.table_text import write_table
+from heli_identifier.workbench.paper.tables import write_table
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, THIRD, canvas, key, styled, thinned
 
 if TYPE_CHECKING:
-    from fmu_src.variables import Value
+    from fmu_src import Value
 
 STEP_SIZE = 0.3
 """Of the reference [rad]."""
 
 STEP_TIME, DURATION = 20.0, 40.0
-"""When the step comes and when the run ends [s]; the loop's slowest pole is near .5 1/s."""
+"""Time of the step and of the end [s]; the slowest pole of the loop is near .5 1/s."""
 
 PLANT = "plant"
 _STRIDE = 5
@@ -57,11 +57,11 @@ def closed_loops(
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be stepped.
     """
+    from fmu_src import AXES, VOLTAGES, Connection, Scenario
     from fmu_src.master import run_apart
-    from fmu_src.wiring import AXES, VOLTAGES, Connection, Scenario
 
     rigs = (PLANT, *estimates)
     units, wires, record = [], [], []
@@ -110,10 +110,8 @@ def closed_loop_figure(time: NDArray[np.float64], responses: Mapping[str, NDArra
     return figure
 
 
-def closed_loop(
-    identified: ModelParameters, fmus: dict[str, Path], folder: Path
-) -> tuple[dict[str, Figure], dict[str, float]]:
-    """Run the loops, write ``figure4.csv``; return the figure by name and each model's largest difference [rad]."""
+def closed_loop(identified: ModelParameters, fmus: dict[str, Path], folder: Path) -> tuple[Figure, dict[str, float]]:
+    """Run the loops and write ``figure4.csv``; return the figure and each model's largest difference [rad]."""
     time, responses = closed_loops(models(identified), fmus)
     header = ["time [s]"]
     for rig in responses:
@@ -125,4 +123,4 @@ def closed_loop(
         for rig, response in responses.items()
         if rig != PLANT
     }
-    return {"figure4": closed_loop_figure(time, responses)}, worst
+    return closed_loop_figure(time, responses), worst

@@ -1,7 +1,6 @@
-"""What the tables and figures say, in sentences."""
+"""The results of the tables and figures in sentences."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import pi, sqrt
 
 import numpy as np
@@ -9,40 +8,33 @@ import numpy as np
 from heli_identifier.workbench.paper.open_loop import SideBySide
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH
 from heli_identifier.workbench.paper.runs import FREE, KNOWN, Run
-from heli_identifier.workbench.paper.search import AS_GOOD
-from heli_identifier.workbench.paper.spread import HALF_WIDTHS, Explanation
-from heli_identifier.workbench.paper.table1 import found_range, worst_deviation
-from heli_identifier.workbench.paper.table2 import CERTAIN_GAIN, table_2
+from heli_identifier.workbench.paper.spread import AS_GOOD, HALF_WIDTHS, Explanation
+from heli_identifier.workbench.paper.tables import CERTAIN_GAIN, found_range, table_2, worst_deviation
 from heli_identifier.workbench.paper.within import TorqueSpread
 from heli_plant.encoders import EncoderCounts
 
 BAR = 1e-3
-"""Recovery that is asked for [1]."""
+"""Largest acceptable deviation of an estimate from the truth [1]."""
 
 _ROUNDING = 0.3
-"""Misfits [half widths] below it cannot be told apart: three decimals give a_wx to a third of a half width."""
+"""Misfits [half widths] below it are equally good: three decimals give a_wx to a third of a half width."""
 
 
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """Everything that was found: runs, side-by-side response, closed-loop differences [rad], both spreads."""
-
-    pitch_runs: Sequence[Run]
-    joint_runs: Sequence[Run]
-    pair: SideBySide
-    differences: Mapping[str, float]
-    explained: Sequence[Explanation]
-    spreads: Sequence[TorqueSpread]
-
-
-def sentences(found: Findings) -> tuple[str, ...]:
-    """Return one sentence per table or figure that has something to say."""
+def sentences(
+    pitch_runs: Sequence[Run],
+    joint_runs: Sequence[Run],
+    pair: SideBySide,
+    differences: Mapping[str, float],
+    explained: Sequence[Explanation],
+    spreads: Sequence[TorqueSpread],
+) -> tuple[str, ...]:
+    """Return the sentences; ``differences`` are those in closed loop by model [rad]."""
     return (
-        _table_1(found.pitch_runs),
-        _table_2(found.pitch_runs, found.joint_runs),
-        _figures(found.pair, found.differences),
-        *_between(found.explained),
-        *_within(found.pitch_runs, found.spreads),
+        _table_1(pitch_runs),
+        _table_2(pitch_runs, joint_runs),
+        _figures(pair, differences),
+        *_between(explained),
+        *_within(pitch_runs, spreads),
     )
 
 
@@ -76,19 +68,19 @@ def _figures(pair: SideBySide, differences: Mapping[str, float]) -> str:
 
 
 def _between(explained: Sequence[Explanation]) -> tuple[str, ...]:
-    """Say how well no effect, the best one and the best two repeat the paper's Table 1."""
-    told = []
+    """Say how well no effect, the best one and the best two explain the paper's Table 1."""
+    said = []
     none = next(one for one in explained if not one.effects)
     for count, kind in ((1, "one effect"), (2, "two effects")):
         sized = [one for one in explained if len(one.effects) == count]
         best = [one for one in sized if one.misfit < max(AS_GOOD * sized[0].misfit, _ROUNDING)]
         if best and best[0].misfit * AS_GOOD < none.misfit:
-            told.append(
+            said.append(
                 f"Spread between the paper's experiments: {none.misfit:.2f} half widths without an effect, with {kind} "
                 f"{best[0].misfit:.2f} ({best[0].inside} of 6 estimates inside the paper's ranges): "
                 f"{'; or '.join(_named(one) for one in best)}."
             )
-    return tuple(told) or (f"Spread between the paper's experiments: no effect helps ({none.misfit:.2f} half widths).",)
+    return tuple(said) or (f"Spread between the paper's experiments: no effect helps ({none.misfit:.2f} half widths).",)
 
 
 def _named(one: Explanation) -> str:
@@ -97,9 +89,9 @@ def _named(one: Explanation) -> str:
 
 
 def _within(runs: Sequence[Run], spreads: Sequence[TorqueSpread]) -> tuple[str, ...]:
-    """Say how wide the ranges are that encoders and starts make, and those that random torques make."""
+    """Say how wide the ranges are with encoders and different starts, and with random torques."""
     found = [[found_range(runs, experiment, name, KNOWN).half_width for name in PITCH] for experiment in EXPERIMENTS]
-    told = [
+    said = [
         "Spread within an experiment: encoders, starts, Omega(0) and Gamma(0) make ranges of at most "
         f"{100.0 * np.max(np.array(found) / HALF_WIDTHS):.1f} % of the paper's."
     ]
@@ -109,8 +101,8 @@ def _within(runs: Sequence[Run], spreads: Sequence[TorqueSpread]) -> tuple[str, 
             f"({np.min(one.widths / (2.0 * HALF_WIDTHS)):.1f} to {np.max(one.widths / (2.0 * HALF_WIDTHS)):.1f} times)"
             for one in spreads
         )
-        told.append(
+        said.append(
             "Spread within an experiment: in geometric mean a random torque makes ranges as wide as the paper's with "
             f"{torques}."
         )
-    return tuple(told)
+    return tuple(said)

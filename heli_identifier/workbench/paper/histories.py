@@ -1,7 +1,7 @@
-"""Figures 2 and 5: how the estimates run from every Omega(0) and Gamma(0) to Table 2.
+"""Figures 2 and 5: the histories of the estimates from every Omega(0) and Gamma(0) to Table 2.
 
-That the paper shows these histories is known, which figure holds which is inferred: here Figure 2 has the pitch
-parameters (pitch runs), Figure 5 those of elevation and travel (joint runs).
+The paper shows these histories; which figure shows which is inferred. Here Figure 2 has the pitch parameters (pitch
+runs), Figure 5 those of elevation and travel (joint runs).
 """
 
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 
 from heli_identifier.workbench.paper.published import PITCH, TRUTH, UNITS
 from heli_identifier.workbench.paper.runs import FREE, KNOWN, Run
-from heli_identifier.workbench.paper.table_text import write_table
+from heli_identifier.workbench.paper.tables import write_table
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, INK, THIRD, canvas, key, styled
 from heli_identifier.workbench.report.rounding import unit_text
 
 ELEVATION_AND_TRAVEL = TRUTH._fields[TRUTH._fields.index("a_wz") :]
 _COLOURS = (BEFORE, AFTER, THIRD)
 _MARGIN = 0.5
-"""What is shown around the truth, as a share of it: the first seconds leave every frame."""
+"""Range shown around the truth, as a share of it; the estimates of the first seconds lie outside."""
 
 _FROM, _TICKS = 10.0, (10.0, 20.0, 50.0, 100.0, 200.0, 400.0)
 """Time axis [s], logarithmic from where the adaptation begins."""
@@ -27,7 +27,7 @@ _FROM, _TICKS = 10.0, (10.0, 20.0, 50.0, 100.0, 200.0, 400.0)
 
 @styled
 def histories_figure(runs: Sequence[Run], experiment: int, names: Sequence[str], rest_angle: str) -> Figure:
-    """Draw the histories of ``names`` in one experiment; colours tell Omega(0), fainter lines a lower Gamma(0)."""
+    """Draw the histories of ``names`` in one experiment; colours show Omega(0), fainter lines a lower Gamma(0)."""
     own = [run for run in runs if run.experiment == experiment]
     omegas = list(dict.fromkeys(run.start.omega for run in own))
     gains = sorted({run.start.gain for run in own})

@@ -1,7 +1,7 @@
 """Figure 3: the measured pitch beside the identified model's, and the adaptation error.
 
-The model is what experiment 1 found; plant and model hear experiment 2, which the model has not seen. What the figure
-of this number shows in the paper is inferred.
+The model is the one that experiment 1 found; plant and model are driven by experiment 2, which took no part in the
+identification. The content of the paper's Figure 3 is inferred.
 """
 
 from collections.abc import Sequence
@@ -13,9 +13,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.online import ModelParameters
-from heli_identifier.workbench.paper.runs import KNOWN, PITCH_RUN, STEP, Run, order_of
-from heli_identifier.workbench.paper.starts import Start
-from heli_identifier.workbench.paper.table_text import write_table
+from heli_identifier.workbench.paper.runs import KNOWN, PITCH_RUN, STEP, Run, Start, order_of
+from heli_identifier.workbench.paper.tables import write_table
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, canvas, key, styled, thinned
 from heli_plant.parameters import BY_FIELD
 
@@ -49,11 +48,11 @@ def side_by_side(
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be stepped.
     """
+    from fmu_src import Connection, Scenario
     from fmu_src.master import run_apart
-    from fmu_src.wiring import Connection, Scenario
 
     units = (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("model", "HelicopterPlant"))
     wires = [Connection("exciter", v, unit, v) for unit in ("plant", "model") for v in ("v_front", "v_rear")]
@@ -93,12 +92,12 @@ def open_loop_figure(pair: SideBySide, runs: Sequence[Run]) -> Figure:
     return figure
 
 
-def open_loop(pitch_runs: Sequence[Run], fmus: dict[str, Path], folder: Path) -> tuple[dict[str, Figure], SideBySide]:
-    """Run plant and model side by side, write ``figure3.csv``, and return the figure by name and the pair."""
+def open_loop(pitch_runs: Sequence[Run], fmus: dict[str, Path], folder: Path) -> tuple[Figure, SideBySide]:
+    """Run plant and model side by side and write ``figure3.csv``; return the figure and the two responses."""
     of_first = [run for run in pitch_runs if run.experiment == 1]
     best = max(of_first, key=lambda run: run.start.gain)
     pair = side_by_side(best.final(KNOWN), ("a_wx", "a_th", "k_x"), best.start, fmus, best.kind.duration)
     rows = np.column_stack([pair.time, pair.measured, pair.modelled])[::_STRIDE]
     write_table(folder / "figure3.csv", ("time [s]", "plant pitch [rad]", "model pitch [rad]"), rows.tolist())
     same_omega = sorted((r for r in of_first if r.start.omega == best.start.omega), key=lambda run: run.start.gain)
-    return {"figure3": open_loop_figure(pair, (same_omega[0], same_omega[-1]))}, pair
+    return open_loop_figure(pair, (same_omega[0], same_omega[-1])), pair

@@ -1,7 +1,7 @@
 """What the paper prints: Table 1 (ranges of the pitch estimates over twelve runs) and Table 2 (the parameters).
 
-Table 2 is the plant's own default set; this is the one place in identification that may look at it, since here the
-truth is what the estimates are compared with.
+Table 2 is the default parameter set of the plant. Nothing else in identification may use it: only here are estimates
+compared with the truth.
 """
 
 from typing import NamedTuple

@@ -1,15 +1,19 @@
-"""The paper's experiments on the units, under the master.
+"""The paper's experiments on the units, under the master: twelve runs of each.
 
 Exciter -> HelicopterPlant -> AdaptiveIdentifier, on the plant of Table 2 with encoders on and no disturbance. The
-pitch experiment drives v_f - v_r alone, and two identifiers hear the same voltages and encoder angles: one is told
-theta0, the other estimates it. The joint experiment drives sum and difference at once, which elevation and travel
-need (at rest in pitch a_lt is invisible and travel hardly driven), on a base voltage that keeps the arm turning.
+pitch experiment drives v_f - v_r alone, and two identifiers receive the same voltages and encoder angles: one knows
+theta0, the other estimates it. The joint experiment drives sum and difference at once, which elevation and travel need
+(at rest in pitch a_lt is invisible and travel hardly driven), on a base voltage that keeps the arm turning.
+
+Each of the twelve runs has its own pair of Omega(0) and Gamma(0), as in the paper, and its own start state, drawn
+around the rest of the rig: no two runs of a real rig begin alike.
 """
 
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,33 +22,67 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.workbench.paper.published import TRUTH
-from heli_identifier.workbench.paper.starts import INITIAL_ESTIMATES, Start
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
 
 if TYPE_CHECKING:
-    from fmu_src.variables import Value
-    from fmu_src.wiring import Scenario
+    from fmu_src import Scenario, Value
 
 STEP = 0.01
 """Control and communication period [s]."""
 
-_LIVELY = 30.0
-"""Until then the histories are kept ten times as densely [s]."""
+_DENSE = 30.0
+"""Time until which a run keeps ten times as many rows [s]."""
 
 Progress = Callable[[int, int, str], None]
-"""Called with what is done, what there is to do, and its name."""
+"""Called with the number done, the number in all, and what is counted."""
 
 KNOWN, FREE = "known", "estimated"
-"""How an identifier takes theta0; its unit bears this name."""
+"""Whether an identifier knows theta0 or estimates it; its unit has this name."""
+
+INITIAL_ESTIMATES: dict[str, ModelParameters] = {
+    "nothing": ModelParameters(),
+    "low guess": ModelParameters(0.03, 0.3, 0.15, 0.0, 0.02, 1.5, 0.0, 0.0, 0.1, 0.05, -0.05),
+    "high guess": ModelParameters(0.1, 1.0, 0.5, -0.2, 0.1, 4.0, -0.3, 0.1, 0.3, 0.2, -0.2),
+}
+"""Omega(0): zero, and about half and one and a half times the values of such a rig."""
+
+INITIAL_GAINS = (1e3, 1e4, 1e5, 1e6)
+"""Gamma(0) in units of I, from the paper's 1e3 up."""
+
+_SCATTER = 0.1
+"""Half width of the start states' scatter [rad, rad/s]."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Start of one run.
+
+    Attributes
+    ----------
+    number : int
+        1 to 12.
+    omega : str
+        Key of :data:`INITIAL_ESTIMATES`.
+    gain : float
+        Gamma(0) / I.
+    angles, rates : tuple of float
+        Pitch, elevation, travel [rad] and their rates [rad/s], as they differ from the rig at rest.
+    """
+
+    number: int
+    omega: str
+    gain: float
+    angles: tuple[float, float, float]
+    rates: tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What kind of experiment.
+    """One kind of experiment.
 
-    ``channel`` of the Exciter (0 both, 1 difference), ``base`` voltage [V], ``duration`` [s], and how its
-    ``identifiers`` take theta0.
+    ``channel`` of the Exciter (0 both, 1 difference), ``base`` voltage [V], ``duration`` [s], and its ``identifiers``:
+    :data:`KNOWN`, :data:`FREE` or both.
     """
 
     name: str
@@ -60,7 +98,7 @@ JOINT_RUN = Kind("elevation and travel", 0, 2.0, 400.0, (FREE,))
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One run and its estimates, a row every tenth of a second at first, every second later, and one at the end.
+    """One run and its estimates: a row every tenth of a second at first, every second later, and one at the end.
 
     Attributes
     ----------
@@ -84,13 +122,23 @@ class Run:
     sigma: NDArray[np.float64]
 
     def final(self, rest_angle: str) -> ModelParameters:
-        """Return the last estimate, theta0 ``known`` or ``estimated``."""
+        """Return the last estimate of the identifier :data:`KNOWN` or :data:`FREE`."""
         return ModelParameters(*self.estimates[rest_angle][-1].tolist())
 
 
+def twelve_starts(experiment: int) -> tuple[Start, ...]:
+    """Return the starts of the runs of ``experiment`` 1 or 2; the same on every machine."""
+    random = np.random.default_rng(experiment)
+    starts = []
+    for number, (omega, gain) in enumerate(product(INITIAL_ESTIMATES, INITIAL_GAINS), start=1):
+        drawn = random.uniform(-_SCATTER, _SCATTER, 6).tolist()
+        starts.append(Start(number, omega, gain, tuple(drawn[:3]), tuple(drawn[3:])))
+    return tuple(starts)
+
+
 def _scenario(kind: Kind) -> "Scenario":
-    """Open-loop identification with the identifiers of ``kind`` beside each other."""
-    from fmu_src.wiring import OPEN_LOOP, Connection, Scenario
+    """Return the open-loop identification with the identifiers of ``kind`` side by side."""
+    from fmu_src import OPEN_LOOP, Connection, Scenario
 
     shared = [wire for wire in OPEN_LOOP.connections if wire.target_unit != "identifier"]
     heard = [wire for wire in OPEN_LOOP.connections if wire.target_unit == "identifier"]
@@ -126,11 +174,11 @@ def order_of(kind: Kind, experiment: int, start: Start) -> dict[str, "Value"]:
 
 
 def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -> Run:
-    """Run one experiment on built units (``fmus`` by unit class), in a process of its own.
+    """Run one experiment on built units, given by unit class, in a process of its own.
 
     Raises
     ------
-    fmu_src.errors.FmuError
+    fmu_src.FmuError
         A unit could not be built or stepped.
     """
     from fmu_src.master import run_apart
@@ -152,8 +200,8 @@ def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -
 
 
 def _kept_rows(count: int) -> NDArray[np.int64]:
-    """Rows of ``count`` that a run keeps: most happens soon after the adaptation begins at 10 s."""
-    late = min(round(_LIVELY / STEP), count - 1)
+    """Return the rows of ``count`` that a run keeps: the estimates move most soon after the adaptation begins, 10 s."""
+    late = min(round(_DENSE / STEP), count - 1)
     return np.concatenate(
         [np.arange(0, late, round(0.1 / STEP)), np.arange(late, count - 1, round(1.0 / STEP)), [count - 1]]
     )
@@ -166,8 +214,8 @@ def run_all(
 
     Raises
     ------
-    fmu_src.errors.FmuError
-        Of the first run that fails; the others are not begun.
+    fmu_src.FmuError
+        Of the first run that fails; the remaining runs are cancelled.
     """
     listed = list(jobs)
     with ThreadPoolExecutor(max_workers=os.cpu_count() or 1) as pool:

@@ -1,21 +1,24 @@
-"""What makes twelve runs of one experiment differ: encoders alone, or a random torque.
+"""The scatter of twelve runs of one experiment: from encoders alone, or from a random torque.
 
 The runs of the units have encoders, different starts, and no disturbance; their ranges are far narrower than the
-paper's. Here a random torque of a given correlation time is made as strong as the paper's ranges ask for: its
-standard deviation is scaled until the geometric mean of the six ratios, found range to printed range, is one. A
-range is proportional to the torque as long as the torque is weak, so that few rounds are enough.
+paper's. Here the standard deviation of a random torque of given correlation time is scaled until the geometric mean of
+the six ratios, found range to printed range, is one. A range is proportional to a weak torque, so that few rounds are
+enough.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import exp
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.workbench.paper.pitch_experiment import DURATION, STEP, identify_pitch
-from heli_identifier.workbench.paper.published import EXPERIMENTS
-from heli_identifier.workbench.paper.random_torque import random_torque
-from heli_identifier.workbench.paper.spread import HALF_WIDTHS
+from heli_identifier.workbench.paper.pitch_experiment import DURATION, STEP, identify_pitch, random_torque
+from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH
+from heli_identifier.workbench.paper.runs import KNOWN, Run
+from heli_identifier.workbench.paper.spread import COLUMNS, HALF_WIDTHS
+from heli_identifier.workbench.paper.tables import Cell, found_range, write_table
 from heli_plant.parameters import TABLE_2
 
 CORRELATION_TIMES = (0.1, 1.0, 10.0)
@@ -81,3 +84,17 @@ def matched_torque(correlation_time: float, runs: int = RUNS, duration: float = 
         widths = under_torque(correlation_time, deviation, runs, duration).widths
         deviation *= exp(-float(np.mean(np.log(widths / (2.0 * HALF_WIDTHS)))))
     return under_torque(correlation_time, deviation, runs, duration)
+
+
+def write_within(runs: Sequence[Run], spreads: Sequence[TorqueSpread], path: Path) -> None:
+    """Write the widths of the ranges: the paper's, those of the units with encoders alone, those under torques."""
+    of_units = [found_range(runs, experiment, name, KNOWN) for experiment in EXPERIMENTS for name in PITCH]
+    rows: list[tuple[Cell, ...]] = [
+        ("the paper", "", "", *(2.0 * HALF_WIDTHS).ravel().tolist()),
+        ("units: encoders and starts alone", "", "", *(found.highest - found.lowest for found in of_units)),
+    ]
+    for spread in spreads:
+        torque = (spread.correlation_time, spread.deviation)
+        rows.append(("random torque: width", *torque, *map(float, spread.widths.ravel())))
+        rows.append(("random torque: mean", *torque, *map(float, spread.means.ravel())))
+    write_table(path, ("what", "correlation time [s]", "standard deviation [rad/s^2]", *COLUMNS), rows)

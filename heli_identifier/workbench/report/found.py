@@ -1,10 +1,8 @@
 """What the report says about the effects that were found: facts, figure and caption, without any markup."""
 
-from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.online import Estimate
-from heli_identifier.tracing import Diagnosis, EffectCurve, FoundEffect
+from heli_identifier.tracing import Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
 from heli_identifier.workbench.report.rounding import significant, with_interval
@@ -19,9 +17,9 @@ def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     entries = []
     for number, found in enumerate(diagnosis.effects):
         figure, caption = None, ""
-        if "frequency_hz" in found.shape:
-            figure = line_figure(diagnosis.series[0], found.axis, float(found.shape["frequency_hz"]))
-            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the line."
+        if isinstance(found.shape, PeriodicShape):
+            figure = line_figure(diagnosis.series[0], found.axis, found.shape.frequency_hz)
+            caption = f"Spectrum of the {found.axis}'s residual on the held-out log, and the frequency of the torque."
         elif curve := next((c for c in curves if c.name == found.name and _same_axis(c, found)), None):
             curves.remove(curve)
             figure, caption = effect_figure(curve), _caption(curve)
@@ -63,20 +61,17 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
             ("law", law_text(entry.law)),
             ("source", entry.source),
         ]
-        facts += [(name.replace("_", " "), _shape_text(shape)) for name, shape in found.shape.items()]
+    if isinstance(found.shape, NamedShape):
+        facts += [(name.replace("_", " "), with_interval(value)) for name, value in found.shape.parameters.items()]
     else:
-        if "description" in found.shape:
-            facts.append(("description", str(found.shape["description"]).replace("^2", "²")))
-        if "amplitude" in found.shape:
-            facts.append(("amplitude", f"{significant(float(found.shape['amplitude']))} rad/s²"))
+        facts.append(("description", found.shape.description.replace("^2", "²")))
+    if isinstance(found.shape, PeriodicShape):
+        facts.append(("amplitude", f"{significant(found.shape.amplitude)} rad/s²"))
     facts.append(("score", f"{significant(found.score)} standard errors"))
     if found.agreement:
         others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
         facts.append(("at other filter frequencies", listed(others)))
     if found.alternatives:
-        facts.append(("as likely", listed([effect_name(name, axis) for name, axis in found.alternatives], "or")))
+        rivals = listed([effect_name(name, axis) for name, axis in found.alternatives], "or")
+        facts.append(("as likely", f"{rivals}: explains these logs about as well"))
     return facts
-
-
-def _shape_text(shape: Mapping[str, Any]) -> str:
-    return with_interval(Estimate(**shape))

@@ -8,7 +8,7 @@ from heli_identifier.workbench.report.sentences import listed
 def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Give terms and what they mean, with the numbers of this diagnosis."""
     settings = diagnosis.settings
-    threshold, hint = (significant(float(settings[name]), 2) for name in ("threshold", "hint"))
+    threshold, suggestive = (significant(float(settings[name]), 2) for name in ("threshold", "hint"))
     search = significant(float(settings["filter_frequency_rad_s"]))
     clean = f"{100.0 - 100.0 * float(settings['significance']):g}"
     others = listed([significant(float(omega)) for omega in settings["agreement_frequencies_rad_s"]])
@@ -20,55 +20,68 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         ),
         (
             "held-out logs",
-            "Take no part in fit and search. They do decide whether an effect is withdrawn, and the errors after are "
-            "theirs; for a figure that nothing has been chosen by, run heli check on a further log.",
+            "They take no part in fit and search, but they decide whether an effect is withdrawn, and the errors "
+            "before and after are theirs. For an error on data that decided nothing, run heli check on a further log.",
         ),
-        ("score", "A coefficient over its standard error; of an unknown torque, a figure on the same scale."),
+        (
+            "score",
+            "A coefficient over its standard error; of an unknown torque, the square root of its likelihood-ratio "
+            "statistic, brought to the same scale.",
+        ),
         (
             "threshold",
-            f"Score from which an effect is shown, here {threshold}: the largest score of the whole catalogue stays "
-            f"below it in {clean} % of diagnoses of a rig that lacks nothing, as surrogates show: copies of these "
-            "logs' residual in which signs are drawn at random.",
+            f"Score from which an effect is shown, here {threshold}. If the model lacks nothing, the largest score of "
+            f"the whole catalogue stays below it in {clean} % of the diagnoses. It is found with surrogates: copies of "
+            "these logs' residual in which signs are drawn at random.",
         ),
         (
-            "hint",
-            f"A score between {hint} and {threshold}: one clean rig in {round(0.1 / float(settings['significance']))} "
-            "has one somewhere in the catalogue. It changes no verdict.",
+            "suggestive",
+            f"A score between {suggestive} and {threshold}. Of rigs that lack nothing, one in "
+            f"{round(0.1 / float(settings['significance']))} has such a score somewhere in the catalogue. It changes "
+            "no verdict.",
         ),
         ("bound", "Largest size of an effect that was not shown that the logs still allow, at 95 %."),
-        ("visible", "Share of an effect's signature that no change of the fitted parameters could imitate."),
+        (
+            "visibility",
+            "Share of an effect's signature, that is of the change it makes to the residual, which no change of the "
+            "fitted parameters could imitate. Below 1 % an effect is not testable.",
+        ),
+        (
+            "correlation",
+            "Of the signatures of two effects, after everything has been taken out that the fitted parameters could "
+            "imitate. At ±1 the two effects leave the same trace in these logs, at 0 nothing in common.",
+        ),
+        ("as likely", "Another effect that explains these logs about as well: the data do not decide between them."),
         (
             "residual",
-            "What the model, gently corrected towards the measured angles, could not foresee of the next sample, as "
-            "an acceleration (the innovations of an observer).",
+            "Innovations of an observer: what the model, corrected towards the measured angles, did not foresee of the "
+            "next sample, as an acceleration.",
         ),
         (
             "other filter frequencies",
-            f"How gently it is corrected: {search} rad/s in the search. An effect of the rig has to come out the "
-            f"same at {others} rad/s; one that does not is withdrawn.",
+            f"Bandwidth of the observer's correction: {search} rad/s in the search. The coefficient of an effect has "
+            f"to be the same at {others} rad/s; otherwise the effect is withdrawn.",
         ),
         (
-            "torque of the room",
-            "Draughts, the pull of the cable and whatever else moves the rig and is in no voltage: slow, never the "
-            "same twice, and no fault of a model. A run without correction adds it up for minutes.",
+            "process noise",
+            "Torques that are in no voltage, such as draughts and the pull of the cable. They are slow, differ in "
+            "every run, and are no fault of the model. A free run adds them up over the whole log.",
         ),
         (
             "noise floor",
-            "Error of the corrected model on data that it made itself, driven by noise of the residual's size and "
-            "colour. What the residual still hides counts as noise there, so an error at the floor says that nothing "
-            "is left that this noise would not explain as well. A dash: the model runs away from the rig even over a "
-            "few seconds, and no floor can be computed.",
+            "Error of the corrected model on data that it generated itself, driven by noise of the residual's size and "
+            "spectrum. If an error is at the floor, noise like the residual explains all of it. A dash: the model is "
+            "unstable, and no floor can be computed.",
         ),
         (
             "Ljung-Box p",
             "Probability that white noise is as correlated with its own past over two seconds as the residual is. "
-            "A small p after is no alarm by itself: a law of friction or thrust is an idealisation, and with thousands "
-            "of samples the test sees imperfections far below what matters for a prediction. It says that the model "
-            "is not exact; the errors against the noise floor say how much that costs.",
+            "A small p says that the model is not exact. With thousands of samples the test also sees imperfections "
+            "far below what matters for a prediction; the errors against the noise floor say how much they cost.",
         ),
         (
             "times its 95 % bound",
-            "The correlation of the residual with the voltages of the past two seconds, the largest of 50 lags. One "
-            "lag alone stays below 1 in 95 of 100 clean records, the largest of 50 reaches some 1.6.",
+            "Largest correlation, over 50 lags, of the residual with the voltages of the past two seconds. In clean "
+            "records a single lag stays below 1 in 95 of 100 cases, and the largest of 50 lags reaches about 1.6.",
         ),
     ]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from heli_identifier.tracing import NOT_SHOWN, NOT_TESTABLE, CatalogueVerdict, Diagnosis, experiment_for
+from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict, experiment_for
 from heli_identifier.workbench.report.figures.ambiguity_map import CONFUSED, ambiguity_map
 from heli_identifier.workbench.report.rounding import significant
 from heli_identifier.workbench.report.sentences import effect_name, effect_title, listed
@@ -14,16 +14,16 @@ LOOSE, MOST_LOOSE = 0.1, 3
 
 def map_svg(diagnosis: Diagnosis) -> str:
     """Give the map of visibility and ambiguity."""
-    visible = {f"{entry.name} {entry.axis}": entry.visibility for entry in diagnosis.catalogue}
-    names = diagnosis.correlation_names
-    labels = [effect_name(*name.rsplit(" ", 1)) for name in names]
-    return ambiguity_map(labels, diagnosis.correlation, [visible.get(name, 0.0) for name in names])
+    visible = {(entry.name, entry.axis): entry.visibility for entry in diagnosis.catalogue}
+    entries = diagnosis.correlation_labels
+    labels = [effect_name(*entry) for entry in entries]
+    return ambiguity_map(labels, diagnosis.correlation, [visible.get(entry, 0.0) for entry in entries])
 
 
 def confused_lines(diagnosis: Diagnosis) -> list[str]:
     """Give the pairs of effects that these logs cannot tell apart."""
     correlation = np.abs(diagnosis.correlation)
-    names = [effect_name(*name.rsplit(" ", 1)) for name in diagnosis.correlation_names]
+    names = [effect_name(*entry) for entry in diagnosis.correlation_labels]
     return [
         f"{names[row]} and {names[column]}: correlation {significant(float(diagnosis.correlation[row, column]), 2)}"
         for row in range(len(names))
@@ -33,25 +33,25 @@ def confused_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def experiment_entries(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give every experiment that would settle something, and why: ambiguity, no visibility, a loose bound."""
+    """Give every experiment that would help, and why: an ambiguity, too little visibility, a loose bound."""
     wanted: dict[str, list[str]] = {}
     for found in diagnosis.effects:
         if found.experiment:
             wanted.setdefault(found.experiment, []).append(f"{effect_title(found).lower()} is ambiguous")
     for entry in diagnosis.catalogue:
-        if entry.experiment and entry.verdict == NOT_TESTABLE:
+        if entry.experiment and entry.verdict == Verdict.NOT_TESTABLE:
             wanted.setdefault(entry.experiment, []).append(f"{effect_name(entry.name, entry.axis)} is not testable")
     loosest = sorted(diagnosis.catalogue, key=_looseness, reverse=True)[:MOST_LOOSE]
     for entry in (entry for entry in loosest if _looseness(entry) > LOOSE):
         share = f"{100.0 * _looseness(entry):.0f} %"
-        why = f"{effect_name(entry.name, entry.axis)} may still have {share} of its plausible range"
+        why = f"{effect_name(entry.name, entry.axis)} may still reach {share} of its plausible range"
         wanted.setdefault(experiment_for(entry.name), []).append(why)
     return [(listed(names), text) for text, names in wanted.items()]
 
 
 def _looseness(entry: CatalogueVerdict) -> float:
     """Upper bound of an effect that was not shown, as a share of its plausible range."""
-    if entry.verdict != NOT_SHOWN or entry.upper_bound is None:
+    if entry.verdict != Verdict.NOT_SHOWN or entry.upper_bound is None:
         return 0.0
     known = catalogue_effect(entry.name, entry.axis)
     return entry.upper_bound / max(abs(known.lower), abs(known.upper))

@@ -1,4 +1,4 @@
-"""report.html: one page that holds everything, its figures, its style and nothing from elsewhere."""
+"""A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
 
 from collections.abc import Mapping
 from importlib.resources import files
@@ -6,7 +6,7 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-from heli_identifier.tracing import NOT_SHOWN, Diagnosis
+from heli_identifier.tracing import Diagnosis, Verdict
 from heli_identifier.workbench.report.figures.held_out import (
     autocorrelation_figure,
     free_run_figure,
@@ -14,14 +14,15 @@ from heli_identifier.workbench.report.figures.held_out import (
     spectrum_figure,
 )
 from heli_identifier.workbench.report.figures.intervals import error_figure, parameter_figure
-from heli_identifier.workbench.report.figures.style import inline_svg
+from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg
 from heli_identifier.workbench.report.found import effect_entries
 from heli_identifier.workbench.report.glossary import glossary
 from heli_identifier.workbench.report.outlook import confused_lines, experiment_entries, map_svg
 from heli_identifier.workbench.report.residuals import residual_text
 from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.sentences import SYMBOLS, effect_name, verdict_sentence
+from heli_identifier.workbench.report.sentences import effect_name, verdict_sentence
 from heli_identifier.workbench.report.tables import (
+    ERROR_COLUMNS,
     catalogue_remarks,
     catalogue_rows,
     data_rows,
@@ -44,13 +45,13 @@ _SECTIONS = (
     ("words", "Words"),
 )
 _CAPTIONS = (
-    ("free-run", free_run_figure, "The plant left alone under the log's voltages, beside the measurement."),
-    ("residual", residual_figure, "What is left: the innovations of the observer, as an acceleration."),
+    ("free-run", free_run_figure, "Simulation under the log's voltages, never corrected, and the measurement."),
+    ("residual", residual_figure, "The innovations of the observer, as an acceleration."),
     ("spectrum", spectrum_figure, "Power spectral density of the residual."),
     (
         "correlation",
         autocorrelation_figure,
-        "Autocorrelation of the whitened residual; white noise keeps the bounds at 95 of 100 lags.",
+        "Autocorrelation of the whitened residual; that of white noise stays inside the bounds at 95 of 100 lags.",
     ),
 )
 
@@ -76,7 +77,6 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         sentence=verdict_sentence(diagnosis),
         sections=_SECTIONS,
         cards=summary_cards(diagnosis),
-        symbols=SYMBOLS,
         threshold=significant(float(diagnosis.settings["threshold"]), 2),
         significance=f"{100.0 * float(diagnosis.settings['significance']):g} %",
         effects=effect_entries(diagnosis),
@@ -89,8 +89,8 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         panels=_panels(diagnosis),
         parameters=parameter_rows(diagnosis),
         parameter_figure=_parameter_svg(diagnosis) if moved else "",
-        catalogue=[row for row in rows if row["verdict"] != NOT_SHOWN],
-        not_shown=[row for row in rows if row["verdict"] == NOT_SHOWN],
+        catalogue=[row for row in rows if row["verdict"] != Verdict.NOT_SHOWN],
+        not_shown=[row for row in rows if row["verdict"] == Verdict.NOT_SHOWN],
         reasons=catalogue_remarks(diagnosis),
         map=map_svg(diagnosis),
         confused=confused_lines(diagnosis),
@@ -115,7 +115,7 @@ def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     panels = []
     for number, series in enumerate(diagnosis.series):
         for axis, report in diagnosis.axes.items():
-            where = f" on {series.name}" if len(diagnosis.series) > 1 else ""
+            where = f" on {series.log.name}" if len(diagnosis.series) > 1 else ""
             figures = [
                 {
                     "svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),
@@ -125,3 +125,25 @@ def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             ]
             panels.append({"title": f"{axis.capitalize()}{where}", "text": residual_text(report), "figures": figures})
     return panels
+
+
+_ON_ANY_GROUND = {"ink": "currentColor", "muted": "currentColor", "grid": "rgba(128, 128, 128, .3)"}
+"""Colours that follow the notebook's own theme, which this cannot know."""
+
+
+def notebook_view(diagnosis: Diagnosis) -> str:
+    """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    template = environment.from_string((_TEMPLATES / "notebook.html.j2").read_text(encoding="utf-8"))
+    return template.render(
+        colours={**COLOURS, **_ON_ANY_GROUND},
+        sentence=verdict_sentence(diagnosis),
+        remarks=diagnosis.notes,
+        effects=effect_entries(diagnosis),
+        withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
+        error_columns=ERROR_COLUMNS,
+        errors=[tuple(row.values()) for row in error_rows(diagnosis.axes)],
+        parameters=[
+            (row["name"], row["meaning"], row["before"], row["after"], row["unit"]) for row in parameter_rows(diagnosis)
+        ],
+    )

@@ -1,4 +1,4 @@
-"""Numbers as people read them: as many digits as the uncertainty leaves, units with real superscripts."""
+"""The one way of writing numbers: as many digits as the uncertainty leaves, units with superscripts."""
 
 from math import floor, isfinite, log10
 
@@ -58,7 +58,7 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
 
 
 SMALLEST_P = 1e-4
-"""P value below which only that is said: the tails of a test's distribution are not known any better."""
+"""A smaller p value is written as a bound: the tails of a test's distribution are not known any better."""
 
 
 def p_text(p: float) -> str:
@@ -67,7 +67,7 @@ def p_text(p: float) -> str:
 
 
 def is_known(figure: ErrorFigure | None) -> bool:
-    """Whether there is a figure: no rig has an error of zero, which stands for a noise floor that has none."""
+    """Whether there is a figure; an error of zero stands for a noise floor that could not be computed."""
     return figure is not None and figure.high > 0.0
 
 

@@ -4,58 +4,45 @@ import re
 from collections.abc import Sequence
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AMBIGUOUS, MODEL_ADEQUATE, NOT_TESTABLE, UNKNOWN, AxisReport, Diagnosis, FoundEffect
+from heli_identifier.tracing import (
+    AxisReport,
+    Diagnosis,
+    FoundEffect,
+    NamedShape,
+    PeriodicShape,
+    RigVerdict,
+    Verdict,
+    Withdrawal,
+)
 from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_plant.parameters import BY_FIELD
 
 VARIABLES = {
-    "pitch": "pitch",
-    "elevation": "elevation",
-    "travel": "travel",
-    "pitch_rate": "pitch rate",
-    "elevation_rate": "elevation rate",
-    "travel_rate": "travel rate",
     "mu_sum": "sum of the rotors' voltages",
     "mu_diff": "difference of the rotors' voltages",
     "mu_s": "sum of the rotors' voltages",
     "d mu_s / dt": "rate of the sum of the rotors' voltages",
-    "time": "time",
 }
-"""Variables of a torque as words."""
+"""Variables of a torque as words, where their names do not say it."""
 
-MEANINGS = {
-    "a_wx": "pitch damping",
-    "a_th": "pitch stiffness",
-    "k_x": "pitch gain",
-    "theta0": "pitch at rest",
-    "a_wz": "elevation damping",
-    "a_e": "elevation stiffness",
-    "a_1": "elevation offset",
-    "a_lt": "pitch and travel coupling",
-    "k_z": "elevation gain",
-    "a_wy": "travel damping",
-    "k_y": "travel gain",
-    "T_m": "motor time constant",
-}
-"""The paper's symbols (Table 2) as words."""
-
-SYMBOLS = {
-    "a_wx": "a_ωx", "a_th": "a_θ", "k_x": "k_x", "theta0": "θ_0", "a_wz": "a_ωz", "a_e": "a_ε", "a_1": "a_1",
-    "a_lt": "a_λθ", "k_z": "k_z", "a_wy": "a_ωy", "k_y": "k_y",
-}  # fmt: skip
-"""The paper's symbols, the subscript after an underscore."""
-
-
-_LETTERS = {
-    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "w": "ω", "mu_s": "μ_s", "w_s": "ω_s",
-    "w_b": "ω_b", "theta0": "θ_0", "eps_ground": "ε_ground", "eps_g": "ε_g",
+_GREEK = {
+    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "tau": "τ", "w": "ω", "mu": "μ",
 }  # fmt: skip
 
 
 def law_text(law: str) -> str:
     """Give a law of the catalogue with Greek letters, real minus signs and superscripts."""
-    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _LETTERS.get(word[0], word[0]), law)
+    text = re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda word: _letter(word[0]), law)
     text = re.sub(r"abs\(([^)]*)\)", r"|\1|", text)
     return text.replace("->", "→").replace("^2", "²").replace("-", "−")
+
+
+def _letter(word: str) -> str:
+    """Give a symbol of a law as it is typeset, its subscript after an underscore."""
+    if word in BY_FIELD and BY_FIELD[word].symbol:
+        return BY_FIELD[word].symbol
+    head, mark, subscript = word.partition("_")
+    return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
 WORTH_SAYING = 1.03
@@ -63,15 +50,20 @@ WORTH_SAYING = 1.03
 
 
 def effect_name(name: str, axis: str) -> str:
-    """Give an effect as words: ``dry friction of the pitch``."""
+    """Give an effect as words: ``dry friction on the pitch``."""
     if axis == "rotors":
         return f"{name.replace('_', ' ')} of the rotors"
     return f"{name.replace('_', ' ')} on the {axis}"
 
 
-def meaning(symbol: str, value: Estimate) -> str:
-    """Give a parameter's symbol as words, and whether it was given."""
-    return f"{MEANINGS.get(symbol, symbol)}{', given' if value.standard_error is None else ''}"
+def meaning(field: str) -> str:
+    """Give a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
+    return BY_FIELD[field].name.replace(".", " ").replace("_", " ")
+
+
+def meaning_of(field: str, value: Estimate) -> str:
+    """Give a parameter as words, and whether it was given rather than estimated."""
+    return f"{meaning(field)}{', given' if value.standard_error is None else ''}"
 
 
 def variable_name(variable: str) -> str:
@@ -88,10 +80,10 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
-    if diagnosis.verdict == MODEL_ADEQUATE:
+    if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
         return _nothing_shown(diagnosis)
-    named = [effect for effect in diagnosis.effects if effect.name != "unknown"]
-    unknown = [effect for effect in diagnosis.effects if effect.name == "unknown"]
+    named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
+    unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
     parts = []
     if named:
         parts.append(f"The rig has {listed([found_effect(effect) for effect in named])}, which the model lacks")
@@ -102,8 +94,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
 
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
-    """Say that nothing was found, which is no proof that nothing is there, and how well the model predicts."""
-    untested = sum(entry.verdict == NOT_TESTABLE for entry in diagnosis.catalogue)
+    """Say that no effect was found, how many could not be tested, and how well the model predicts."""
+    untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
     errors = listed([significant(1e3 * report.after.prediction_1s.value) for report in diagnosis.axes.values()])
@@ -118,24 +110,30 @@ def found_effect(effect: FoundEffect) -> str:
     text = effect_name(effect.name, effect.axis)
     if effect.coefficient is not None:
         text += f" (c = {with_interval(effect.coefficient)})"
-    if effect.verdict == AMBIGUOUS:
+    if effect.verdict == Verdict.AMBIGUOUS:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
-        text += f" or, as likely, {listed(rivals, 'or')}" if rivals else ""
+        text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
     return text
 
 
 def unknown_effect(effect: FoundEffect) -> str:
     """Give an unknown effect by its axis and what it depends on."""
-    frequency = effect.shape.get("frequency_hz")
-    if frequency is not None:
-        return f"a periodic torque on the {effect.axis} at {significant(float(frequency))} Hz"
-    return f"a torque on the {effect.axis} that depends on the {variable_name(str(effect.shape.get('variable', '')))}"
+    shape = effect.shape
+    if isinstance(shape, PeriodicShape):
+        return f"a periodic torque on the {effect.axis} at {significant(shape.frequency_hz)} Hz"
+    variable = "" if isinstance(shape, NamedShape) else variable_name(shape.variable)
+    return f"a torque on the {effect.axis} that depends on the {variable}"
 
 
 def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
-    text = unknown_effect(effect) if effect.verdict == UNKNOWN else effect_name(effect.name, effect.axis)
+    text = unknown_effect(effect) if effect.verdict == Verdict.UNKNOWN else effect_name(effect.name, effect.axis)
     return text[:1].upper() + text[1:]
+
+
+def withdrawn_sentence(entry: Withdrawal) -> str:
+    """Say that an effect was withdrawn, and why."""
+    return f"Withdrawn: {effect_name(entry.name, entry.axis)}: {entry.why}."
 
 
 def _gain(diagnosis: Diagnosis) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.tracing import AMBIGUOUS, NOT_SHOWN, NOT_TESTABLE, SHOWN, UNKNOWN, AxisReport, Diagnosis
+from heli_identifier.tracing import AxisReport, Diagnosis, Verdict
 from heli_identifier.workbench.report.rounding import (
     acceleration_text,
     angle_text,
@@ -12,9 +12,13 @@ from heli_identifier.workbench.report.rounding import (
     unit_text,
     with_interval,
 )
-from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
+from heli_identifier.workbench.report.sentences import effect_name, listed, meaning_of
+from heli_plant.parameters import BY_FIELD
 
-KINDS = {SHOWN: "shown", AMBIGUOUS: "ambiguous", UNKNOWN: "unknown", NOT_SHOWN: "open", NOT_TESTABLE: "open"}
+KINDS = {
+    Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.NOT_SHOWN: "open",
+    Verdict.NOT_TESTABLE: "open",
+}  # fmt: skip
 """Style of a verdict."""
 
 ERRORS = (
@@ -25,8 +29,11 @@ ERRORS = (
 )
 """Fields of an error, what they are called, and how they are written."""
 
-SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be a hint"}
-"""Settings whose names say too little."""
+ERROR_COLUMNS = ("axis", "error on held-out logs", "before", "after", "noise floor")
+"""Head of a table of :func:`error_rows`."""
+
+SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be suggestive"}
+"""What settings are called whose names alone are not clear."""
 
 _ENDINGS = {"_rad_s": "rad/s", "_s": "s", "_V": "V", "_hz": "Hz"}
 """Endings of a setting's name that state its unit."""
@@ -38,7 +45,7 @@ def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
     for axis, report in diagnosis.axes.items():
         before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
         floor = report.noise_floor.prediction_1s
-        known = f"{significant(1e3 * floor.value)} mrad" if is_known(floor) else "–: the model runs away from the rig"
+        known = f"{significant(1e3 * floor.value)} mrad" if is_known(floor) else "–: the model is unstable"
         cards.append(
             {
                 "label": f"{axis}, 1 s prediction error",
@@ -71,7 +78,8 @@ def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
     return [
         {
             "name": name,
-            "meaning": meaning(name, value),
+            "symbol": BY_FIELD[name].symbol,
+            "meaning": meaning_of(name, value),
             "unit": unit_text(value.unit),
             "before": with_interval(before[name], unit=False) if name in before else "–",
             "after": with_interval(value, unit=False),
@@ -93,7 +101,7 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "axis": entry.axis,
             "verdict": entry.verdict,
             "kind": KINDS[entry.verdict],
-            "off": entry.verdict == NOT_TESTABLE,
+            "off": entry.verdict == Verdict.NOT_TESTABLE,
             "estimate": with_interval(entry.estimate, unit=False),
             "unit": unit_text(entry.estimate.unit),
             "bound": "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
@@ -105,12 +113,11 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give the reasons that say more than the row does: not testable, a hint, withdrawn."""
-    telling = ("hint", "withdrawn")
+    """Give the reasons of the entries that are not testable, suggestive or withdrawn."""
     return [
         (effect_name(entry.name, entry.axis), entry.why)
         for entry in diagnosis.catalogue
-        if entry.verdict == NOT_TESTABLE or any(word in entry.why for word in telling)
+        if entry.verdict == Verdict.NOT_TESTABLE or entry.suggestive or entry.withdrawn
     ]
 
 

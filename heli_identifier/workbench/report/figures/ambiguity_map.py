@@ -1,7 +1,8 @@
-"""Which effects these logs can see, and which they cannot tell apart, as one map.
+"""Visibility of the effects and correlation of their signatures as one map.
 
 Left of the diagonal each square is the correlation between the signatures of two effects, after everything that the
-fitted parameters can imitate has been taken out; the bar at the right is what that leaves of an effect's signature.
+fitted parameters can imitate has been taken out; the bar at the right is the effect's visibility, what that leaves of
+its signature.
 Drawn as SVG by hand: a thousand squares need a few bytes each that way.
 """
 
@@ -38,7 +39,7 @@ def ambiguity_map(names: Sequence[str], correlation: NDArray[np.float64], visibi
     width, height = right + BAR + 46.0, top + count * CELL + 6.0
     parts = [
         f'<svg class="map" role="img" viewBox="0 0 {width:g} {height:g}" style="--map-width: {width:g}px" '
-        'aria-label="Correlation between the signatures of the effects, and how visible each is">'
+        'aria-label="Correlation between the signatures of the effects, and the visibility of each">'
     ]
     for row, name in enumerate(names):
         y = top + row * CELL
@@ -51,7 +52,7 @@ def ambiguity_map(names: Sequence[str], correlation: NDArray[np.float64], visibi
             place = f'x="{right:g}" y="{y + 3:g}" width="{length:.1f}" height="{CELL - 6:g}"'
             parts.append(f'<rect class="{kind}" {place}/>')
         parts.append(_text(right + BAR + 4.0, y + 11.0, f"{100.0 * share:.0f} %", "start"))
-    parts.append(_text(right, top - 5.0, "visible", "start"))
+    parts.append(_text(right, top - 5.0, "visibility", "start"))
     return "".join([*parts, "</svg>"])
 
 

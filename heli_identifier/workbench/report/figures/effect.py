@@ -2,10 +2,10 @@
 
 from matplotlib.figure import Figure
 
-from heli_identifier.tracing import HIGHEST_LINE, LOWEST_LINE, EffectCurve, HeldOutSeries
-from heli_identifier.workbench.report.figures.spectrum import power_density
+from heli_identifier.tracing import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, EffectCurve, HeldOutSeries
+from heli_identifier.workbench.report.figures.held_out import power_density
 from heli_identifier.workbench.report.figures.style import AFTER, BAND, MEASURED, canvas, key, styled
-from heli_identifier.workbench.report.rounding import power_text, unit_text
+from heli_identifier.workbench.report.rounding import power_text, significant, unit_text
 from heli_identifier.workbench.report.sentences import variable_name
 from heli_plant.effects import AXES
 
@@ -16,7 +16,7 @@ def effect_figure(curve: EffectCurve) -> Figure:
     figure, (axes,) = canvas(5.2, 3.3)
     x, y, low, high = curve.curve.T
     axes.fill_between(x, low, high, color=BAND, alpha=0.7, linewidth=0, label="95 % band")
-    law = "fitted curve" if curve.name == "unknown" else curve.name.replace("_", " ")
+    law = curve.name.replace("_", " ") if len(curve.points) else "fitted curve"
     axes.plot(x, y, color=AFTER, linewidth=2.0, label=law)
     if len(curve.points):
         axes.plot(*curve.points.T, "o", color=MEASURED, markersize=4.5, label="data")
@@ -31,9 +31,9 @@ def line_figure(series: HeldOutSeries, axis: str, frequency: float) -> Figure:
     """Draw the spectrum of an axis's residual on a held-out log around a periodic torque of ``frequency`` [Hz]."""
     residual = series.residual_after[:, AXES.index(axis)]
     found, power = power_density(residual, series.residual_step, len(residual))
-    near = (found >= LOWEST_LINE) & (found <= HIGHEST_LINE)
+    near = (found >= LOWEST_FREQUENCY) & (found <= HIGHEST_FREQUENCY)
     figure, (axes,) = canvas(5.2, 3.3)
-    axes.axvline(frequency, color=BAND, linewidth=5.0, label=f"{frequency:.3g} Hz")
+    axes.axvline(frequency, color=BAND, linewidth=5.0, label=f"{significant(frequency)} Hz")
     axes.semilogy(found[near], power[near], color=AFTER, linewidth=1.0, label="residual")
     axes.yaxis.set_major_formatter(power_text)
     axes.set_xlabel("frequency [Hz]")

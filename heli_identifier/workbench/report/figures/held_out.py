@@ -3,10 +3,10 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.mlab import psd
 from numpy.typing import NDArray
 
 from heli_identifier.tracing import HeldOutSeries
-from heli_identifier.workbench.report.figures.spectrum import power_density
 from heli_identifier.workbench.report.figures.style import (
     AFTER,
     BAND,
@@ -35,8 +35,7 @@ SEGMENT = 256
 def free_run_figure(series: HeldOutSeries, axis: str) -> Figure:
     """Draw what was measured, and what the plant before and after makes of the same voltages."""
     index = AXES.index(axis)
-    time = np.arange(len(series.measured)) * series.step
-    measured = series.measured[:, index]
+    time, measured = series.log.time, series.log.angles[:, index]
     figure, (above, below) = canvas(heights=(1.6, 1.0))
     above.plot(*thinned(time, measured), color=MEASURED, linewidth=2.4, label="measured")
     for run, colour, label in _pair(series.free_run_before, series.free_run_after):
@@ -111,6 +110,32 @@ def autocorrelation(values: NDArray[np.float64], lags: int) -> NDArray[np.float6
     centred = values - values.mean()
     power = max(float(centred @ centred), 1e-300)
     return np.array([float(centred[lag:] @ centred[:-lag]) / power for lag in range(1, lags + 1)])
+
+
+def power_density(
+    values: NDArray[np.float64], step: float, segment: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """One-sided power spectral density by averaged periodograms, under Hann windows (Welch 1967).
+
+    Parameters
+    ----------
+    values : NDArray, shape (N,)
+    step : float
+        Sampling period [s].
+    segment : int
+        Samples of a segment; half of it overlaps the next. At most N are taken.
+
+    Returns
+    -------
+    frequency : NDArray, shape (F,)
+        [Hz].
+    power : NDArray, shape (F,)
+        Square of the unit of ``values`` per Hz.
+    """
+    # matplotlib's own rather than scipy's: a process that only draws need not load all of scipy.signal
+    size = min(segment, len(values))
+    power, frequency = psd(values, NFFT=size, Fs=1.0 / step, noverlap=size // 2, detrend="mean")
+    return np.asarray(frequency), np.asarray(power)
 
 
 def _bounded(axes: Axes, low: float, high: float) -> None:

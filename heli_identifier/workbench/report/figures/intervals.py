@@ -8,7 +8,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.tracing import AxisReport, ErrorFigure
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, THIRD, canvas, key, styled
 from heli_identifier.workbench.report.rounding import is_known
-from heli_identifier.workbench.report.sentences import MEANINGS
+from heli_identifier.workbench.report.sentences import meaning
 
 FARTHEST = 12.0
 """Half-widths beyond which a parameter is drawn at the edge: how far it lies off then no longer matters."""
@@ -50,7 +50,7 @@ def parameter_figure(before: Mapping[str, Estimate], after: Mapping[str, Estimat
         axes.plot(_clipped(offset), row, marker, color=BEFORE, markersize=6.0)
     axes.plot([], [], "o", color=BEFORE, markersize=6.0, label="before, with 95 % interval")
     axes.set_xlim(-1.05 * FARTHEST, 1.05 * FARTHEST)
-    axes.set_yticks(range(len(names)), [MEANINGS.get(name, name) for name in names])
+    axes.set_yticks(range(len(names)), [meaning(name) for name in names])
     axes.invert_yaxis()
     axes.grid(False, axis="y")
     axes.set_xlabel("value before less value after\n[half-widths of the interval after]")

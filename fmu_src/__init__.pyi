@@ -1,0 +1,28 @@
+from .builder import UNITS, build, build_all, unit_class
+from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
+from .units.signals import AXES
+from .variables import Value, Variable, problem_with
+from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Connection, Scenario, scenario
+
+__all__ = [
+    "AXES",
+    "CLOSED_LOOP",
+    "OPEN_LOOP",
+    "SCENARIOS",
+    "UNITS",
+    "VOLTAGES",
+    "BuildError",
+    "Connection",
+    "FmuError",
+    "MasterError",
+    "Refusal",
+    "Scenario",
+    "Value",
+    "Variable",
+    "WiringError",
+    "build",
+    "build_all",
+    "problem_with",
+    "scenario",
+    "unit_class",
+]

@@ -1,0 +1,132 @@
+"""From a model and its scans to the values of a diagnosis: effects, catalogue, parameters."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing.prediction.fit import BASE, Fit
+from heli_identifier.tracing.search.candidates import shape_fields
+from heli_identifier.tracing.search.description import described
+from heli_identifier.tracing.search.experiments import separating
+from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
+from heli_identifier.tracing.search.model import Model, effect_score
+from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
+from heli_identifier.tracing.search.scan import Scan
+from heli_identifier.tracing.search.selection import Selection
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
+from heli_plant.effects import Effect
+from heli_plant.parameters import BY_FIELD
+
+
+def found_effects(
+    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]]
+) -> tuple[FoundEffect, ...]:
+    """Named and unknown effects, strongest evidence first."""
+    found = []
+    for effect in model.effects:
+        others = rivals[effect.field]
+        found.append(
+            FoundEffect(
+                effect.name,
+                effect.axis,
+                model.fit.estimate(effect.field),
+                Verdict.AMBIGUOUS if others else Verdict.SHOWN,
+                tuple((other.name, other.axis) for other in others),
+                _shape(model.fit, effect),
+                effect_score(model.fit, effect),
+                agreed[effect.field],
+                separating(effect.name, others[0].name) if others else "",
+            )
+        )
+    for index, unknown in enumerate(model.unknowns):
+        shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
+        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score))
+    return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def _shape(fit: Fit, effect: Effect) -> NamedShape:
+    """Shape parameters of an effect; those that were not estimated have no standard error."""
+    estimated = shape_fields(effect)
+    return NamedShape(
+        {
+            shape.name: Estimate(
+                getattr(fit.parameters, shape.field),
+                fit.standard_error(shape.field) if shape.field in estimated else None,
+                shape.unit,
+            )
+            for shape in effect.shapes
+        }
+    )
+
+
+def parameter_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Parameters of the simplified model by the paper's symbols; one that was given has no standard error."""
+    return {
+        field: fit.estimate(field)
+        if field in fit.free
+        else Estimate(getattr(fit.parameters, field), None, BY_FIELD[field].unit)
+        for field in (*BASE, "T_m")
+    }
+
+
+def effect_estimates(fit: Fit) -> dict[str, Estimate]:
+    """Coefficients and shapes that a fit estimates, by the plant's fields."""
+    return {field: fit.estimate(field) for field in fit.free if field not in BASE}
+
+
+def catalogue_verdicts(
+    selection: Selection, model: Model, effects: Sequence[FoundEffect], withdrawn: Sequence[Withdrawal]
+) -> tuple[CatalogueVerdict, ...]:
+    """One verdict per entry: those in the model first, then what the last scan says of the others."""
+    in_model = {(e.name, e.axis): e for e in effects if e.coefficient is not None}
+    verdicts = []
+    for effect in model.effects:
+        found = in_model[(effect.name, effect.axis)]
+        estimate = found.coefficient
+        assert estimate is not None
+        why = f"score {found.score:+.1f}, {selection.threshold:.1f} needed"
+        verdicts.append(
+            CatalogueVerdict(
+                effect.name, effect.axis, found.verdict, estimate, found.score, _visibility(selection, effect),
+                upper_bound(effect, estimate), why, found.experiment,
+            )
+        )  # fmt: skip
+    reasons = {(name, axis): why for name, axis, why in withdrawn}
+    verdicts.extend(open_verdicts(selection.last.scanned, selection.threshold, selection.suggestive_level))
+    listed = {(v.name, v.axis) for v in verdicts}
+    for verdict in open_verdicts(selection.null.scanned, selection.threshold, selection.suggestive_level):
+        key = (verdict.name, verdict.axis)
+        if key not in listed:
+            if key in reasons:
+                verdict = replace(verdict, why=f"withdrawn: {reasons[key]}", suggestive=False, withdrawn=True)
+            verdicts.append(replace(verdict, verdict=Verdict.NOT_SHOWN))
+    return tuple(verdicts)
+
+
+def _visibility(selection: Selection, effect: Effect) -> float:
+    """Visibility of an effect at the null model."""
+    scanned = selection.null.scanned
+    own = [scanned.visibility[i] for i, c in enumerate(scanned.candidates) if c.effect.field == effect.field]
+    return float(max(own, default=0.0))
+
+
+def correlation(scanned: Scan) -> tuple[tuple[tuple[str, str], ...], NDArray[np.float64]]:
+    """Correlations between the signatures of the catalogue's entries, each at its candidate of the largest score.
+
+    Returns
+    -------
+    labels : tuple of (name, axis)
+    matrix : NDArray, shape (K, K)
+    """
+    best: dict[str, int] = {}
+    for index, candidate in enumerate(scanned.candidates):
+        field = candidate.effect.field
+        if field not in best or abs(scanned.scores[index]) > abs(scanned.scores[best[field]]):
+            best[field] = index
+    chosen = list(best.values())
+    columns = scanned.directions[:, chosen]
+    entries = [scanned.candidates[i].effect for i in chosen]
+    return tuple((entry.name, entry.axis) for entry in entries), columns.T @ columns

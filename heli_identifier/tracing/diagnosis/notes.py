@@ -1,0 +1,57 @@
+"""What a reader of a diagnosis has to keep in mind: wrong signs, saturation, imitation, axes that got worse."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.diagnosis.signs import sign_notes
+from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.validation.figures import AxisReport
+from heli_identifier.tracing.validation.withdrawal import TOLERATED
+
+
+def diagnosis_notes(
+    null: Fit, model: Model, delivered: Fit, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
+) -> tuple[str, ...]:
+    """Everything that has to be said beside the figures, one sentence each."""
+    return (
+        *sign_notes(parameter_estimates(null)),
+        *_model_notes(model, delivered, settings),
+        *worse_axis_notes(axes),
+    )
+
+
+def worse_axis_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
+    """Name the axes whose 1 s prediction on the held-out logs got worse by more than chance."""
+    notes = []
+    for axis, report in axes.items():
+        before, after = report.before.prediction_1s.value, report.after.prediction_1s.value
+        if after**2 > TOLERATED * before**2:
+            change = f"from {1e3 * before:.3g} to {1e3 * after:.3g} mrad"
+            notes.append(
+                f"the {axis} is predicted worse than before ({change}): of this axis the corrected model is not the "
+                "better one. No effect acts there whose removal improves it by more than chance without costing more "
+                "on the other axes that it acts on"
+            )
+    return tuple(notes)
+
+
+def _model_notes(model: Model, delivered: Fit, settings: DiagnosisSettings) -> tuple[str, ...]:
+    notes = []
+    highest = max(float(np.abs(record.voltages).max()) for record in model.fit.problem.records)
+    if highest > settings.voltage_limit:
+        notes.append(
+            f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
+            "(set the rig's limit in its configuration)"
+        )
+    if delivered is not model.fit:
+        notes.append(
+            "the corrected parameters let the model imitate the unknown torque, which predicts better; coefficients "
+            "listed with the effects are those found beside it"
+        )
+    if not (model.fit.converged and delivered.converged):
+        notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
+    return tuple(notes)

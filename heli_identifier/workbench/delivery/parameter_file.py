@@ -1,0 +1,152 @@
+"""A parameters.json read back: every entry typed, and every value one that the unit takes."""
+
+import json
+from collections.abc import Mapping
+from functools import reduce
+from math import isfinite
+from operator import getitem
+from os import PathLike
+from pathlib import Path
+from reprlib import repr
+from sys import float_info
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import Estimate
+from heli_identifier.tracing import ErrorFigure
+from heli_identifier.workbench.delivery.parameter_set import SCHEMA, Expectation, ParameterSet
+from heli_plant.effects import AXES
+
+Kind = TypeVar("Kind")
+
+
+def read_parameters(path: str | PathLike[str]) -> ParameterSet:
+    """Read a parameters.json, and check that its values are parameters of the unit that it names.
+
+    Parameters
+    ----------
+    path : path
+        As `heli diagnose`, `heli identify` or `heli linearise` writes it.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read, is no JSON or not of the schema, an entry is missing, of the wrong type or not finite,
+        or the unit has no such parameter or does not take its value; file and entry are named.
+    """
+    file = Path(path)
+    if file.is_dir():
+        raise ConfigurationError(f"{path} is a folder; name the parameters.json in it.")
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a parameters.json.") from None
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path} is no JSON: {error}.") from error
+    schema = content.get("schema") if isinstance(content, dict) else None
+    if schema != SCHEMA:
+        raise ConfigurationError(f"{path} must hold an object of schema {SCHEMA!r}, its schema is {repr(schema)}.")
+    try:
+        parameters = _parameter_set(content)
+    except ValueError as error:
+        raise ConfigurationError(
+            f"{path} is damaged: {error}; write it again with `heli diagnose` or `heli identify`."
+        ) from error
+    _check_unit(file, parameters)
+    return parameters
+
+
+Finite = Annotated[float, msgspec.Meta(ge=-float_info.max, le=float_info.max)]
+"""What Python reads as JSON may hold NaN and Infinity."""
+
+
+class _Document(msgspec.Struct):
+    """The sections of a parameters.json; entries are read one by one, so that messages can name them."""
+
+    unit: str
+    values: dict[str, Any]
+    expected: dict[str, Any]
+    provenance: dict[str, Any]
+
+
+class _Value(msgspec.Struct):
+    value: Finite
+    standard_error: Annotated[float, msgspec.Meta(ge=0.0, le=float_info.max)] | None
+    unit: str
+
+
+class _Figure(msgspec.Struct):
+    value: Finite
+    low: Finite
+    high: Finite
+
+
+class _Expected(msgspec.Struct):
+    prediction_1s_rad: _Figure
+    noise_floor_rad: Finite
+
+
+def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
+    document = _typed(content, _Document, "")
+    values = {}
+    for name, entry in document.values.items():
+        row = _typed(entry, _Value, f"values.{name}")
+        values[name] = Estimate(row.value, row.standard_error, row.unit)
+    expected = {}
+    for axis, entry in document.expected.items():
+        if axis not in AXES:
+            raise ValueError(f"expected.{axis} is of no axis; there are {', '.join(AXES)}")
+        judged = _typed(entry, _Expected, f"expected.{axis}")
+        error = judged.prediction_1s_rad
+        expected[axis] = Expectation(ErrorFigure(error.value, error.low, error.high), judged.noise_floor_rad)
+    return ParameterSet(document.unit, values, expected, document.provenance)
+
+
+def _typed(content: Any, kind: type[Kind], place: str) -> Kind:
+    """Give ``content`` as a ``kind``.
+
+    Raises
+    ------
+    ValueError
+        The entry that is of another type, its value, and what was expected.
+    """
+    try:
+        return msgspec.convert(content, kind)
+    except msgspec.ValidationError as error:
+        said, _, path = str(error).partition(" - at `$")
+        keys = [key for key in path.rstrip("`").split(".") if key]
+        value = reduce(getitem, keys, content)
+        where = ".".join([place, *keys] if place else keys)
+        if isinstance(value, float) and not isfinite(value):
+            said = "a finite number is expected"
+        entry = f"{where} = {repr(value)}: " if where else ""
+        raise ValueError(f"{entry}{said[:1].lower()}{said[1:]}") from error
+
+
+def _check_unit(file: Path, parameters: ParameterSet) -> None:
+    """Refuse values that are not parameters of the unit that the file names, or that the unit does not take.
+
+    Raises
+    ------
+    ConfigurationError
+        The first value that is not, and the unit that has them if there is one; or its bounds and unit.
+    """
+    from fmu_src import UNITS, problem_with, unit_class
+
+    if parameters.unit not in UNITS:
+        raise ConfigurationError(f"{file} names the unit {parameters.unit!r}; there are {', '.join(UNITS)}.")
+    names = {name: {v.name: v for v in unit_class(name).variables if v.causality == "parameter"} for name in UNITS}
+    own = names[parameters.unit]
+    foreign = [name for name in parameters.values if name not in own]
+    if not foreign:
+        for name, value in parameters.start_values.items():
+            if problem := problem_with(own[name], value):
+                raise ConfigurationError(f"{file}: {problem}.")
+        return
+    owners = [unit for unit in UNITS if parameters.values.keys() <= names[unit].keys()]
+    whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
+    raise ConfigurationError(f"{file} is of the unit {parameters.unit}, which has no parameter {foreign[0]!r}{whose}.")

@@ -1,0 +1,113 @@
+"""A check: does a model still explain a new log."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+
+from heli_identifier.records import Log
+from heli_identifier.tracing import Outcome, hold_to
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet
+from heli_identifier.workbench.interface import several
+from heli_identifier.workbench.report.rounding import angle_text, significant
+from heli_identifier.workbench.report.small_table import Tabular
+
+
+@dataclass(frozen=True, repr=False)
+class Check(Tabular):
+    """Errors of the 1 s prediction on new logs, held to what a diagnosis expects.
+
+    Attributes
+    ----------
+    outcomes : tuple of Outcome
+        One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``.
+    """
+
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every axis of every log keeps its limit."""
+        return all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
+        return [
+            (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
+            for o in self.outcomes
+        ]
+
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return "Error of the 1 s prediction with its 95 % interval"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the outcome as `heli check --json` prints it; angles in rad."""
+        return {
+            "passed": self.passed,
+            "axes": [
+                {
+                    "log": outcome.log,
+                    "axis": outcome.axis,
+                    "prediction_1s_rad": outcome.error.value,
+                    "interval": [outcome.error.low, outcome.error.high],
+                    "limit_rad": outcome.limit,
+                    "passed": outcome.passed,
+                }
+                for outcome in self.outcomes
+            ],
+        }
+
+    def junit(self) -> str:
+        """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
+        failures = sum(not outcome.passed for outcome in self.outcomes)
+        counts = {"tests": str(len(self.outcomes)), "failures": str(failures), "errors": "0", "skipped": "0"}
+        root = ElementTree.Element("testsuite", {"name": "heli check", **counts})
+        for outcome in self.outcomes:
+            name = f"{outcome.axis} 1 s prediction"
+            case = ElementTree.SubElement(root, "testcase", classname=outcome.log, name=name)
+            error, limit = (significant(1e3 * angle, 4) for angle in (outcome.error.value, outcome.limit))
+            figures = f"error {error} mrad, limit {limit} mrad"
+            if not outcome.passed:
+                ElementTree.SubElement(case, "failure", message=figures)
+            ElementTree.SubElement(case, "system-out").text = figures
+        ElementTree.indent(root)
+        return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+    def __repr__(self) -> str:
+        failed = [f"{outcome.axis} of {outcome.log}" for outcome in self.outcomes if not outcome.passed]
+        return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
+
+
+def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1.3) -> Check:
+    """Hold new logs to the error that a diagnosis found for its corrected model.
+
+    An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
+    on the held-out logs of the diagnosis, or times the noise floor if that is larger.
+
+    Parameters
+    ----------
+    logs : Log or sequence of Log
+        Logs of the same rig.
+    parameters : ParameterSet
+        parameters.json of the diagnosis, from :func:`heli_identifier.read_parameters`.
+    factor : float
+        Error that is allowed, as a multiple of the expected one.
+
+    Returns
+    -------
+    Check
+
+    Raises
+    ------
+    ConfigurationError
+        The parameters are not those of a plant, or come with no error on held-out logs, or the factor is not positive.
+    """
+    return Check(tuple(hold_to(parameters.plant(), parameters.limits(factor), several(logs))))

@@ -1,0 +1,121 @@
+"""A diagnosis from Python: logs in, a frozen value out, and its files where they are wanted."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from heli_identifier.records import Log
+from heli_identifier.tracing import Diagnosis as TracedDiagnosis
+from heli_identifier.tracing import DiagnosisSettings
+from heli_identifier.tracing import diagnose as trace
+from heli_identifier.workbench.delivery.provenance import from_python
+
+RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
+"""Files that :meth:`Diagnosis.write` leaves in a folder."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(TracedDiagnosis):
+    """What a diagnosis found, with ways to show it, to convert it and to write its files.
+
+    Attributes
+    ----------
+    provenance : mapping
+        Command, date, system and versions of the packages that took part. The other attributes are those of
+        :class:`heli_identifier.tracing.diagnosis.result.Diagnosis`.
+    """
+
+    provenance: Mapping[str, Any] = field(default_factory=lambda: from_python("diagnose"))
+
+    def summary(self) -> str:
+        """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
+        from heli_identifier.workbench.report.sentences import verdict_sentence, withdrawn_sentence
+        from heli_identifier.workbench.report.small_table import text_table
+        from heli_identifier.workbench.report.tables import ERROR_COLUMNS, error_rows
+
+        return "\n".join(
+            [
+                verdict_sentence(self),
+                text_table(ERROR_COLUMNS, [tuple(row.values()) for row in error_rows(self.axes)]),
+                *(withdrawn_sentence(entry) for entry in self.withdrawn),
+                *self.notes,
+            ]
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the content of diagnosis.json; docs/reference/files.md describes it."""
+        from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
+
+        return diagnosis_document(self, self.provenance)
+
+    def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
+        """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it does not exist.
+        rig : str
+            What the report calls the rig.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        ConfigurationError
+            The folder cannot be written to.
+        IdentifierError
+            The free run of the corrected unit is not the one that the diagnosis reports.
+        """
+        from heli_identifier.workbench.delivery.result_folder import write_results
+        from heli_identifier.workbench.delivery.staging import whole_folder
+
+        with whole_folder(folder) as draft:
+            write_results(self, self.provenance, rig, draft)
+        return Path(folder)
+
+    def _repr_html_(self) -> str:
+        """Show the diagnosis in a notebook."""
+        from heli_identifier.workbench.report.page import notebook_view
+
+        return notebook_view(self)
+
+
+def diagnose(
+    logs: Log | Sequence[Log],
+    *,
+    held_out: Log | Sequence[Log],
+    settings: DiagnosisSettings | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> Diagnosis:
+    """Find what the simplified model of one rig lacks, and judge the corrected model on held-out logs.
+
+    Parameters
+    ----------
+    logs : Log or sequence of Log
+        Logs that the models are fitted to and that effects are searched in.
+    held_out : Log or sequence of Log
+        Further logs of the same rig. They take no part in fit and search; the errors before and after are theirs.
+    settings : DiagnosisSettings, optional
+        What is given of the rig, and how strict the search is; ``DiagnosisSettings.from_rig`` takes them from a
+        rig's configuration.
+    progress : callable, optional
+        Called with what is being done and the share that is done, 0 to 1.
+
+    Returns
+    -------
+    Diagnosis
+        ``write`` makes its files; a notebook shows it as tables and figures.
+
+    Raises
+    ------
+    LogError
+        No voltage moves, an axis stands still in a log, no log is held out, or two logs share samples.
+    """
+    found = trace(logs, held_out=held_out, settings=settings, progress=progress)
+    return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})

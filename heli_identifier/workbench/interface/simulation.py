@@ -1,0 +1,129 @@
+"""A simulation from Python: the plant of a parameter set under voltages, or under the voltages of a log."""
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.records import Log
+from heli_identifier.tracing import observer_start
+from heli_identifier.workbench.delivery.diagnosis_document import plain
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet
+from heli_identifier.workbench.report.rounding import significant
+from heli_identifier.workbench.report.small_table import Tabular
+from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import simulate as simulate_plant
+from heli_plant.state import PlantState, rest_state
+
+if TYPE_CHECKING:
+    import pandas
+
+SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
+"""Columns of a simulation: voltages [V], angles [rad]."""
+
+STATES = PlantState._fields
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Simulation(Tabular):
+    """A simulated run.
+
+    Attributes
+    ----------
+    time : NDArray, shape (N,)
+        [s].
+    voltages : NDArray, shape (N, 2)
+        Front and rear voltage [V], row k held over [t_k, t_(k+1)).
+    angles : NDArray, shape (N, 3)
+        Pitch, elevation, travel [rad] as the encoders' shafts turn.
+    states : NDArray, shape (N, 12)
+        Columns are the fields of :class:`heli_plant.state.PlantState`, which names their units.
+    """
+
+    time: NDArray[np.float64]
+    voltages: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    states: NDArray[np.float64]
+
+    def to_frame(self) -> "pandas.DataFrame":
+        """Give the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
+
+        The rates and what else belongs to the state follow under the names of
+        :class:`heli_plant.state.PlantState`.
+        """
+        import pandas
+
+        table = np.column_stack((self.voltages, self.angles, self.states[:, 3:]))
+        return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *STATES[3:]])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
+        columns = np.column_stack((self.voltages, self.angles)).T
+        return plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
+
+    @property
+    def title(self) -> str:
+        """Duration and number of samples."""
+        return f"{significant(self.time[-1])} s in {len(self.time)} samples"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("signal", "smallest", "largest", "last")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Range and last value of every voltage and angle."""
+        values = np.column_stack((self.voltages, self.angles)).T
+        units = ("V", "V", "rad", "rad", "rad")
+        return [
+            (f"{name} [{unit}]", *(significant(float(value)) for value in (column.min(), column.max(), column[-1])))
+            for name, unit, column in zip(SIGNALS, units, values, strict=True)
+        ]
+
+    def __repr__(self) -> str:
+        return f"<Simulation: {self.title}>"
+
+
+def simulate(
+    parameters: ParameterSet | PlantParameters,
+    inputs: Log | ArrayLike,
+    *,
+    step: float = 0.01,
+    start: PlantState | None = None,
+) -> Simulation:
+    """Simulate the plant: the simplified model of the paper, eq. (2), (9), (10), (12), with every effect that is on.
+
+    Parameters
+    ----------
+    parameters : ParameterSet or PlantParameters
+        As :func:`heli_identifier.read_parameters` gives them.
+    inputs : Log, or array_like of shape (N, 2)
+        Front and rear voltage [V], each row held for one step. Of a log, its voltages are taken, in its own steps.
+    step : float
+        Sampling period and integration step [s]; without effect where a log is given.
+    start : PlantState, optional
+        State at time 0. By default that of the log's first samples, or rest under no voltage.
+
+    Returns
+    -------
+    Simulation
+
+    Raises
+    ------
+    ConfigurationError
+        The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
+        positive.
+    """
+    plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
+    if isinstance(inputs, Log):
+        voltages, step, start = inputs.voltages, inputs.step, start or observer_start(inputs)
+    else:
+        voltages = np.asarray(inputs, dtype=np.float64)
+        require_positive("step", step, "s")
+    if voltages.ndim != 2 or voltages.shape[1] != 2 or not len(voltages) or not np.isfinite(voltages).all():
+        raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
+    states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
+    return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)

@@ -1,0 +1,87 @@
+"""A pitch at rest that heli.toml gives is kept by every fit, whatever the logs say; without one it is estimated."""
+
+import json
+import os
+
+import pytest
+from typer.testing import CliRunner
+
+from heli_identifier.records import RigConfiguration, demo_logs, read_log
+from heli_identifier.tracing import DiagnosisSettings, diagnose, use_threads
+from heli_identifier.workbench.campaign import Rig
+from heli_identifier.workbench.campaign.row import diagnosed
+from heli_identifier.workbench.commands.app import app
+from heli_plant.parameters import TABLE_2
+
+TRAINING, HELD_OUT = demo_logs("rig-a")
+WRONG = TABLE_2.theta0 + 0.05
+"""Off by 3 degrees, some fifty standard errors of an estimate."""
+
+
+@pytest.fixture(scope="module")
+def logs():
+    return read_log(TRAINING[0], end=60.0), read_log(HELD_OUT[0], end=40.0)
+
+
+def diagnosis_with(logs, rest_pitch):
+    settings = DiagnosisSettings.from_rig(RigConfiguration(rest_pitch=rest_pitch))
+    return diagnose(logs[0], held_out=logs[1], settings=settings)
+
+
+def test_a_given_rest_pitch_is_kept_however_wrong_it_is(logs):
+    result = diagnosis_with(logs, WRONG)
+    # refits with effects and at other filter frequencies lie between the two
+    assert result.plant_before.theta0 == result.plant_after.theta0 == WRONG
+    assert result.effects
+    for parameters in (result.parameters_before, result.parameters_after):
+        assert (parameters["theta0"].value, parameters["theta0"].standard_error) == (WRONG, None)
+        assert parameters["a_th"].standard_error > 0.0
+    assert result.settings["rest_pitch_rad"] == WRONG
+
+
+def test_without_one_the_rest_pitch_is_estimated(logs):
+    result = diagnosis_with(logs, None)
+    found = result.parameters_after["theta0"]
+    assert found.value == pytest.approx(TABLE_2.theta0, abs=4.5 * found.standard_error)
+    assert abs(found.value - WRONG) > 10.0 * found.standard_error
+    assert "rest_pitch_rad" not in result.settings
+
+
+def test_settings_of_a_rig_hold_all_that_its_configuration_states():
+    rig = RigConfiguration(motor_time_constant=0.05, rest_pitch=-0.1)
+    settings = DiagnosisSettings.from_rig(rig, bandwidth=3.0)
+    assert settings == DiagnosisSettings(3.0, motor_time_constant=0.05, rest_pitch=-0.1)
+    assert settings.voltage_limit == rig.format.voltage_limit
+
+
+class Given:
+    """A source of one rig that is there already."""
+
+    rig = "given"
+
+    def __init__(self, loaded):
+        self.load = lambda: loaded
+
+
+def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
+    rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
+    try:
+        row = diagnosed(Given(rig), DiagnosisSettings())
+    finally:
+        use_threads(os.cpu_count() or 1)  # a worker keeps to one
+    assert (row["theta0"], row["theta0_se"]) == (WRONG, None)
+
+
+@pytest.mark.slow
+def test_the_command_passes_the_rest_pitch_of_the_configuration(tmp_path):
+    config = tmp_path / "heli.toml"
+    config.write_text(f"[rig]\nrest_pitch = {WRONG!r}\n[log]\nend = 60.0\n")
+    output = tmp_path / "result"
+    words = ["diagnose", str(TRAINING[0]), "--validate", str(HELD_OUT[0]), "--config", str(config)]
+    said = CliRunner().invoke(app, [*words, "--output", str(output)])
+    assert said.exit_code == 0, said.stderr
+    document = json.loads((output / "diagnosis.json").read_text(encoding="utf-8"))
+    for stage in ("before", "after"):
+        theta0 = document["parameters"][stage]["theta0"]
+        assert (theta0["value"], theta0["standard_error"]) == (WRONG, None)
+    assert json.loads((output / "parameters.json").read_text())["values"]["pitch.rest_angle"]["value"] == WRONG
