@@ -159,6 +159,13 @@ def test_a_weak_effect_that_no_rig_names_shows_if_it_repeats():
     assert "dry friction on the pitch repeats" in fleet_sentence(fleet)
 
 
+def test_what_is_implausible_or_comes_of_chance_repeats_on_no_fleet():
+    # friction that drives; a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
+    for coefficients in ((-0.029, -0.031, -0.028, -0.029), (0.015, 0.014, 0.015, 0.014)):
+        _, effects = over(*(rig({FRICTION: c}) for c in coefficients))
+        assert effects[FRICTION].finding == Finding.NOT_SHOWN
+
+
 def test_an_effect_of_one_rig_is_its_own():
     _, effects = over(rig({FRICTION: 0.5}, [FRICTION]), *(rig({FRICTION: c}) for c in (0.005, -0.004, 0.0)))
     assert (effects[FRICTION].finding, effects[FRICTION].named) == (Finding.OWN, ("rig 1",))
