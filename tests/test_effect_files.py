@@ -26,12 +26,6 @@ FAST = 30.0
 """Rates [rad/s] at which the smoothed sign of dry friction is the sign to the last bit, in milliseconds as well."""
 
 
-def arguments(e):
-    """Names of a law's arguments, in order."""
-    code = e.function.__code__
-    return code.co_varnames[: code.co_argcount]
-
-
 def unit_of(e, name):
     """Unit of an argument, as the catalogue or the list of parameters states it."""
     shapes = {shape.name: shape.unit for shape in e.shapes}
@@ -46,7 +40,7 @@ def drawn(e, seed):
     """Values of a law's arguments, of the order of a fast flight; every sign occurs."""
     random = np.random.default_rng(seed)
     values = {}
-    for name in arguments(e):
+    for name in e.arguments:
         shape = {shape.name: shape for shape in e.shapes}.get(name)
         if name == "c":
             low = max(e.lower, -0.9 * e.upper)
@@ -63,7 +57,7 @@ def drawn(e, seed):
 @pytest.mark.parametrize("e", CATALOGUE, ids=lambda e: e.field)
 def test_arguments_of_a_law_are_of_the_documented_vocabulary(e):
     known = {"c", "horizontal_offset", *VOCABULARY, *BASE, *(shape.name for shape in e.shapes)}
-    assert set(arguments(e)) <= known
+    assert set(e.arguments) <= known
 
 
 # --- the published law ----------------------------------------------------------------------------------------------

@@ -139,6 +139,12 @@ class Effect:
         return f"{self.name}_{self.axis}"
 
     @property
+    def arguments(self) -> tuple[str, ...]:
+        """Names of the law's arguments, in order."""
+        code = self.function.__code__
+        return code.co_varnames[: code.co_argcount]
+
+    @property
     def axes(self) -> tuple[str, ...]:
         """Axes whose motion it changes."""
         return AXES if self.axis == ROTORS else (self.axis,)

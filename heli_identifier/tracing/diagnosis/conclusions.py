@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import BASE, Fit
-from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
@@ -49,12 +48,11 @@ def found_effects(
 
 def _shape(fit: Fit, effect: Effect) -> NamedShape:
     """Shape parameters of an effect; those that were not estimated have no standard error."""
-    estimated = shape_fields(effect)
     return NamedShape(
         {
             shape.name: Estimate(
                 getattr(fit.parameters, shape.field),
-                fit.standard_error(shape.field) if shape.field in estimated else None,
+                fit.standard_error(shape.field) if shape.field in fit.free else None,
                 shape.unit,
             )
             for shape in effect.shapes

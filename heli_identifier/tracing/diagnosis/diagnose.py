@@ -24,6 +24,7 @@ from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.agreement import agreement
 from heli_identifier.tracing.search.ambiguity import alternatives
+from heli_identifier.tracing.search.horizontal import with_horizontal_offset
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.selection import Selection, select
 from heli_identifier.tracing.search.settings import SIGNIFICANCE
@@ -95,7 +96,7 @@ def _diagnosed(
     selection = select(problem, start, settings.free)
     null = selection.null.model.fit
     progress("checking at other filter frequencies", 0.6)
-    model, agreed, unstable = agreement(selection.model, settings.agreement)
+    model, agreed, unstable = agreement(with_horizontal_offset(selection.model), settings.agreement)
     progress("checking on the held-out logs", 0.75)
     model, delivered, not_validated = validate(model, null, held_out)
     withdrawn = (*unstable, *not_validated)

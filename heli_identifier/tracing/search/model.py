@@ -12,6 +12,9 @@ from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
 from heli_plant.effects import AXES, Effect
 
+HORIZONTAL_OFFSET = "horizontal_offset"
+"""Field of the elevation's offset from the horizontal arm, which several effects share."""
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -28,8 +31,8 @@ class Model:
 
     @property
     def base(self) -> tuple[str, ...]:
-        """Fields of the simplified model that its fit estimates."""
-        return tuple(name for name in BASE if name in self.fit.free)
+        """Fields of the simplified model that its fit estimates, and the horizontal offset if it does."""
+        return tuple(name for name in (*BASE, HORIZONTAL_OFFSET) if name in self.fit.free)
 
     @property
     def extra(self) -> Residuals | None:
@@ -54,11 +57,16 @@ class Model:
 
 def free_fields(effects: Sequence[Effect], base: Sequence[str] = BASE) -> tuple[str, ...]:
     """Fields ``base`` of the simplified model, and those of ``effects`` and of their shapes."""
-    fields = list(base)
+    fields = [name for name in base if name != HORIZONTAL_OFFSET or needs_horizontal(effects)]
     for effect in effects:
         fields.append(effect.field)
         fields.extend(name for name in shape_fields(effect) if name not in fields)
     return tuple(fields)
+
+
+def needs_horizontal(effects: Sequence[Effect]) -> bool:
+    """Whether the law of any effect depends on where the horizontal arm is."""
+    return any({"horizontal_elevation", HORIZONTAL_OFFSET} & set(effect.arguments) for effect in effects)
 
 
 def unknown_columns(problem: Problem, unknowns: Sequence[Unknown]) -> Residuals | None:
@@ -95,7 +103,8 @@ def with_unknown(model: Model, unknown: Unknown) -> Model:
 def without(model: Model, effect: Effect) -> Model:
     """Refit ``model`` with one of its effects switched off."""
     rest = tuple(e for e in model.effects if e is not effect)
-    start = model.fit.parameters._replace(**{effect.field: 0.0})
+    off = {effect.field: 0.0} if needs_horizontal(rest) else {effect.field: 0.0, HORIZONTAL_OFFSET: 0.0}
+    start = model.fit.parameters._replace(**off)
     fitted = fit(model.fit.problem, start, free_fields(rest, model.base), model.extra, model.fit.linear, model.fit)
     return Model(fitted, rest, model.unknowns)
 
