@@ -1,7 +1,7 @@
-"""Benchmarks by name, each written into its section of docs/benchmarks.md as soon as it is done.
+"""Run benchmarks by name and write each into its section of docs/benchmarks.md as soon as it is done.
 
-Usage: python -m benchmarks [NAME...]. Without a name all run, in some quarter of an hour; the machine should have
-nothing else to do. The blind battery is apart, `python -m benchmarks.blind`: it takes more than an hour.
+Usage: python -m benchmarks [NAME...]. Without a name all of them run, in about a quarter of an hour; nothing else
+should run on the machine. The blind battery is separate, `python -m benchmarks.blind`: it takes more than an hour.
 """
 
 import argparse
@@ -28,8 +28,9 @@ MODULES = {
 
 HEAD = """# Benchmarks
 
-Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section anew. Contenders run in turn within
-one run, everyone once a round; ratios are of medians. The blind battery and other rigs are in [Results](results.md).
+Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section again. The contenders of a section
+run in turn, each once per round; ratios are ratios of medians. The blind battery and other rigs are in
+[Results](results.md).
 """
 
 
@@ -46,11 +47,11 @@ def main(arguments: Sequence[str]) -> None:
 
 def _parsed(arguments: Sequence[str]) -> list[str]:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(MODULES)}; all if none is given")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"one or more of {', '.join(MODULES)}; default: all")
     names = parser.parse_args(arguments).names
     strange = [name for name in names if name not in MODULES]
     if strange:
-        parser.error(f"{', '.join(strange)} is no benchmark, choose of {', '.join(MODULES)}")
+        parser.error(f"{', '.join(strange)} is no benchmark; choose from {', '.join(MODULES)}")
     return names or list(MODULES)
 
 

@@ -1,8 +1,8 @@
-"""The blind battery as a campaign: every rig diagnosed, its result set beside the truth, the figures written down.
+"""Run the blind battery as a campaign: diagnose every rig, compare with its truth, write the figures.
 
-Usage: python -m benchmarks.blind [--groups single,weak] [--limit RIGS] [--workers N]. It continues where it stopped;
-a change to the code of a diagnosis, to the generator or to the measures makes every result anew. Into docs/results.md
-goes the section between its markers, into benchmarks/results/blind.parquet one row per rig.
+Usage: python -m benchmarks.blind [--groups single,weak] [--limit RIGS] [--workers N]. It continues where it stopped.
+After a change to the code of a diagnosis, to the generator or to the measures, all results are computed again. The
+figures go into the section of docs/results.md, and one row per rig into benchmarks/results/blind.parquet.
 """
 
 import argparse
@@ -68,7 +68,7 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
 def _groups(text: str) -> tuple[str, ...]:
     strange = set(text.split(",")) - set(GROUPS)
     if strange:
-        raise argparse.ArgumentTypeError(f"{', '.join(sorted(strange))} is no group, choose of {', '.join(GROUPS)}")
+        raise argparse.ArgumentTypeError(f"{', '.join(sorted(strange))} is no group; choose from {', '.join(GROUPS)}")
     return tuple(text.split(","))
 
 

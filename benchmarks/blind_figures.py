@@ -1,4 +1,4 @@
-"""The figures of the blind battery out of its rows, each beside its bar."""
+"""Figures of the blind battery, computed from its rows, each with its bar."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from heli_identifier.workbench.campaign.summary import (
 from heli_plant.effects import AXES
 
 TOLD_NEEDED = 6.0
-"""A weak effect counts where a test that is told of it scores more than this."""
+"""A weak effect counts if a test that is told which effect to look for scores more than this."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Share:
 
     @property
     def value(self) -> float:
-        """Share; not a number of nothing."""
+        """Share; NaN if nothing was counted."""
         return self.hits / self.count if self.count else float("nan")
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % interval (Wilson 1927); coverages of one rig hang together, and theirs is somewhat wider."""
+        """95 % interval (Wilson 1927). Coverages on one rig are correlated, which widens the true interval somewhat."""
         low, high = proportion_confint(self.hits, self.count, method="wilson") if self.count else (0.0, 1.0)
         return float(low), float(high)
 
@@ -60,22 +60,22 @@ def share(rows: Iterable[Row], hit: Callable[[Row], object]) -> Share:
 
 
 def wrongly_named(row: Row) -> bool:
-    """Whether an entry of the catalogue was named that the rig does not hold."""
+    """Whether an entry of the catalogue was named that the rig does not have."""
     return any(name != UNKNOWN for name, _ in false_entries(row))
 
 
 def told(row: Row) -> float:
-    """Score of a test that is told the effect; not a number where there is none."""
+    """Score of a test that is told which effect to look for; NaN where there is none."""
     return (row["measures"] or {}).get(TOLD, float("nan"))
 
 
 def testable(rows: Sequence[Row]) -> list[Row]:
-    """Rigs whose effect a test that is told of it would find."""
+    """Rigs whose effect is found by a test that is told which effect to look for."""
     return [row for row in rows if told(row) > TOLD_NEEDED]
 
 
 def bars(groups: dict[str, list[Row]]) -> list[Bar]:
-    """Shares of every group that was run, beside what is asked of them."""
+    """Shares of every group that was run, with their bars."""
     clean, single, pair, unknown = (groups.get(name, []) for name in ("clean", "single", "pair", "unknown"))
     weak = testable(groups.get("weak", []))
     everything = [row for rows in groups.values() for row in rows]
@@ -115,14 +115,14 @@ def prediction_ratios(rows: Iterable[Row]) -> np.ndarray:
 
 
 def quantiles(values: Sequence[float] | np.ndarray, *levels: float) -> list[float]:
-    """Quantiles; not a number of nothing."""
+    """Quantiles of the finite values; NaN if there are none."""
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]
     return [float(np.quantile(finite, level)) if finite.size else float("nan") for level in levels]
 
 
 def is_miss(group: str, row: Row) -> bool:
-    """Whether a rig breaks what its group's bar asks of it."""
+    """Whether the result on a rig counts against the bar of its group."""
     if row["error"] is not None:
         return True
     if group in ("clean", "pair", "unknown"):
@@ -133,7 +133,7 @@ def is_miss(group: str, row: Row) -> bool:
 
 
 def _predictions(rows: Iterable[Row]) -> Share:
-    """Share of rigs none of whose axes is predicted worse than 1.10 times as well as possible."""
+    """Share of rigs on which every axis's prediction error is at most 1.10 times the best possible one."""
     worst = prediction_ratios(rows).max(axis=1, initial=0.0)
     return Share(int((worst <= 1.10).sum()), len(worst))
 

@@ -1,8 +1,8 @@
-"""What only somebody who knows the truth can measure on a rig: the told score, and how well one could predict at all.
+"""Measures of a rig that need its truth: the score of a test that knows the effect, and the best possible prediction.
 
-The told score is that of a test that is told which effect to look for; the other is the prediction error of the true
-structure with its parameters fitted to the same training logs. One fit serves both. It starts at the bare model's
-parameters and the true coefficients, so that it cannot miss its optimum for want of a start.
+The first is the score of a test that is told which effect to look for. The second is the prediction error of the true
+structure, with its parameters fitted to the same training logs. One fit gives both. It starts at the parameters of the
+null model and the true coefficients, so that it does not miss the optimum because of a poor start.
 """
 
 import numpy as np
@@ -24,8 +24,8 @@ TOLD, TRUE_STRUCTURE = "told_score", "true_structure_1s_{axis}_rad"
 def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
     """Give the told score and, per axis, the true structure's 1 s prediction error on the held-out log [rad].
 
-    An effect with an entry on several axes is told on all of them; its score is the larger one. Nothing is given for an
-    unknown torque, whose structure no parameter of the plant describes.
+    If an effect has entries on several axes, all of them are fitted and the largest score counts. There is no measure
+    for an unknown torque, because no parameter of the plant describes its structure.
     """
     if rig.truth is None or rig.truth.unknown is not None:
         return {}
@@ -41,11 +41,11 @@ def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
     return scores | {TRUE_STRUCTURE.format(axis=axis): float(value) for axis, value in zip(AXES, rms, strict=True)}
 
 
-def _true_start(rig: Rig, bare: PlantParameters) -> PlantParameters:
-    """Give the bare fit with the true effects on."""
+def _true_start(rig: Rig, null: PlantParameters) -> PlantParameters:
+    """Give the parameters of the null model with the true effects on."""
     assert rig.truth is not None
     for true in rig.truth.effects:
         entry = effect(true.name, true.axis)
         coefficient = true.coefficient if true.coefficient is not None else entry.upper / 10.0
-        bare = bare._replace(**{entry.field: coefficient}, **true.shape)
-    return bare
+        null = null._replace(**{entry.field: coefficient}, **true.shape)
+    return null

@@ -1,4 +1,4 @@
-"""The blind battery's section of docs/results.md, between its markers, and its misses as lines for the terminal."""
+"""The section of the blind battery in docs/results.md, and its misses as lines for the terminal."""
 
 import os
 import platform
@@ -69,7 +69,7 @@ def section(rows: Rows, kinds: Mapping[str, Case], command: str) -> str:
 
 
 def misses(rows: Rows) -> list[str]:
-    """Give one line for every rig that breaks what is asked of it: what it is, what was found."""
+    """Give one line for every rig that counts against its bar: its truth and what was found."""
     return [_miss(row) for group, found in rows.items() for row in found if is_miss(group, row)]
 
 

@@ -1,4 +1,4 @@
-"""The blind battery as sources of a campaign: the truth in the catalogue's words, beside logs that do not tell it."""
+"""The blind battery as sources of a campaign: logs, and the truth in the catalogue's names, which no diagnosis sees."""
 
 from collections.abc import Collection, Mapping
 
@@ -23,14 +23,14 @@ SHAPE_NAMES = {
     "eps_ground": "ground_elevation",
     "eps_g": "ground_height",
 }
-"""What the catalogue calls the further numbers of the generator's laws."""
+"""The catalogue's names for the shape parameters of the generator's laws."""
 
 STATED_ELSEWHERE = {"ground_effect"}
 """Effects whose coefficient the tracer states at another point of the law than the generator does."""
 
 
 def rig_name(case: Case, index: int) -> str:
-    """Name of one rig of the battery; no diagnosis gets to see it."""
+    """Name of one rig of the battery, which is not passed to a diagnosis."""
     return f"{case.group} {case.kind} {index}"
 
 
@@ -57,7 +57,7 @@ def blind_rig(group: str, kind: str, count: int, scale: float, index: int) -> Ri
 
 
 def truth(kind: str, rig: BlindTruth) -> Truth:
-    """Put a blind rig's truth into the catalogue's words."""
+    """Translate a blind rig's truth into the names of the catalogue."""
     unknown = rig.unknown
     return Truth(
         kind,

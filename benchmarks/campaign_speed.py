@@ -1,7 +1,7 @@
-"""`heli campaign` with two workers and with one, over the same rigs, whole commands with all that starting them takes.
+"""Speed of `heli campaign` with two workers and with one, over the same rigs: whole commands, start-up included.
 
-The rigs are copies of the demonstration rigs, as many of each, enough that the seconds to start a cluster count for
-little. A diagnosis runs before, not timed, so that neither has to compile.
+The rigs are copies of the demonstration rigs, equally many of each, and enough that the seconds for starting a cluster
+matter little. One diagnosis runs before the timing, so that no run has to compile.
 """
 
 import os
@@ -37,13 +37,13 @@ def heli(*arguments: str, **environment: str) -> None:
 
 
 def campaign(folder: Path, workers: int) -> None:
-    """Run a campaign from nothing."""
+    """Run a campaign into an empty folder."""
     with TemporaryDirectory() as output:
         heli("campaign", str(folder), "--output", output, "--workers", str(workers))
 
 
 def write_rigs(folder: Path) -> int:
-    """Lay out the rigs; gives how many."""
+    """Copy the rigs into a folder; returns their number."""
     for rig in RIGS:
         for copy in range(COPIES):
             own = folder / f"{rig}-{copy}"

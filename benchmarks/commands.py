@@ -1,6 +1,6 @@
-"""Whole commands as a user waits for them: `heli --help`, and `heli diagnose` with four logs, cold and warm.
+"""Time of whole commands: `heli --help`, and `heli diagnose` with four logs, cold and warm.
 
-Cold is with an empty HELI_CACHE_DIR: everything that numba compiles is compiled. Warm is with what the cold run left.
+Cold: HELI_CACHE_DIR is empty, so numba compiles everything. Warm: the cache holds the code that the cold run compiled.
 """
 
 from functools import partial
@@ -33,7 +33,7 @@ def section(load: float) -> str:
         (log,) = demo_logs("rig-a")[1]
         contenders = {"help": partial(heli, "--help"), "read": partial(read_log, log)}
         for rig in RIGS:
-            # in this order the warm run finds what the cold one left
+            # the order matters: the warm run uses the cache of the cold one
             contenders[f"{rig} cold"] = partial(diagnose, rig, cache, True)
             contenders[f"{rig} warm"] = partial(diagnose, rig, cache, False)
         heli("--help")

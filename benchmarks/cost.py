@@ -1,8 +1,8 @@
-"""Cost against the length of a log, the number of logs and the number of effects that are switched on.
+"""Computing time against the length of a log, the number of logs and the number of effects that are switched on.
 
-The logs are the blind generator's, of a rig with dry friction in its pitch pivot, so that a diagnosis has something to
-find and to check. A length whose diagnosis would take longer than :data:`LIMIT`, as times have grown with the lengths
-before, is left out.
+The blind generator makes the logs, of a rig with dry friction in its pitch bearing, so that a diagnosis finds and
+checks an effect. A length is left out if its diagnosis would take longer than :data:`LIMIT`; the growth of the times
+over the shorter lengths predicts it.
 """
 
 from collections.abc import Sequence
@@ -56,7 +56,7 @@ def effects_on(count: int) -> PlantParameters:
 
 @dataclass(frozen=True)
 class Run:
-    """One diagnosis: its seconds, and how many effects it found, each of which is refitted, checked and compared."""
+    """One diagnosis: its duration [s], and the number of effects found, all of which are refitted and checked."""
 
     seconds: float
     found: int
@@ -70,7 +70,7 @@ def run(logs: Sequence[Log], held_out: Log) -> Run:
 
 
 def length_costs(held_out: Log) -> list[tuple[int, float, float, Run | None]]:
-    """Give samples, seconds to simulate and to replay as many, and the diagnosis; None where that was left out."""
+    """Give number of samples, seconds of simulation and replay, and the diagnosis, or None where it was left out."""
     rows: list[tuple[int, float, float, Run | None]] = []
     diagnosed: list[tuple[int, float]] = []
     for count in SAMPLES:
@@ -92,9 +92,9 @@ def length_costs(held_out: Log) -> list[tuple[int, float, float, Run | None]]:
 
 
 def expected(done: Sequence[tuple[int, float]], count: int) -> float:
-    """Give the seconds that ``count`` samples would take, in proportion or as times last grew, whichever is more.
+    """Predict the seconds for ``count`` samples: in proportion, or with the power of the last growth if that is more.
 
-    Memory may grow as times do; a power above one must not be found out at ten times the length.
+    A power above one, for example because memory becomes short, thus shows before the length is ten times as large.
     """
     if not done:
         return 0.0
@@ -109,13 +109,13 @@ def log_ratio(value: float, other: float) -> float:
 
 
 def log_costs(held_out: Log) -> list[tuple[int, Run]]:
-    """Give numbers of logs, and the diagnosis of as many."""
+    """Give numbers of logs, each with the diagnosis of so many logs."""
     logs = [log(LOG_SECONDS, number) for number in range(1, max(LOGS) + 1)]
     return [(count, run(logs[:count], held_out)) for count in LOGS]
 
 
 def effect_costs() -> list[tuple[int, float, float]]:
-    """Give numbers of effects that are on, and microseconds of a step, compiled and interpreted."""
+    """Give numbers of effects that are on, each with the microseconds of a step, compiled and interpreted."""
     counts = [*range(0, len(CATALOGUE) - 2, 5), len(CATALOGUE)]
     voltages = multisines(LOG_SECONDS, np.random.default_rng(1))
     start = rest_state(TABLE_2, float(voltages[0].sum()))

@@ -1,4 +1,4 @@
-"""Events: how many touches of generated rigs are found, how close to their start, and how many are seen in clean logs.
+"""Events: how many touches of generated rigs are found, how close to their start, and how many false ones there are.
 
 Usage: python -m benchmarks.events [--open N] [--flown N] [--single N]      rigs of each case
 

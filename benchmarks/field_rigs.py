@@ -20,7 +20,7 @@ HALVES = ("a", "b")
 _SHAPE_NAMES = SHAPE_NAMES | {"eps_0": "horizontal_offset"}
 
 _VARIABLES = {"speed_stability": "travel_rate"}
-"""What an unknown torque would depend on, for effects that the catalogue may lack."""
+"""Variable on which an unknown torque would depend, for effects that the catalogue may lack."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class FieldHalfTruth(Truth):
 
 
 def field_name(case: FieldCase, index: int, half: int) -> str:
-    """Name of one half of one rig of the battery; no diagnosis gets to see it."""
+    """Name of one half of one rig of the battery, which is not passed to a diagnosis."""
     return f"{case.group} {case.kind} {index} {HALVES[half]}"
 
 
@@ -88,7 +88,7 @@ def name_of(number: int) -> str:
 
 
 def half_truth(rig: FieldTruth, numbers: Collection[int]) -> FieldHalfTruth:
-    """Put a field rig's truth into the catalogue's words, with the logs of the given numbers."""
+    """Translate a field rig's truth into the names of the catalogue, with the logs of the given numbers."""
     known = {(entry.name, entry.axis) for entry in CATALOGUE}
     beyond = tuple(held for held in rig.effects if (held.name, held.axis) not in known)
     strength = {held.name: held.coefficient for held in rig.effects}

@@ -1,4 +1,4 @@
-"""Masters that a user of fmpy writes, or finds in it, on the four-unit loop: what the project's own is held against.
+"""Masters on the four-unit loop that fmpy has or that its users write, for comparison with the project's own master.
 
 Each takes an order (FMU files by unit, connections, parameters by unit, output names by unit, an .ssp file) and a
 number of steps, and returns the wall seconds of the steps.

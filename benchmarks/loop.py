@@ -18,10 +18,10 @@ def figures_of(speed: Printed) -> Figures:
 
 
 def bars(figures: Figures) -> list[Bar]:
-    """Hold figures against their bars.
+    """Compare figures with their bars.
 
-    Times are those of the quietest round, as their bars are for quiet cores; ratios are of medians, which noise raises
-    alike above and below the line.
+    Times are those of the fastest round, because their bars are for idle cores. Ratios are of medians, because noise
+    raises the numerator and the denominator alike.
     """
     own = figures["ours"][1]
     boundary = own - figures["models_alone"][1]
@@ -57,8 +57,8 @@ def section(load: float) -> str:
             bar_table(bars(figures)),
             table(("what", "median [us]", "least [us]", "times as long"), rows),
             f"{STEPS} steps of {1000 * STEP:g} ms a round, {ROUNDS} rounds in turn, every case in a process of its "
-            "own. Times in the first table are those of the quietest round, as their bars are for quiet cores; ratios "
-            f"are of medians. {_boundaries(figures)}"
+            "own. Times in the first table are those of the fastest round, because their bars are for idle cores; "
+            f"ratios are of medians. {_boundaries(figures)}"
             f"Not installed and left out: {', '.join(missing) or 'nothing'}.",
             "### The on-line identifier",
             identifier.block,
@@ -68,7 +68,7 @@ def section(load: float) -> str:
 
 
 def _boundaries(figures: Figures) -> str:
-    """Compare what FMI adds to a step: what the models' own arithmetic costs is the same for every master."""
+    """Compare the time that FMI adds to a step; the arithmetic of the models takes the same time under every master."""
     if "fmpy_per_connection" not in figures:
         return ""
     models = figures["models_alone"][0]

@@ -22,7 +22,7 @@ from benchmarks.fmpy_masters import STEP, fmpy_per_connection, fmpy_recording_al
 
 ROOT = Path(__file__).resolve().parent.parent
 GIVEN = {"identifier.adaptation.hold_time": 0.0}
-"""Parameters in every contender: the identifier adapts from the first step on, so that short rounds tell the same."""
+"""Parameters in every contender: the identifier adapts from the first step on, so that a short round does the same."""
 
 EMPTY_UNIT = """
 from pythonfmu import Fmi2Causality, Fmi2Slave, Real

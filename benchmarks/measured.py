@@ -1,11 +1,12 @@
-"""Diagnoses of rigs whose truth is not known, as found: verdicts, effects with intervals, errors before and after.
+"""Diagnoses of rigs whose truth is not known: verdicts, effects with intervals, errors before and after.
 
-Usage: python -m benchmarks.measured --name rigs FOLDER...        each folder a rig: train*.csv and held*.csv
+Usage: python -m benchmarks.measured --name rigs FOLDER...        each folder a rig, as for heli fleet
        python -m benchmarks.measured --name ntnu --each-in-turn --from 6 LOG...   each log held out once
        python -m benchmarks.measured --name ctu --voltage-limit 6 --hold-out LAST.csv LOG...
+       python -m benchmarks.measured --name fleet --from 6 --download    public logs of three rigs of one make
 
 Every diagnosis is made at the filter frequencies 2, 4 and 8 rad/s. The figures go into docs/results.md, into a section
-of the given name.
+of the given name; behind those of a download stands what repeats from rig to rig, at the first filter frequency.
 """
 
 import argparse
@@ -16,17 +17,23 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from benchmarks.page import PAGE, write_section
+from benchmarks.measured_download import PUBLIC, DownloadError, download
+from benchmarks.page import PAGE, ROOT, write_section
+from benchmarks.tables import table
 from heli_identifier.records import read_logs
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.tracing.diagnosis.result import Diagnosis
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
+from heli_identifier.workbench.fleet import Finding, Fleet, fleet_of, page, rig_folder
 from heli_identifier.workbench.report.rounding import is_known
 from heli_plant.effects import AXES
 
 BANDWIDTHS = (4.0, 2.0, 8.0)
 """Filter frequencies [rad/s]."""
+
+PLACES = ("--source", "--folder", "--page")
+"""Options whose values are places."""
 
 HEAD = (
     "| held out | omega_f [rad/s] | verdict | found | withdrawn | pitch [mrad] | elevation [mrad] | travel [mrad] |\n"
@@ -36,27 +43,48 @@ HEAD = (
 
 def main(arguments: Sequence[str]) -> None:
     asked = _parsed(arguments)
-    rows = []
+    if asked.download:
+        try:
+            asked.paths = download(asked.folder, asked.source)
+        except DownloadError as error:
+            sys.exit(str(error))
+    rows, diagnoses = [], {}
     for title, training, held in _cases(asked):
         for bandwidth in BANDWIDTHS:
             others = tuple(b for b in BANDWIDTHS if b != bandwidth)
             settings = DiagnosisSettings(bandwidth, others, voltage_limit=asked.voltage_limit)
             logs = [read_logs(paths, start=asked.start) for paths in (training, held)]
-            rows.append(row(title, bandwidth, diagnose(logs[0], held_out=logs[1], settings=settings)))
+            diagnosis = diagnose(logs[0], held_out=logs[1], settings=settings)
+            diagnoses.setdefault(title, diagnosis)
+            rows.append(row(title, bandwidth, diagnosis))
             print(rows[-1], flush=True)
-    command = shlex.join(["python", "-m", "benchmarks.measured", *(_anonymous(word) for word in arguments)])
+    over_rigs = fleet_tables(fleet_of(diagnoses)) if asked.download else ""
+    command = shlex.join(["python", "-m", "benchmarks.measured", *_without_places(arguments)])
     write_section(
         asked.page,
         asked.name,
-        f"## {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows),
+        f"## {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows) + over_rigs,
     )
 
 
 EXPLANATION = (
-    "Coefficients with 95 % intervals; error of the prediction 1 s ahead on the held-out log before and after, and the "
-    "noise floor, root mean square; a dash where none can be computed, since the model runs away from the rig within "
-    "seconds even on data of its own."
+    "Coefficients with 95 % intervals. The errors are root mean squares of the prediction 1 s ahead on the held-out "
+    "log, before and after, with the noise floor in brackets. A dash means that no noise floor can be computed, "
+    "because the model runs away from the rig within seconds even on its own data."
 )
+
+
+def fleet_tables(fleet: Fleet) -> str:
+    """Give what repeats over the rigs, what differs and what is one rig's own, and the parameters, as two tables."""
+    effects = [page.effect_row(effect) for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
+    parameters = [page.parameter_row(parameter) for parameter in fleet.parameters]
+    tables = [(page.COLUMNS, effects), (page.PARAMETER_COLUMNS, parameters)]
+    parts = [page.fleet_sentence(fleet), *(table(_plain(columns), rows) for columns, rows in tables if rows)]
+    return "\n\n" + "\n\n".join(parts)
+
+
+def _plain(columns: Sequence[str]) -> tuple[str, ...]:
+    return tuple(column.removesuffix(" >") for column in columns)
 
 
 def row(title: str, bandwidth: float, found: Diagnosis) -> str:
@@ -74,7 +102,7 @@ def row(title: str, bandwidth: float, found: Diagnosis) -> str:
 
 
 def effect_text(effect: FoundEffect) -> str:
-    """One effect in a cell."""
+    """Describe one effect for a cell of the table."""
     c = effect.coefficient
     if c is None or not isinstance(effect.shape, NamedShape):
         return f"unknown on {effect.axis}: {effect.shape.to_dict()['description']}"
@@ -98,17 +126,29 @@ def _cases(asked: argparse.Namespace) -> Iterator[tuple[str, list[Path], list[Pa
         yield asked.hold_out.stem, list(asked.paths), [asked.hold_out]
     else:
         for folder in asked.paths:
-            yield folder.name, sorted(folder.glob("train*.csv")), sorted(folder.glob("held*.csv"))
+            rig = rig_folder(folder, folder.name)
+            if rig.held_out:
+                yield rig.rig, list(rig.training), list(rig.held_out)
+            else:
+                yield rig.rig, list(rig.training[:-1]), [rig.training[-1]]
 
 
-def _anonymous(word: str) -> str:
-    """Name a path by its last part: where it lay says nothing."""
-    return Path(word).name if "/" in word else word
+def _without_places(arguments: Sequence[str]) -> Iterator[str]:
+    """Give the arguments without options that say where files lie, and paths by their last part: that says nothing."""
+    words = iter(arguments)
+    for word in words:
+        if word in PLACES:
+            next(words)
+        else:
+            yield Path(word).name if "/" in word else word
 
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.measured", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("paths", nargs="+", type=Path)
+    parser.add_argument("paths", nargs="*", type=Path)
+    parser.add_argument("--download", action="store_true", help="fetch public logs, in place of paths")
+    parser.add_argument("--source", default=PUBLIC, metavar="URL", help="where from; default: %(default)s")
+    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "measured", help="where to")
     parser.add_argument("--name", required=True, help="of the section")
     parser.add_argument("--title", help="heading of the section")
     parser.add_argument("--each-in-turn", action="store_true", help="hold out each log once")
@@ -116,7 +156,10 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument("--from", dest="start", type=float, help="first second used of every log")
     parser.add_argument("--voltage-limit", type=float, default=5.0)
     parser.add_argument("--page", type=Path, default=PAGE)
-    return parser.parse_args(arguments)
+    asked = parser.parse_args(arguments)
+    if bool(asked.paths) == asked.download:
+        parser.error("name paths, or --download without any")
+    return asked
 
 
 if __name__ == "__main__":

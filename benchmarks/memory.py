@@ -1,4 +1,4 @@
-"""What does not concern speed but has to be watched over many runs: memory of the units, aborts of the master."""
+"""Endurance over many runs: memory of the units, aborts of the master."""
 
 from benchmarks.machine import measured_at
 from benchmarks.printed import printed

@@ -1,9 +1,9 @@
-"""What the on-line identifier costs: a step interpreted, a record replayed, and ten million steps of the gain.
+"""Computing time of the on-line identifier: an interpreted step, a replayed record, and ten million steps of the gain.
 
     python benchmarks/online_identifier.py
 
-The interpreted step is what an FMU runs; the bar is 40 us on a quiet core. The replay compiles the same functions;
-the bar is 1.5 s for 1e6 samples on three axes.
+An FMU runs the interpreted step; at most 40 us on an idle core are required. The replay compiles the same functions; at
+most 1.5 s for 1e6 samples on three axes are required.
 """
 
 from math import sin
@@ -62,7 +62,7 @@ def replay_time(count=1_000_000):
 
 
 def _many_steps(count, factor, omega, direction, coefficients):
-    """Excited for 1000 s in every 12 000 s, silent otherwise."""
+    """Adapt with excitation for 1000 s in every 12 000 s, and without it otherwise."""
     seed, phi = 1, [0.0] * 5
     for k in range(count):
         scale = 1.0 if (k // 100_000) % 12 == 0 else 0.0
@@ -73,8 +73,7 @@ def _many_steps(count, factor, omega, direction, coefficients):
 
 
 def long_run(count=10_000_000):
-    """Seconds, and the extreme eigenvalues of Gamma, after ``count`` steps."""
-    _many_steps.__module__ = "heli_identifier.benchmark"  # so that it is compiled with the functions it calls
+    """Give the seconds of ``count`` steps, and the extreme eigenvalues of Gamma after them."""
     run, coefficients = compiled(_many_steps), adaptation_coefficients(0.001, 0.01, 1e3)
     run(10, np.array(initial_factor(5, 1e3)), np.zeros(5), np.zeros(5), coefficients)
     factor = np.array(initial_factor(5, 1e3))

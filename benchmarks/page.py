@@ -1,4 +1,4 @@
-"""Sections of a page, each between markers of its own name, so that one can be measured again without the others."""
+"""Sections of a page, each between markers with its name, so that one can be measured again without the others."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -40,7 +40,7 @@ def section_of(text: str, name: str) -> str | None:
 
 
 def assembled(head: str, order: Sequence[str], text: str, new: Mapping[str, str]) -> str:
-    """Give a page that consists of sections alone: new ones, and those of ``text`` that were not measured anew.
+    """Give a page of sections: the new ones, and those of ``text`` that were not measured again.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
-"""What a step of the plant costs, and a simulated record against python-control and scipy at equal accuracy.
+"""Computing time of a step of the plant, and of a record beside python-control and scipy at equal accuracy.
 
     python benchmarks/plant_step.py [ROUNDS]
 
-All contenders run in turn in each round; the tables give the median and the smallest of the rounds. A step is what an
-FMU interprets; the bars on the whole unit are 15 us with all effects off and 30 us with all on, on a quiet core. The
-record is the held-out log of rig-a, 90 s at 10 ms, voltages held over a sample; the bars are 100 times python-control
-and 500 times scipy, at an error under 1e-8 rad against a tight reference.
+All contenders run in turn in each round; the tables give the median and the smallest of the rounds. For the whole unit
+at most 15 us with all effects off and 30 us with all on are required, on an idle core. The record is the held-out log
+of rig-a, 90 s at 10 ms, with voltages held over a sample. Required are 100 times the speed of python-control and 500
+times that of scipy, with an error below 1e-8 rad against a tight reference.
 """
 
 import sys
@@ -94,14 +94,14 @@ def step_table(rounds):
 
 
 def slope(t, x, v_front, v_rear):
-    """Right-hand side for the peers: the same equations, the motors integrated along."""
+    """Right-hand side for the peers: the same equations, with the motors as two more states."""
     a = simplified_accelerations(x[0], x[1], x[3], x[4], x[5], x[6] - x[7], x[6] + x[7], TABLE_2)
     T = TABLE_2.T_m
     return [x[3], x[4], x[5], *a, (v_front - x[6]) / T, (v_rear - x[7]) / T]
 
 
 def scipy_by_samples(V, start, **options):
-    """Run solve_ivp anew for every sample: the voltage's steps fall between its steps."""
+    """Run solve_ivp again for every sample, so that the voltage steps between its integrations only."""
     x = np.array(start[:8])
     angles = [x[:3]]
     for v in V[:-1]:
@@ -111,7 +111,7 @@ def scipy_by_samples(V, start, **options):
 
 
 def scipy_in_one_go(V, start, **options):
-    """Run solve_ivp once, the held voltage looked up: its step control has to find every step of the voltage."""
+    """Run solve_ivp once with the held voltage as a function of time: its step control must find every voltage step."""
     last, t = len(V) - 1, H * np.arange(len(V))
 
     def held(t, x):

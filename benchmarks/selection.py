@@ -1,8 +1,8 @@
 """Structure selection over the catalogue beside pysindy's and SysIdentPy's stepwise selections, on the same matrices.
 
-Every method gets the same whitened columns and residual of nine rigs and says which columns it takes. The tracer's
-whole search is timed as well: it makes the columns by simulation, refits the plant with every candidate that could
-win, and tests for unknown torques; nobody else does that, and the rest of the table leaves it out.
+Every method gets the same whitened columns and residuals of nine rigs and returns the columns that it selects. The
+whole search of the tracer is timed as well: it makes the columns by simulation, refits the plant with every candidate
+that could win, and tests for unknown torques. No other method does this, so the other rows of the table leave it out.
 """
 
 import json
@@ -32,7 +32,7 @@ ONCE = {"whole", "sysidentpy"}
 """Run in the first round alone: they take minutes."""
 
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
-"""For every method alike: on two cores a second thread of the linear algebra slows all of them down."""
+"""The same for every method: on two cores a second thread of the linear algebra slows all of them down."""
 
 OURS = {
     "tracer": "the tracer's scores and thresholds, columns projected out",
@@ -62,7 +62,7 @@ class Tally:
 
 
 def tally(selected: Sequence[Entries], true: Sequence[Entries]) -> Tally:
-    """Count what was selected rightly and wrongly, rig by rig."""
+    """Count correct and false selections over the rigs."""
     pairs = list(zip(selected, true, strict=True))
     return Tally(
         sum(len(own & real) for own, real in pairs),
@@ -167,11 +167,11 @@ def section(load: float) -> str:
             f"{len(rigs)} rigs: the three demonstration rigs, and the first of each of the blind battery's "
             f"{len(rigs) - 3} kinds of pairs. Every method selects from the same matrices, {sizes[0][0]} rows by "
             f"{min(k for _, k in sizes)} to {max(k for _, k in sizes)} columns: the catalogue's whitened columns "
-            "behind the projection that takes out the rig's own parameters, of unit length. Times are of the "
-            "selection alone; only the whole search also makes its columns and refits the plant, and looks for unknown "
-            f"torques. One thread of the linear algebra for everybody. {ROUNDS} rounds; {' and '.join(sorted(ONCE))} "
-            "run once. *True found*: effects of the truth that were selected; *false*: effects selected that are not "
-            "there; *rigs right*: the truth and nothing else. "
+            "after the projection that removes the rig's own parameters, of unit length. Times are those of the "
+            "selection alone; only the whole search also makes its columns, refits the plant and searches for unknown "
+            f"torques. Every method uses one thread of the linear algebra. {ROUNDS} rounds; "
+            f"{' and '.join(sorted(ONCE))} run once. *True found*: true effects that were selected; "
+            "*false*: selected effects that the rig lacks; *rigs right*: the truth and nothing else was selected. "
             "pysindy's MIOSR needs a licence for Gurobi and was not run.",
             table(("rig", "truth", "tracer, matrix alone", "whole search"), _choices(rigs, found)),
             measured_at(("numpy", "scipy", "pysindy"), load).removesuffix(".") + f", {_sysidentpy_version()}.",

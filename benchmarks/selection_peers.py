@@ -1,12 +1,12 @@
-"""Other people's stepwise selections on given regressor matrices, in a process and, if need be, an environment apart.
+"""Stepwise selections of other packages on given regressor matrices, in a process and, if needed, an own environment.
 
     python benchmarks/selection_peers.py METHOD MATRIX...
 
 Each MATRIX is an npz file with the regressors X (M, K), columns of unit length, and the regressand y (M,) of unit
-variance. One JSON list is printed, per matrix {"seconds", "chosen"}: only the selection is timed, and it has run once
-before on a few rows. Nothing of this project is imported: SysIdentPy's own environment does not hold it.
+variance. The program prints one JSON list with {"seconds", "chosen"} per matrix. Only the selection is timed, after one
+run on a few rows. Nothing of this project is imported, because the environment of SysIdentPy does not contain it.
 
-The tuned methods take of their own path the model that Schwarz's criterion M log(|e|^2/M) + k log M likes best.
+The tuned methods take from their path the model with the lowest Schwarz criterion M log(|e|^2/M) + k log M.
 """
 
 import json
@@ -27,7 +27,7 @@ def schwarz(squares, rows, terms):
 
 
 def best_on_path(path, squares, rows):
-    """Terms of the member of a path of coefficients that the criterion likes best."""
+    """Terms of the model of a path that has the lowest criterion."""
     chosen = [np.flatnonzero(np.ravel(coefficients)) for coefficients in path]
     return chosen[int(np.argmin(schwarz(squares, rows, [len(terms) for terms in chosen])))]
 
@@ -44,7 +44,7 @@ def ssr_tuned(X, y):
     from pysindy.optimizers import SSR
 
     path = SSR(alpha=1e-9, max_iter=X.shape[1]).fit(X, y[:, None])
-    # the first member of its history is the array that it goes on working in: it does not hold the full model
+    # the first entry of its history is the array that it continues to change, so it does not hold the full model
     return best_on_path(path.history_[1:], path.err_history_[1:], len(y))
 
 

@@ -31,7 +31,7 @@ DEMO_TRUTH: dict[str, Entries] = {
 
 @dataclass(frozen=True, eq=False)
 class Matrix:
-    """What there is to select from on one rig.
+    """The candidates of one rig.
 
     Attributes
     ----------
@@ -96,17 +96,16 @@ def chosen(scanned: Scan) -> list[int]:
 
 
 def without_column(scanned: Scan, index: int) -> Scan:
-    """Give a scan behind the projection that takes one column out; every column of the same effect becomes zero.
+    """Give a scan after the projection that removes one column; every column of the same effect becomes zero.
 
-    Lengths and scores follow from the column's products with the others, all being of unit length: only the columns
-    themselves have to be gone through.
+    All columns have unit length, so the new lengths and scores follow from the products of the column with the others.
     """
     direction = scanned.directions[:, index]
     overlap = direction @ scanned.directions
     length = np.sqrt(np.maximum(1.0 - overlap**2, 0.0))
     effect = scanned.candidates[index].effect
     other = np.array([candidate.effect.field != effect.field for candidate in scanned.candidates])
-    # below this rounding of 1 - overlap^2 would show in the length; such a column is the one taken out, by another name
+    # a shorter column is the removed one under another name, and its length is mostly the rounding of 1 - overlap^2
     seen = other & scanned.directions.any(axis=0) & (length > 1e-4)
     share = np.where(seen, 1.0 / np.where(seen, length, 1.0), 0.0)
     directions = np.multiply.outer(direction, -overlap * share)

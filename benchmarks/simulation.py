@@ -1,4 +1,4 @@
-"""The plant off line: a step interpreted and compiled, and a 90 s log beside scipy and python-control."""
+"""The plant off line: an interpreted and a compiled step, and a 90 s log beside scipy and python-control."""
 
 from benchmarks.machine import measured_at
 from benchmarks.printed import Printed, printed
@@ -9,11 +9,11 @@ ERROR, RATIO = 2, 3
 """Columns of a printed line, behind its median and its smallest."""
 
 LARGEST_ERROR = 1e-8
-"""What the simulation may differ from a tight reference [rad]."""
+"""Largest difference of the simulation from a tight reference [rad]."""
 
 
 def bars(steps: Printed) -> list[Bar]:
-    """Hold the printed error and ratios against their bars: a quotient of rounded medians would be another ratio."""
+    """Compare the printed error and ratios with their bars; a quotient of the rounded medians would differ."""
     error = steps.row("ours, 10 ms")[ERROR]
     scipy, control = (steps.row(name)[RATIO] for name in ("scipy RK45, anew each sample", "python-control, tight"))
     return [

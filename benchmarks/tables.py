@@ -1,4 +1,4 @@
-"""Tables of a page, and the bars that a section's figures are held against."""
+"""Tables of a page, and the bars with which the figures of a section are compared."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Bar:
-    """What is asked of a figure: at most or at least ``bound``.
+    """Requirement on a figure: at most or at least ``bound``.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class Bar:
 
     @property
     def met(self) -> bool:
-        """Whether the figure keeps to its bar; one that is not a number does not."""
+        """Whether the figure meets its bar; NaN does not."""
         return self.value >= self.bound if self.at_least else self.value <= self.bound
 
 

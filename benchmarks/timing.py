@@ -1,4 +1,4 @@
-"""Contenders timed in turn: in each round everyone once, so that a busy moment of the machine meets them all."""
+"""Contenders timed in turn: each runs once per round, so that a busy moment of the machine affects all of them."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

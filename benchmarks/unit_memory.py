@@ -1,7 +1,7 @@
 """Growth of a host's memory over 1000 cycles of instantiate, initialise, step, free, for every unit.
 
 Usage: python benchmarks/unit_memory.py [CYCLES]. Each unit runs in a process of its own. The first 100 cycles are
-warm-up: imports, the allocator's arenas. The bar is 5 MB.
+warm-up, for imports and the allocator's arenas. At most 5 MB are required.
 """
 
 import json

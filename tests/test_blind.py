@@ -1,4 +1,4 @@
-"""The blind rigs: independent of what they judge, faithful to measured logs, silent about their truth."""
+"""The blind rigs: independent of the code that they test, similar to measured logs, without traces of their truth."""
 
 import ast
 import sys
@@ -41,7 +41,7 @@ def imported_by(path):
             raise AssertionError(f"{path.name}: {node.func.id} hides what it takes")
 
 
-def test_generator_imports_nothing_of_what_it_judges():
+def test_generator_imports_nothing_of_the_code_that_it_tests():
     allowed = {"numpy", "numba"} | (sys.stdlib_module_names - {"importlib", "runpy"})
     for path in sorted((HERE / "blind").rglob("*.py")):
         for module in imported_by(path):
@@ -58,7 +58,7 @@ def test_effect_of_zero_strength_leaves_the_logs_as_they_are_bit_for_bit(kind, c
 def test_effect_changes_what_the_encoders_read_and_not_the_voltages(kind, clean):
     changed = np.array(logs_of(make_rig(5, kind))) - np.array(logs_of(clean))
     assert np.all(changed[:, :, :3] == 0.0)
-    # Five counts somewhere: far above the shake of the lines. Only multisines reach negative thrust.
+    # Five counts somewhere are far above the noise of the encoders. Only multisines reach negative thrust.
     seen = np.abs(changed[:, :, 3:]).max(axis=(1, 2)) > 5 * 2 * np.pi / 4096
     assert seen[2:].all()
     assert seen[:2].all() or kind == "reverse_thrust_loss"
@@ -68,7 +68,7 @@ def test_parameters_lie_within_their_spread_and_fill_it():
     nominal = Coefficients()
     shares = np.array([[getattr(draw_rig(s).base, n) / getattr(nominal, n) for n in DRAWN] for s in range(200)])
     assert np.all(np.abs(shares - 1) <= SPREAD)
-    # A uniform variable on +-.2 has a deviation of .115; 200 draws know it to about 5 %.
+    # A uniform variable on +-.2 has a deviation of .115; 200 draws determine it to about 5 %.
     assert shares.std(axis=0) == pytest.approx(SPREAD / np.sqrt(3), rel=0.2)
     assert draw_rig(3).base.theta0 == pytest.approx(np.deg2rad(-7.8), rel=1e-15)
     assert draw_rig(3).base.t_m == 0.08
@@ -115,18 +115,18 @@ def test_periodic_torque_stays_away_from_the_resonance():
         assert abs(2 * np.pi * frequency - np.sqrt(stiffness)) > 0.24 * np.sqrt(stiffness)
 
 
-def test_encoders_give_whole_counts_and_shake_by_their_quarter():
+def test_encoders_give_whole_counts_with_noise_of_a_quarter_count():
     ramp = np.outer(np.arange(20_000) * 1e-4, np.ones(3))
     counts = read(ramp, 0.25, np.random.default_rng(2)) / (2 * np.pi / COUNTS_PER_TURN)
     assert np.abs(counts - counts.round()).max() < 1e-9
-    # Quantisation 1/12 and shake 1/16, six times each in a second difference; 20000 values know it to 1 %.
+    # Variances of quantisation 1/12 and noise 1/16, six times each in a second difference; 20000 values give 1 %.
     assert np.diff(counts, 2, axis=0).std(axis=0) == pytest.approx(np.sqrt(6 * (1 / 12 + 1 / 16)), rel=0.03)
 
 
-def test_multisines_have_their_mean_and_rms_and_stay_within_the_voltages():
+def test_multisines_have_the_stated_mean_and_rms_within_the_voltage_limit():
     v = multisines(90.0, np.random.default_rng(1))
     mu_s, mu_d = v.sum(axis=1), v[:, 0] - v[:, 1]
-    # Whole periods in the record; five decimals of a voltage remain.
+    # The record holds whole periods; voltages are rounded to five decimals.
     assert (mu_s.mean(), mu_d.mean()) == pytest.approx((2.0, 0.0), abs=1e-5)
     assert (mu_s.std(), mu_d.std()) == pytest.approx((0.9, 0.45), abs=1e-5)
     assert np.abs(v).max() < V_MAX
@@ -140,7 +140,7 @@ def test_training_signals_are_those_of_the_measured_logs(name, slowness):
 
 
 def unexplained(log):
-    """What least squares leaves of pitch and travel below .5 Hz [rad/s^2], and the shake of the counts."""
+    """Residual of least squares on pitch and travel below .5 Hz [rad/s^2], and the noise of the counts."""
     h, t_m, theta0 = 0.01, 0.08, np.deg2rad(-7.8)
     low = butter(4, 0.5, fs=100, output="sos")
     v = log[:, 1:3]
@@ -161,15 +161,15 @@ def unexplained(log):
 
 
 @pytest.mark.parametrize(("folder", "kind", "scale"), [("rig-c", "clean", 1.0), ("rig-a", "dry_friction:pitch", 1.25)])
-def test_logs_leave_as_much_unexplained_as_measured_ones(folder, kind, scale):
+def test_residual_of_the_logs_is_as_large_as_that_of_measured_ones(folder, kind, scale):
     measured = [np.loadtxt(DEMO / folder / f"{name}.csv", delimiter=",", skiprows=1) for name in NAMES]
     reference = np.mean([unexplained(log) for log in measured], axis=0)
     made = np.mean([unexplained(log) for seed in (1, 2) for log in logs_of(make_rig(seed, kind, scale))], axis=0)
-    # Four logs hold about 4 * 80 independent torques, 5 % on a deviation; rigs differ by their parameters besides.
+    # Four logs hold about 4 * 80 independent torques: 5 % on a deviation. The parameters of the rigs differ as well.
     assert made == pytest.approx(reference, rel=0.25)
 
 
-def test_files_tell_nothing_but_the_measured_columns(tmp_path):
+def test_files_contain_the_measured_columns_only(tmp_path):
     blind = make_rig(6, "arm_bending")
     paths = blind.write(tmp_path / "rig")
     assert sorted(path.name for path in (tmp_path / "rig").iterdir()) == sorted(f"{name}.csv" for name in NAMES)

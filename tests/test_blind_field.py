@@ -1,4 +1,4 @@
-"""The field battery: its physics by independent equations, its flights within bounds, its truth true."""
+"""The field battery: its physics against independent equations, its flights within bounds, its truth correct."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def rigs():
 # --- form ----------------------------------------------------------------------------------------------------------
 
 
-def test_halves_share_no_log_hold_them_all_and_have_logs_to_train_on_and_to_judge_by(rigs):
+def test_halves_divide_the_logs_and_each_has_training_and_held_out_logs(rigs):
     for rig in rigs:
         first, second = (half.numbers for half in rig.halves)
         assert sorted((*first, *second)) == list(range(len(rig.truth.logs)))
@@ -88,7 +88,7 @@ def test_flights_stay_within_the_angles_of_a_flown_rig(rigs):
             assert np.abs(log[:, 3]).max() < 1.0
             assert -0.5 < log[:, 4].min()
             assert log[:, 4].max() < 0.6
-        # Somebody flies: pitch and elevation move by many counts of 1.5 mrad, if not in every log.
+        # A pilot flies: in the median log pitch and elevation move by many counts of 1.5 mrad.
         pitch, elevation = np.median([log[:, 3:5].std(axis=0) for log in logs_of(rig)], axis=0)
         assert pitch > 0.03
         assert elevation > 0.005
@@ -97,7 +97,7 @@ def test_flights_stay_within_the_angles_of_a_flown_rig(rigs):
 @pytest.mark.slow
 @pytest.mark.parametrize("case", FIELD_BATTERY, ids=lambda case: f"{case.group} {case.kind}")
 def test_no_case_of_the_battery_runs_away(case):
-    # In open loop a pitch that rings for half a minute goes further, the more so where a hand has pushed it.
+    # In open loop the pitch oscillates for half a minute and goes further, above all after a push by hand.
     pitch, low, high = (1.0, -0.5, 0.6) if case.group != "open" else (1.6, -0.5, 0.8)
     for log in logs_of(case.rig(case.count - 1)):
         assert np.isfinite(log).all()
@@ -136,9 +136,9 @@ def test_strengths_lie_in_their_ranges_and_scale():
                 assert weaker.coefficient == pytest.approx(effect.coefficient / 2)
 
 
-def test_zeros_and_gains_vary_from_log_to_log_by_what_is_said():
+def test_zeros_and_gains_vary_from_log_to_log_with_the_stated_deviations():
     logs = [own for seed in range(150) for own in draw_field_rig(seed).logs]
-    # A normal variable cut at two standard deviations has .96 of its own; 1900 logs know it to 2 %.
+    # A normal variable cut at two standard deviations keeps .96 of its deviation; 1900 logs determine it to 2 %.
     zeros, gains = np.array([own.zeros for own in logs]), np.array([own.gain for own in logs])
     assert zeros.std(axis=0) == pytest.approx(0.96 * np.array(ZERO_STD), rel=0.07)
     assert gains.std() == pytest.approx(0.96 * GAIN_STD, rel=0.07)
@@ -154,7 +154,7 @@ def test_zeros_and_gains_vary_from_log_to_log_by_what_is_said():
         ("open_clean", [], False),
     ],
 )
-def test_clean_rigs_hold_what_their_kind_says_and_nothing_else(kind, names, varies):
+def test_clean_rigs_have_exactly_the_effects_of_their_kind(kind, names, varies):
     truth = draw_field_rig(3, kind)
     assert [effect.name for effect in truth.effects] == names
     assert truth.coefficients().motor_lag == 0.0
@@ -167,7 +167,7 @@ def test_clean_rigs_hold_what_their_kind_says_and_nothing_else(kind, names, vari
     assert not any(own.touches for own in truth.logs)
 
 
-def test_effects_of_zero_strength_leave_the_flight_alone():
+def test_effects_of_zero_strength_do_not_change_the_flight():
     once, again = (make_field_rig(5, kind, scale=0.0) for kind in ("dry_friction:pitch", "cable_stiffness"))
     for log, other in zip(logs_of(once), logs_of(again), strict=True):
         assert np.array_equal(log, other)
@@ -179,7 +179,7 @@ def test_kind_that_does_not_exist_is_refused_by_name(kind):
         draw_field_rig(1, kind)
 
 
-def test_person_holds_throws_ramps_and_comes_back_to_the_middle():
+def test_pilot_holds_steps_ramps_and_returns_to_the_middle():
     references = joystick(100_000, 100.0, 1.0, False, np.random.default_rng(4))
     pitch, elevation, travel = references.T
     assert np.all(travel == 0.0)
@@ -196,7 +196,7 @@ def test_person_holds_throws_ramps_and_comes_back_to_the_middle():
 
 
 def motor_states(truth, flight, number):
-    """State of both motors at the samples, from the written voltages, by the lag's exact answer on 1 ms."""
+    """State of both motors at the samples, from the written voltages, by the exact response of the lag over 1 ms."""
     own, p = truth.logs[number], truth.coefficients()
     lead, held = len(flight.before), np.vstack([flight.before, flight.log[:, 1:3]])
     per_sample = round(1000.0 / truth.rate)
@@ -212,7 +212,7 @@ def motor_states(truth, flight, number):
 
 
 def smooth_accelerations(truth, flight, number):
-    """Accelerations by the catalogue's table, angles from the encoder's zero; dry friction and touches left out."""
+    """Accelerations by the published laws, with angles from the encoder's zero, without dry friction and touches."""
     c = {f"{effect.name}_{effect.axis}": effect.coefficient for effect in truth.effects}
     p, own, z = truth.base, truth.logs[number], truth.horizontal_offset
     nu = motor_states(truth, flight, number)
@@ -230,7 +230,7 @@ def smooth_accelerations(truth, flight, number):
         - c["airspeed_thrust_loss_elevation"] * mu_s * w_e * np.cos(th) + c["gyroscopic_coupling_elevation"] * mu_s * w
         - 0.5 * np.sin(2 * (e + z)) * w_l**2
     )  # fmt: skip
-    # The truth's drag torque is stated for cos(e) and equal in hover to the rig's, which goes with cos(e + z).
+    # The truth states the drag torque for cos(e); the rig has cos(e + z), with the same torque in hover.
     turned = np.cos(e + z) * np.cos(truth.hover[0]) / np.cos(truth.hover[0] + z)
     travel = (
         -p.a_wy * w_l + p.k_y * mu_s * np.sin(th) + 2 * np.tan(e + z) * w_e * w_l + c["constant_torque_travel"]
@@ -247,7 +247,7 @@ def unexplained(truth, flight, number):
 
 @pytest.fixture(scope="module")
 def quiet():
-    """A rig with everything in it, in still air, at 500 Hz."""
+    """A rig with many effects, in still air, at 500 Hz."""
     truth = draw_field_rig(2, EVERYTHING, touched=True)
     return replace(truth, rate=500.0, air=Air(), room=STILL, presliding=0.0)
 
@@ -261,7 +261,7 @@ def test_flights_obey_the_catalogues_equations_of_motion(quiet):
     # by a sixth of it at the usual jumps; the weakest effect here, the cable, reaches .01 rad/s^2.
     assert np.abs(left[:, :2]).max() < 3e-3
     assert left[:, :2].std(axis=0).max() < 5e-4
-    # What is left of the travel is dry friction: minus its level times the sign of the rate while it slips.
+    # The rest of the travel is dry friction: minus its level times the sign of the rate while it slips.
     (level,) = (effect.coefficient for effect in quiet.effects if effect.name == "dry_friction")
     w = flight.rates[:, 2]
     slipping = np.minimum(np.abs(w[1:]), np.abs(w[:-1])) > 0.01
@@ -292,7 +292,7 @@ def test_touches_are_where_and_as_strong_as_the_truth_says(quiet):
         axis = AXES.index(touch.axis)
         inside = (time > touch.start + 0.05) & (time < touch.end - 0.05)
         outside = (time < touch.start - 0.01) | (time > touch.end + 0.01)
-        # As in the test above.
+        # The tolerance is that of the test of the equations of motion above.
         assert left[inside, axis] == pytest.approx(touch.acceleration, abs=3e-3)
         assert np.abs(left[outside]).max() < 3e-3
         others = [i for i in range(3) if i != axis]
@@ -303,11 +303,11 @@ def test_push_rises_and_falls_within_its_edges_and_gives_its_impulse():
     t = np.linspace(0.0, 3.0, 30_001)
     shares = np.array([push(x, 1.0, 1.8) for x in t])
     assert np.all(shares[(t <= 1.0) | (t >= 1.8)] == 0.0)
-    # The edges of 50 ms hold half of what they would.
+    # Each edge of 50 ms contributes half of its length.
     assert np.trapezoid(shares, t) == pytest.approx(0.8 - 0.05, abs=1e-6)
 
 
-def test_touch_changes_nothing_before_it_happens_and_no_other_log():
+def test_touch_changes_its_own_log_only_and_only_afterwards():
     calm, touched = (make_field_rig(4, "field", touched=on) for on in (False, True))
     changed = 0
     for own, log, other in zip(touched.truth.logs, logs_of(calm), logs_of(touched), strict=True):
@@ -318,7 +318,7 @@ def test_touch_changes_nothing_before_it_happens_and_no_other_log():
         before = log[:, 0] <= touch.start
         assert np.array_equal(log[before], other[before])
         after = (log[:, 0] > touch.end) & (log[:, 0] < touch.end + 2.0)
-        # A rate of at least .25 s times .5 rad/s^2 shows within the next two seconds, against the loop.
+        # The touch adds a rate of at least .25 s times .5 rad/s^2, which shows within two seconds despite the loop.
         assert np.abs(log[after, 3:] - other[after, 3:]).max() > 0.02
         changed += 1
     assert changed >= 1
@@ -348,17 +348,17 @@ def hovering(zeros=(0.0, 0.0, 0.0), gain=1.0):
     return truth, flight.log[late, 3:5].mean(axis=0), flight.angles[late, :2].mean(axis=0), flight.log[late, 1:3]
 
 
-def test_controller_holds_what_the_encoders_read_and_not_what_is_true():
+def test_controller_holds_the_reading_of_the_encoders_and_not_the_true_angle():
     truth, read, angles, _ = hovering(zeros=(0.0, 0.03, 0.0))
-    # The integral leaves what the shake of the lines leaves, a count and less.
+    # The integral removes all but the noise of the encoders, a count or less.
     assert read == pytest.approx((0.0, truth.hover[0]), abs=2e-3)
     assert angles == pytest.approx((0.0, truth.hover[0] - 0.03), abs=2e-3)
 
 
-def test_gain_of_a_log_is_what_the_controller_makes_up_for():
+def test_controller_compensates_the_gain_of_a_log():
     truth, _, _, voltages = hovering()
     _, _, _, weaker = hovering(gain=0.96)
-    # In hover a given thrust is needed: the mean voltages go with 1/gain; 10 s of shake leave some millivolts.
+    # Hover needs a given thrust, so the mean voltages go with 1/gain; 10 s of encoder noise leave some millivolts.
     assert voltages.sum(axis=1).mean() == pytest.approx(truth.hover[1], rel=5e-3)
     assert 0.96 * weaker.mean(axis=0) == pytest.approx(voltages.mean(axis=0), rel=5e-3)
 
@@ -366,7 +366,7 @@ def test_gain_of_a_log_is_what_the_controller_makes_up_for():
 def test_encoders_read_the_true_angle_and_their_own_zero():
     truth = draw_field_rig(9)
     flight = fly_log(truth, 0)
-    # Shake and rounding of at most .41 counts of 1.5 mrad, averaged over 2000 samples and more.
+    # Noise and rounding of at most .41 counts of 1.5 mrad are averaged over 2000 samples and more.
     assert (flight.log[:, 3:] - flight.angles).mean(axis=0) == pytest.approx(truth.logs[0].zeros, abs=3e-4)
 
 
@@ -390,7 +390,7 @@ def test_torque_of_the_air_grows_with_the_thrust_and_has_its_correlation_time(sh
     assert AIR_STD[0] <= min(std)
 
 
-def test_open_logs_are_those_of_the_experiments_and_a_touch_is_all_that_is_put_in():
+def test_open_loop_logs_with_a_touch_differ_from_clean_ones_by_the_touch_only():
     clean, touched = (make_field_rig(6, kind) for kind in ("open_clean", "open_touched"))
     for own, log, other in zip(touched.truth.logs, logs_of(clean), logs_of(touched), strict=True):
         (touch,) = own.touches
@@ -413,7 +413,7 @@ def test_cases_of_the_battery_share_no_seed_but_for_the_touched_open_logs():
     assert sum(case.count for case in FIELD_BATTERY if case.kind == "clean") >= 100
 
 
-def test_campaign_holds_both_halves_of_every_rig_under_names_of_their_own():
+def test_campaign_has_both_halves_of_every_rig_under_different_names():
     everything = field_sources()
     assert len(everything) == 2 * sum(case.count for case in FIELD_BATTERY)
     few = field_sources(("field", "clean"), {"field": 1, "clean": 1})
@@ -421,7 +421,7 @@ def test_campaign_holds_both_halves_of_every_rig_under_names_of_their_own():
     assert set(few) < set(everything)
 
 
-def test_half_of_a_campaign_has_the_halfs_logs_and_their_truth_in_the_catalogues_words():
+def test_half_of_a_campaign_has_its_logs_and_their_truth_in_the_names_of_the_catalogue():
     case = FieldCase("single", "speed_stability", 4)
     made = case.rig(0)
     rig = field_half("single", "speed_stability", 4, 1.0, False, 0, 1)
@@ -441,7 +441,7 @@ def test_half_of_a_campaign_has_the_halfs_logs_and_their_truth_in_the_catalogues
     assert offsets == [made.truth.horizontal_offset] * 2
 
 
-def test_clean_halves_know_of_nothing_beyond_the_base_model():
+def test_truth_of_clean_halves_is_the_simplified_model():
     rig = half_of(make_field_rig(1, "clean_linear"), 0)
     assert (rig.truth.effects, rig.truth.beyond, rig.truth.unknown) == ((), (), None)
     assert rig.truth.parameters["a_e"] == make_field_rig(1, "clean_linear").truth.base.a_e

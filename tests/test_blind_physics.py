@@ -1,4 +1,4 @@
-"""The blind plant against closed forms and against scipy; it shares no code with the plant it helps to judge."""
+"""The blind plant: comparison with closed forms and with scipy. It shares no code with the plant."""
 
 import numpy as np
 import pytest
@@ -20,8 +20,8 @@ def run(coefficients, seconds=40.0, start=(0.0, 0.0, 0.0), mu_s=0.0, mu_d=0.0, s
     n = round(seconds / SAMPLE)
     mu_s, mu_d = np.broadcast_to(mu_s, n), np.broadcast_to(mu_d, n)
     voltages = np.column_stack([(mu_s + mu_d) / 2, (mu_s - mu_d) / 2])
-    room = np.random.default_rng(seed)
-    return integrate(voltages, np.array(start), coefficients, strange or Strange(), torque_std, 1.0, room)
+    noise = np.random.default_rng(seed)
+    return integrate(voltages, np.array(start), coefficients, strange or Strange(), torque_std, 1.0, noise)
 
 
 def times(seconds=40.0):
@@ -37,7 +37,7 @@ def period(t, x):
 def test_energy_of_an_undamped_pitch_swing_is_kept():
     angles, rates = run(FREE, start=(1.0, 0.0, 0.0))
     energy = rates[:, 0] ** 2 / 2 + FREE.a_th * (1 - np.cos(angles[:, 0]))
-    # The midpoint kick is symplectic here: the energy ripples by (omega h)^2/8 < 1e-7 of itself and does not drift.
+    # The midpoint method is symplectic here: the energy ripples by a share of (omega h)^2/8 < 1e-7 and does not drift.
     assert np.ptp(energy) < 1e-6 * energy[0]
 
 
@@ -52,7 +52,7 @@ def test_small_pitch_swings_have_the_frequency_of_their_equilibrium(mu_d):
     rest = np.arcsin(FREE.k_x * mu_d / FREE.a_th)
     angles, _ = run(FREE, start=(rest + 0.01, 0.0, 0.0), mu_d=mu_d)
     expected = 2 * np.pi / np.sqrt(FREE.a_th * np.cos(rest))
-    # Amplitude .01 rad changes the period by 1/16 of .01^2, and by its tangent about a tilted rest as much.
+    # An amplitude of .01 rad changes the period by the share .01^2/16; about a tilted rest the change is similar.
     assert period(times(), angles[:, 0] - rest) == pytest.approx(expected, rel=5e-5)
 
 
@@ -83,7 +83,7 @@ def test_base_model_agrees_with_scipy_on_the_training_signal():
     for k, v in enumerate(voltages):
         worst = max(worst, np.abs(x[:3] - angles[k]).max())
         x = solve_ivp(slope, (0, SAMPLE), x, args=(v,), rtol=1e-9, atol=1e-11).y[:, -1]
-    # A hundredth of a count: invisible beside the encoder.
+    # A hundredth of a count: negligible beside the encoder.
     assert worst < ENCODER_COUNT / 100
 
 
@@ -101,7 +101,7 @@ def test_dry_friction_takes_two_bands_from_the_amplitude_every_period_half_and_t
     turns = np.flatnonzero(np.diff(np.sign(rates[:, 1])) != 0)
     peaks = np.abs(angles[turns, 1])[:6]  # the first turn is the release
     band = c / p.a_e
-    # A turn falls between samples: the angle is off by at most omega^2 A SAMPLE^2/2 = 1.3e-5.
+    # A turning point lies between samples: its angle is off by at most omega^2 A SAMPLE^2/2 = 1.3e-5.
     assert np.diff(peaks) == pytest.approx(-2 * band, abs=3e-5)
     assert abs(angles[-1, 1]) <= band
     assert np.all(rates[-1000:, 1] == 0.0)
@@ -152,7 +152,7 @@ def test_input_delay_shifts_the_answer_by_whole_samples():
     assert late[8:, 0] == pytest.approx(prompt[:-8, 0], abs=1e-9)
 
 
-def test_delay_between_samples_lies_between_its_neighbours_in_proportion():
+def test_delay_between_samples_interpolates_its_neighbours_linearly():
     mu_d = np.where(times() < 5.0, 0.0, 1.0)
     late = [run(FREE._replace(a_th=0.0, input_delay=c), mu_d=mu_d)[1][-1, 0] for c in (0.02, 0.0234, 0.03)]
     assert late[1] == pytest.approx(late[0] + 0.34 * (late[2] - late[0]), abs=1e-9)
@@ -161,7 +161,7 @@ def test_delay_between_samples_lies_between_its_neighbours_in_proportion():
 def test_motor_lag_adds_to_the_time_constant():
     mu_d = np.where(times() < 1.0, 0.0, 1.0)
     _, rates = run(FREE._replace(a_th=0.0, motor_lag=0.07), mu_d=mu_d)
-    # A free axis behind a lag T: w = k (t - T) long after the step, seen from the step.
+    # A free axis behind a lag T reaches w = k (t - T) at the time t after the step.
     assert rates[-1, 0] == pytest.approx(FREE.k_x * (times()[-1] - 1.0 - 0.15), abs=1e-6)
 
 
@@ -204,8 +204,8 @@ def test_arm_bends_at_its_own_frequency_and_the_rigid_arm_does_not_feel_it():
     assert period(times()[late], bend[late] - 0.008) == pytest.approx(1 / 3, rel=2e-3)
 
 
-def test_coupling_effects_change_the_energy_in_the_way_their_theory_says():
-    # The inertial terms at c = 1 are those of a rod, whose cos(eps)^2 lambda' is kept without torques.
+def test_inertial_coupling_keeps_the_angular_momentum_of_a_rod():
+    # At c = 1 the inertial terms are those of a rod: without torque, cos(eps)^2 lambda' stays constant.
     p = FREE._replace(inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0, constant_torque_travel=0.0)
     swing = Strange(axis=2, by_travel=0.3, waves=1.0, phase=np.pi / 2)
     angles, rates = run(p, 2.0, start=(0.0, 0.2, 0.0), strange=swing)
@@ -215,7 +215,7 @@ def test_coupling_effects_change_the_energy_in_the_way_their_theory_says():
     assert spin == pytest.approx(expected, abs=1e-5)  # trapezoidal sum at 10 ms
 
 
-def test_room_torque_has_its_deviation_and_its_correlation_time():
+def test_process_noise_has_its_deviation_and_its_correlation_time():
     std = 0.003
     p = FREE._replace(a_th=0.0, a_e=0.0, k_x=0.0, k_y=0.0, k_z=0.0)
     rates = [run(p, 400.0, torque_std=std, seed=seed)[1] for seed in range(4)]

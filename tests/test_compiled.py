@@ -3,15 +3,11 @@
 import os
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
 from textwrap import dedent
-from time import sleep
 
-import numba
 import numpy as np
 import pytest
 
-from heli_plant import compiled as module
 from heli_plant.compiled import PARAMETER_DTYPE, compiled, parameter_record
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
@@ -49,30 +45,32 @@ def test_function_is_compiled_once():
     assert compiled(lagged) is compiled(lagged)
 
 
-def test_threads_that_compile_at_once_leave_numbas_setting_as_it_was(monkeypatch, tmp_path):
-    """numba's cache folder is one setting for the whole process."""
-    monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path / "cache"))
-    before, jit = numba.config.CACHE_DIR, module._jit
+def test_threads_that_compile_at_once_keep_each_function_in_its_own_folder(tmp_path):
+    """numba's cache folder is one setting for the whole process; it is the old one afterwards."""
+    script = """
+        import sys, numba
+        from concurrent.futures import ThreadPoolExecutor
+        from threading import Barrier
+        from heli_plant.compiled import compiled
+        from heli_plant.motor import kept, lagged, saturate, toward
 
-    def slow(*arguments, **options):
-        sleep(0.02)  # all threads are at it before the first is done
-        return jit(*arguments, **options)
+        sys.setswitchinterval(1e-6)  # threads change places as often as possible
+        before, barrier = numba.config.CACHE_DIR, Barrier(4)
 
-    monkeypatch.setattr(module, "_jit", slow)
+        def compile_and_call(case):
+            function, arguments = case
+            barrier.wait()
+            return compiled(function)(*arguments)
 
-    def fresh(k):
-        code = f"def f{k}(x):\n    return x + {k}.0\n"
-        file = tmp_path / f"f{k}.py"
-        file.write_text(code)
-        names = {"__name__": f"heli_plant.f{k}", "__file__": str(file)}
-        exec(compile(code, str(file), "exec"), names)
-        return compiled(names[f"f{k}"])
-
-    with ThreadPoolExecutor(4) as pool:
-        functions = list(pool.map(fresh, range(8)))
-    assert [f(1.0) for f in functions] == [1.0 + k for k in range(8)]
-    assert numba.config.CACHE_DIR == before
-    assert len(list((tmp_path / "cache").glob("numba-*/**/*.nbi"))) == 8
+        lag = (kept, (0.08, 0.08)), (lagged, (1.0, 3.0, 0.08, 0.0))
+        cases = *lag, (saturate, (9.0, 5.0)), (toward, (1.0, 3.0, 0.25))
+        with ThreadPoolExecutor(4) as pool:
+            print(*(f"{value:.4f}" for value in pool.map(compile_and_call, cases)))
+        print(numba.config.CACHE_DIR == before)
+    """
+    assert run(script, tmp_path) == ["0.3679", "3.0000", "5.0000", "2.5000", "True"]
+    folders = [folder for folder in tmp_path.iterdir() if folder.is_dir()]
+    assert [len(list(folder.rglob("*.nbi"))) for folder in folders] == [1] * 4
 
 
 def run(script, cache):
@@ -87,52 +85,36 @@ def run(script, cache):
     return done.stdout.split()
 
 
-def test_second_process_finds_the_machine_code_on_disk(tmp_path):
-    script = """
-        from heli_plant.compiled import compiled
-        from heli_plant.motor import lagged
-        compiled(lagged)(1.0, 2.0, 0.01, 0.08)
-        print(sum(compiled(lagged).stats.cache_hits.values()))
+def outer_of_a_test(folder, body, constant):
+    """Compile and call, in a new process, a function that calls one and reads a constant of other files.
+
+    Returns what the function gives at 3, and how often machine code was found on disk.
     """
-    assert run(script, tmp_path) == ["0"]
-    assert run(script, tmp_path) == ["1"]
+    modules = folder / "modules"
+    modules.mkdir(exist_ok=True)
+    (modules / "constants_of_a_test.py").write_text(f"FACTOR = {constant}\n")
+    (modules / "inner_of_a_test.py").write_text(f"def inner(x):\n    return {body}\n")
+    (modules / "outer_of_a_test.py").write_text(
+        "from .constants_of_a_test import FACTOR\nfrom .inner_of_a_test import inner\n\n\n"
+        "def outer(x):\n    return FACTOR * inner(x)\n"
+    )
+    script = f"""
+        import sys
+        sys.dont_write_bytecode = True  # Python would take bytecode of the same second for the changed source
+        import heli_plant
+        heli_plant.__path__.append({str(modules)!r})
+        from heli_plant.compiled import compiled
+        from heli_plant.outer_of_a_test import outer
+        print(compiled(outer)(3.0), sum(compiled(outer).stats.cache_hits.values()))
+    """
+    return run(script, folder / "cache")
 
 
-@pytest.fixture
-def project(tmp_path, monkeypatch):
-    """A function ``outer`` that calls one and reads a constant of other files, in a package of the project's name."""
-
-    def write(body="x + 1.0", constant=2.0):
-        for name in [name for name in sys.modules if name.startswith("heli_plant_of_a_test")]:
-            del sys.modules[name]
-        package = tmp_path / "heli_plant_of_a_test"
-        package.mkdir(exist_ok=True)
-        (package / "__init__.py").write_text("")
-        (package / "constants.py").write_text(f"FACTOR = {constant}\n")
-        (package / "inner.py").write_text(f"def inner(x):\n    return {body}\n")
-        (package / "outer.py").write_text(
-            "from .constants import FACTOR\nfrom .inner import inner\n\n\ndef outer(x):\n    return FACTOR * inner(x)\n"
-        )
-        sys.dont_write_bytecode, kept = True, sys.dont_write_bytecode  # a second's old bytecode would pass for new
-        try:
-            return __import__("heli_plant_of_a_test.outer", fromlist=["outer"]).outer
-        finally:
-            sys.dont_write_bytecode = kept
-
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(module, "_ROOTS", (*module._ROOTS, "heli_plant_of_a_test"))
-    monkeypatch.setenv("HELI_CACHE_DIR", str(tmp_path / "cache"))
-    return write
-
-
-def test_change_in_a_function_that_is_called_makes_new_code(project):
-    assert compiled(project("x + 1.0"))(3.0) == 8.0
-    assert compiled(project("x + 2.0"))(3.0) == 10.0
-
-
-def test_change_of_a_constant_elsewhere_makes_new_code(project):
-    assert compiled(project(constant=2.0))(3.0) == 8.0
-    assert compiled(project(constant=5.0))(3.0) == 20.0
+def test_machine_code_on_disk_serves_until_a_called_function_or_a_constant_elsewhere_changes(tmp_path):
+    assert outer_of_a_test(tmp_path, "x + 1.0", 2.0) == ["8.0", "0"]
+    assert outer_of_a_test(tmp_path, "x + 1.0", 2.0) == ["8.0", "1"]
+    assert outer_of_a_test(tmp_path, "x + 2.0", 2.0) == ["10.0", "0"]
+    assert outer_of_a_test(tmp_path, "x + 2.0", 5.0) == ["25.0", "0"]
 
 
 def test_folder_that_cannot_be_written_is_named_with_the_remedy(monkeypatch, tmp_path):

@@ -1,4 +1,4 @@
-"""The controller: the paper's sign and its mending, defaults that are stable and damped, limits, filtered rates."""
+"""The controller: the corrected sign of the paper's law, stable and damped defaults, limits, filtered rates."""
 
 from math import exp, log
 
@@ -17,7 +17,7 @@ P, H = TABLE_2, 0.01
 PID = PidSettings()
 TRAVEL = PID._replace(travel_enabled=True)
 LEVEL = (0.0, 0.2, 0.0)
-"""References with lift: the arm of Table 2 is carried by nu_f + nu_r = 2.4 V at .2 rad."""
+"""References with lift: nu_f + nu_r = 2.4 V carry the arm of Table 2 at .2 rad."""
 
 
 # --- the paper's pitch law, linear -------------------------------------------------------------------------------
@@ -36,7 +36,7 @@ def test_printed_sign_puts_a_pole_near_plus_two_point_seven():
     assert max(pitch_loop(-1.0).real) == pytest.approx(2.7, abs=0.05)
 
 
-def test_mended_sign_is_stable_and_damped():
+def test_corrected_sign_is_stable_and_damped():
     poles = pitch_loop(1.0)
     assert max(poles.real) < -0.5
     assert min(-poles.real / np.abs(poles)) > 0.6
@@ -50,14 +50,14 @@ def test_gains_on_pitch_are_the_papers():
 
 
 def period(z, references, settings):
-    """One control period: the plant runs under the voltages of the angles one period ago."""
+    """One control period: the plant runs under the voltages computed from the angles one period ago."""
     plant, pid, (v_front, v_rear) = PlantState(*z[:12]), PidState(*z[12:18]), z[18:]
     pid, late = pid_step(pid, plant.pitch, plant.elevation, plant.travel, references, H, settings)
     return np.array([*step(plant, v_front, v_rear, 0.0, 0.0, H, P), *pid, *late])
 
 
 def equilibrium(references, settings):
-    """State at rest on the references, with the integrals that hold it there."""
+    """State at rest at the references, with the integrals that hold it there."""
     mu_sum = (P.a_e * references[1] + P.a_1) / P.k_z
     mu_diff = P.a_th * np.sin(references[0] - P.theta0) / P.k_x
     v = (0.5 * (mu_sum + mu_diff), 0.5 * (mu_sum - mu_diff))
@@ -76,7 +76,7 @@ def fly(z, references, settings, seconds):
 
 
 def modes(references, settings):
-    """Eigenvalues [1/s] of the loop's period about its equilibrium, those of plain integrators and delays aside."""
+    """Eigenvalues [1/s] of the sampled loop about its equilibrium, without those of plain integrators and delays."""
     z, d = equilibrium(references, settings), 1e-6
     np.testing.assert_allclose(period(z, references, settings), z, atol=1e-14)
     columns = [
@@ -85,7 +85,7 @@ def modes(references, settings):
     ]
     z_plane = np.linalg.eigvals(np.array(columns).T)
     s_plane = np.log(z_plane[np.abs(z_plane) > 1e-3].astype(complex)) / H
-    # the bending, the ADO, the cable's rest and an idle integral of the travel neither move nor matter
+    # bending, ADO, cable rest and the unused integral of the travel do not move: eigenvalues at 1, left out
     return s_plane[np.abs(s_plane) > 1e-5]
 
 
@@ -102,7 +102,7 @@ def overshoot_and_settling(angle, reference):
 
 def test_default_loops_of_pitch_and_elevation_are_stable_and_damped():
     s = modes((0.0, 0.2, 0.0), PID)
-    coasting = np.abs(s + P.a_wy) < 1e-4  # the travel is left alone: it coasts with a_wy
+    coasting = np.abs(s + P.a_wy) < 1e-4  # nothing controls the travel: it coasts with a_wy
     assert coasting.sum() == 1
     assert max(s[~coasting].real) < -0.5 and damping(s[~coasting]) > 0.5
 
@@ -145,7 +145,7 @@ def test_travel_turns_half_round_within_the_limits_of_pitch_and_voltage():
 def test_paper_gains_step_the_pitch_with_their_known_overshoot():
     angles, _ = fly(equilibrium(LEVEL, PID), (0.2, 0.2, 0.0), PID, 20.0)
     overshoot, settling = overshoot_and_settling(angles[:, 0], 0.2)
-    # the integral acts on an error that the derivative does not see: a slow tail, ten per cent and some above
+    # the integral adds a slow tail, so the overshoot lies above ten per cent
     assert 0.05 < overshoot < 0.2 and settling < 8.0
 
 
@@ -204,7 +204,7 @@ def test_integral_of_the_travel_stops_while_the_pitch_reference_is_clipped():
 
 
 def test_saturated_elevation_recovers_without_windup():
-    """The arm is held down for ten seconds; freed, it overshoots no more than a step of that size does."""
+    """After ten seconds in which the arm is held down, it overshoots at most .3 more than a free step of that size."""
     z = equilibrium(LEVEL, PID)
     for _ in range(1000):
         z = period(z, (0.0, 0.6, 0.0), PID)
@@ -219,7 +219,7 @@ def test_saturated_elevation_recovers_without_windup():
 def test_travel_reference_is_clipped_to_the_pitch_limit():
     still = start_pid(0.0, 0.2, 0.0)
     state, _ = pid_step(still, 0.0, 0.2, 0.0, (0.0, 0.2, 50.0), H, TRAVEL)
-    # a wanted travel far ahead asks for a pitch of -.5 rad: the error that the pitch integrates is +.5
+    # a travel reference far ahead demands a pitch of -.5 rad, so the pitch integrates an error of +.5 rad
     assert state.integral_pitch == pytest.approx(H * TRAVEL.pitch_limit)
 
 

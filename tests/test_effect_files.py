@@ -1,7 +1,7 @@
-"""What a file of the catalogue says: its published law is its function, in any units; and the blind rigs agree.
+"""Files of the effects: the published law is the function, in any units, and the blind rigs have the same laws.
 
-Three descriptions of a law are held against each other: the function that the plant runs, the text that reports and
-documentation print, and the blind generator's own equations, which share no code with the plant.
+Three descriptions of a law are compared: the function that the plant runs, the text that reports and documentation
+print, and the blind generator's own equations, which share no code with the plant.
 """
 
 import math
@@ -23,7 +23,7 @@ from tests.blind.torques import elevation_torque, pitch_torque, travel_torque
 
 BASE = ("a_wx", "a_th", "k_x", "theta0", "a_wz", "a_e", "a_1", "a_lt", "k_z", "a_wy", "k_y")
 FAST = 30.0
-"""Rates [rad/s] at which the smoothed sign of dry friction is the sign to the last bit, in milliseconds as well."""
+"""Rates [rad/s] at which the smoothed sign of dry friction equals the sign to the last bit, also after rescaling."""
 
 
 def unit_of(e, name):
@@ -37,7 +37,7 @@ def unit_of(e, name):
 
 
 def drawn(e, seed):
-    """Values of a law's arguments, of the order of a fast flight; every sign occurs."""
+    """Draw values of a law's arguments, of the size of a fast flight and of either sign."""
     random = np.random.default_rng(seed)
     values = {}
     for name in e.arguments:
@@ -70,7 +70,7 @@ FUNCTIONS = {
 
 
 def expression(text, values):
-    """Value of a published expression: factors stand side by side, symbols may hold primes and (0)."""
+    """Value of a published expression. Factors stand side by side; symbols may contain primes and (0)."""
     words = sorted([*values, *FUNCTIONS, *OPERATORS], key=len, reverse=True)
     tokens = re.findall("|".join(map(re.escape, words)) + r"|\d+\.?\d*|\S", text)
     program, before = [], ""
@@ -149,10 +149,10 @@ RESULT = {ACCELERATION: "rad/s^2", BENDING: "rad/s^2", VOLTAGE: "V", THRUST: "V"
 @pytest.mark.parametrize("e", CATALOGUE, ids=lambda e: e.field)
 @pytest.mark.parametrize("seed", range(10))
 def test_law_means_the_same_in_milliseconds_and_millivolts(e, seed):
-    """Rescaled by its unit strings: a wrong unit of c, of a shape or of a parameter shows as a power of a thousand."""
+    """Arguments are rescaled by their unit strings: a wrong unit of c or of a shape shows as a power of 1000."""
     values = drawn(e, seed)
     if "rate" in values:
-        values["rate"] *= 10.0  # its smoothing is a constant in rad/s: the sign has to be one in rad/ms as well
+        values["rate"] *= 10.0  # the smoothing is a constant in rad/s; the smoothed sign must be +-1 in rad/ms as well
     rescaled = {name: value * 1000.0 ** power(unit_of(e, name)) for name, value in values.items()}
     if "frequency" in rescaled:  # Hz is 1/s
         rescaled["frequency"] = values["frequency"] / 1000.0
@@ -181,8 +181,8 @@ angle, rate, volts = st.floats(-0.8, 0.8), st.floats(-2.0, 2.0), st.floats(-10.0
 @pytest.mark.parametrize("e", [*SMOOTH, None], ids=lambda e: e.field if e else "all of them")
 @given(th=angle, ep=angle, la=angle, w=rate, w_e=rate, w_l=rate, mu_s=volts, mu_d=volts, zero=st.floats(-0.3, 0.3))
 def test_blind_generator_and_plant_accelerate_alike(e, th, ep, la, w, w_e, w_l, mu_s, mu_d, zero):
-    """Horizontal arm at an elevation that is not the encoder's zero; only dry friction is set-valued there."""
-    # the generator lets a moving mass act through the large-angle gravity: together they are not additive there
+    """The arm is horizontal at another elevation than the encoder's zero. Friction, set-valued there, is left out."""
+    # in the generator a moving mass also changes the large-angle gravity, so these two effects do not simply add
     on = [x for x in SMOOTH if x.name != "moving_mass"] if e is None else [e]
     shapes = {"ground_elevation": -0.2, "ground_height": 0.15, "moving_mass_time": 1.0}
     p = TABLE_2._replace(horizontal_offset=zero, **shapes, **{x.field: 0.3 * x.upper for x in on})

@@ -1,4 +1,4 @@
-"""Encoders: whole counts, half a count of error at most."""
+"""Encoders: readings are whole counts, with an error of at most half a count."""
 
 from math import pi
 
@@ -14,14 +14,14 @@ counts = st.sampled_from([360, 4096, 8192])
 
 @given(angle, counts)
 def test_reading_lies_within_half_a_count(x, n):
-    # plus the rounding of an angle of up to 20 rad
+    # plus the rounding error of an angle of up to 20 rad
     assert abs(quantise(x, n) - x) <= pi / n + 1e-14
 
 
 @given(angle, counts)
 def test_reading_is_a_whole_number_of_counts(x, n):
     count = quantise(x, n) * n / (2 * pi)
-    # 20 rad are 26e3 counts, each rounding moves them by 4e-12
+    # 20 rad are 26e3 counts, which one rounding error changes by 4e-12
     assert count == pytest.approx(round(count), abs=1e-10)
 
 

@@ -1,4 +1,4 @@
-"""The general model against point masses in space, and the identities that any rigid body obeys."""
+"""The general model: comparison with point masses in space, and identities of every rigid body."""
 
 import numpy as np
 import pytest
@@ -170,7 +170,7 @@ def test_potential_energy_is_that_of_the_point_masses(p, pitch, elevation):
     def height(q):
         return sum(m * GRAVITY * position[2] for m, position in masses(q, p))
 
-    # up to a constant, which the balance of the arm makes zero
+    # the constant between the two is zero, because the counterweight balances the arm
     assert potential_energy(pitch, elevation, p) == pytest.approx(height((pitch, elevation, 0.3)), abs=1e-12)
 
 
@@ -213,7 +213,7 @@ def test_power_of_thrust_less_friction_is_the_rate_of_the_energy(p, pitch, eleva
     p = p._replace(viscous_pitch=0.003, viscous_elevation=0.05, viscous_travel=0.25)
     a, w, h = np.array(general_accelerations(pitch, elevation, *w, mu_diff, mu_sum, p)), np.array(w), 1e-5
     if np.abs(a).max() > 1e3:
-        return  # a near-singular geometry: the difference below would not resolve the motion
+        return  # nearly singular geometry: the difference quotient below would not resolve the motion
 
     def along(t):
         return energy(pitch + w[0] * t + a[0] * t * t / 2, elevation + w[1] * t + a[1] * t * t / 2, w + a * t, p)
@@ -233,7 +233,7 @@ SPIN = PlantState(pitch=0.6, elevation=0.3, travel=0.1, pitch_rate=0.8, elevatio
 
 
 def test_free_motion_without_friction_keeps_its_energy():
-    """What drift there is falls with the fourth power of the step, as the method's order says."""
+    """The remaining drift falls with the fourth power of the step, the order of the method."""
 
     def drift(h):
         states, _ = simulate(np.zeros((round(10.0 / h), 2)), h, SPIN, CONSERVATIVE)

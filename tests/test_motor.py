@@ -22,7 +22,7 @@ def test_lag_is_the_step_response_of_a_first_order_system():
     for _ in t[1:]:
         nu = lagged(nu, 1.0, 0.01, 0.08)
         mine.append(nu)
-    # both are exact for a held voltage; fifty roundings
+    # both are exact for a held voltage: only the rounding errors of fifty steps are left
     np.testing.assert_allclose(mine, expected, atol=1e-14)
 
 
@@ -46,7 +46,7 @@ def test_motor_without_a_lag_passes_the_voltage_through(nu, v, h):
 
 @given(voltage, voltage, positive, positive)
 def test_lagged_voltage_stays_between_where_it_was_and_what_drives_it(nu, v, h, time_constant):
-    # a rounding beyond either end is possible, no more
+    # only a rounding error beyond either end is possible
     assert min(nu, v) - 1e-14 <= lagged(nu, v, h, time_constant) <= max(nu, v) + 1e-14
 
 

@@ -1,4 +1,4 @@
-"""Parameters: one list of fields, names, units and ranges; the catalogue agrees with it; errors say what is wrong."""
+"""Parameters: values of Table 2, ranges, names, and the messages of refused values."""
 
 import pickle
 from math import inf, nan, radians
@@ -43,12 +43,12 @@ DESIGN = {
     "arm_bending": "elevation",
     "moving_mass": "elevation",
 }
-"""The contract: every effect's name and the axes it may act on."""
+"""Names of all effects, which parameter sets and reports use, with the axes on which they act."""
 
 NOT_NEGATIVE = {
     "dry_friction", "breakaway_friction", "quadratic_drag", "reverse_thrust_loss", "dead_zone", "input_delay",
     "airspeed_thrust_loss", "cable_stiffness", "large_angle_gravity", "pitch_gravity_coupling", "ground_effect",
-    # theory says 1, and a negative coupling of inertia would make kinetic energy negative
+    # theory gives 1; with a negative coupling the kinetic energy would be negative
     "inertial_coupling",
 }  # fmt: skip
 
@@ -60,8 +60,7 @@ def test_table_2_is_the_papers():
     assert (p.a_wy, p.k_y, p.T_m, p.v_max) == (0.114, -0.112, 0.08, 5.0)
 
 
-def test_every_field_has_one_row_and_one_name():
-    assert sorted(BY_FIELD) == sorted(PlantParameters._fields)
+def test_no_two_parameters_share_a_field_or_a_name():
     assert len(PARAMETERS) == len(BY_FIELD) == len(BY_NAME)
 
 
@@ -72,7 +71,7 @@ def test_every_row_has_a_unit_a_description_and_a_default_in_its_range():
     assert checked(TABLE_2) is TABLE_2
 
 
-def test_catalogue_holds_exactly_the_effects_of_the_contract():
+def test_catalogue_holds_exactly_the_effects_with_published_names():
     assert [(e.name, e.axis) for e in CATALOGUE] == [(name, a) for name in DESIGN for a in DESIGN[name].split()]
 
 
@@ -83,7 +82,7 @@ def test_sign_of_an_effect_is_bounded_where_physics_bounds_it(e):
     assert all(shape.lower <= value <= shape.upper for shape in e.shapes for value in shape.grid)
 
 
-def test_effect_is_found_by_name_and_axis_and_a_wrong_one_is_named():
+def test_effect_is_found_by_name_and_axis_and_the_message_names_an_unknown_one():
     assert effect("dry_friction", "travel").field == "dry_friction_travel"
     with pytest.raises(KeyError, match="no effect 'dry_friction' on axis 'rotors'"):
         effect("dry_friction", "rotors")
@@ -119,7 +118,7 @@ def test_unknown_name_is_refused_with_the_nearest_one():
 
 
 @given(st.data())
-def test_names_go_there_and_back(data):
+def test_parameters_survive_the_way_through_structured_names(data):
     rows = data.draw(st.lists(st.sampled_from(PARAMETERS), max_size=8, unique=True))
     values = {row.field: data.draw(st.floats(row.minimum, row.maximum)) for row in rows}
     p = TABLE_2._replace(**values)

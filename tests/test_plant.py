@@ -1,4 +1,4 @@
-"""One step of the plant: its order, an independent integrator, saturation, the ADO, the bending arm."""
+"""One step of the plant: its order, comparison with an independent integrator, saturation, the ADO, the bending arm."""
 
 from math import exp, log2, pi, sin, sqrt
 
@@ -32,7 +32,7 @@ def run(state, seconds, h, p, v_front=1.5, v_rear=1.1, command=0.0):
 
 
 def reference(state, seconds, p, v_front=1.5, v_rear=1.1):
-    """The same motion by scipy's eighth-order method at its tightest, motors and bending integrated along."""
+    """The same motion by scipy's eighth-order method at tight tolerances, with motors and bending as further states."""
     u = np.array([motor_input(v_front, p), motor_input(v_rear, p)])
     T, w_b = p.T_m + p.motor_lag_rotors, 2 * pi * p.bending_frequency
 
@@ -56,8 +56,8 @@ def test_step_is_of_order_four(model):
 
 
 @pytest.mark.parametrize("model", MODELS)
-def test_ten_seconds_at_ten_milliseconds_are_good_to_a_hundred_millionth(model):
-    """Of a radian, or of the angle where the travel has run several."""
+def test_error_of_ten_seconds_at_ten_milliseconds_is_below_a_hundred_millionth(model):
+    """Relative to one radian, or to the angle where the travel is larger."""
     p = MODELS[model]
     np.testing.assert_allclose(run(START, 10.0, 0.01, p)[:3], reference(START, 10.0, p)[:3], rtol=1e-8, atol=1e-8)
 
@@ -73,7 +73,7 @@ def test_motor_without_a_lag_acts_from_the_steps_start():
 
 
 def test_motors_vanishing_lag_is_no_lag():
-    """With T_m = 1 us nothing is left of the old voltage after a microsecond of a step of 10 ms."""
+    """With T_m = 1 us the old voltage has decayed within the first microseconds of a step of 10 ms."""
     none, tiny = (run(START, 0.5, 0.01, TABLE_2._replace(T_m=lag)) for lag in (0.0, 1e-6))
     np.testing.assert_allclose(none, tiny, atol=1e-12)
 
@@ -86,7 +86,7 @@ def test_voltages_beyond_the_limit_act_as_the_limit(v_front, v_rear):
 
 def test_helicopter_at_rest_stays_at_rest():
     rest = rest_state(TABLE_2)
-    # the elevation's balance holds to a rounding, which swings and does not grow
+    # the elevation's balance holds to a rounding error, which oscillates and does not grow
     np.testing.assert_allclose(run(rest, 20.0, 0.01, TABLE_2, 0.0, 0.0), rest, atol=1e-15)
 
 
@@ -129,7 +129,7 @@ def test_moving_mass_shifts_the_elevations_rest_as_a_known_disturbance(x):
     p = TABLE_2._replace(a_wz=2.0)
     state = run(rest_state(p), 30.0, 0.01, p, 0.0, 0.0, command=x)
     assert state.mass_position == x
-    # at 2 1/s of damping the swing is over: exp(-30)
+    # with a damping of 2 1/s the oscillation has decayed by exp(-30)
     assert state.elevation == pytest.approx(-(p.a_1 + p.ado_offset * x) / (p.a_e + p.ado_stiffness * x), abs=1e-9)
 
 

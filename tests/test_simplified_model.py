@@ -1,4 +1,4 @@
-"""The simplified model: its rests, its free motions in closed form, its symmetries."""
+"""The simplified model: its equilibria, its free motions in closed form, its symmetries."""
 
 from math import asin, cos, exp, pi, sin, sqrt
 
@@ -60,7 +60,7 @@ def test_undamped_pitch_keeps_the_energy_of_a_pendulum():
     p = P._replace(a_wx=0.0)
     states, _ = simulate(np.zeros((2001, 2)), 0.01, start_state(1.0, 0.0, 0.0), p)
     energy = 0.5 * states[:, 3] ** 2 + p.a_th * (1.0 - np.cos(states[:, 0] - p.theta0))
-    # error of order four at w h = .008 over 20 s: t w (w h)^4 / 120
+    # fourth-order error t w (w h)^4 / 120 at w h = .008 over 20 s: 6e-10
     np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
 
 

@@ -1,4 +1,4 @@
-"""A record simulated off line: against an independent integrator, its shapes, what it takes as its start."""
+"""A record simulated off line: comparison with an independent integrator, shapes, initial state."""
 
 import numpy as np
 import pytest
@@ -24,15 +24,15 @@ def test_simulation_agrees_with_scipy_over_a_record_of_held_voltages():
         return [*x[3:6], *a, *((u - x[6:8]) / TABLE_2.T_m)]
 
     x = np.array(START[:8])
-    for k in range(0, 500, 25):  # voltages change every .25 s; the integrator starts anew at each kink
-        # the claim is 1e-8 rad for angles; a rate's error is some times that, by the motors' 12.5 1/s
+    for k in range(0, 500, 25):  # voltages change every .25 s; the integrator starts again at each kink
+        # 1e-8 rad are stated for angles; the error of a rate is about the motors' 12.5 1/s times as large
         np.testing.assert_allclose(states[k, :3], x[:3], rtol=0, atol=1e-8)
         np.testing.assert_allclose(states[k, 3:8], x[3:8], rtol=0, atol=1e-7)
         x = solve_ivp(slope, (0, 0.25), x, args=(VOLTAGES[k],), method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
 
 
 def test_each_model_is_compiled_with_its_own_right_hand_side():
-    """Compiled code of the simplified model holds no general one; a parameter set that asks for it still gets it."""
+    """Code compiled for one model does not contain the other; every parameter set still gets the model it selects."""
     for parameters in (TABLE_2, TABLE_2._replace(general_model=1.0), TABLE_2):
         states, _ = simulate(VOLTAGES[:30], H, START, parameters)
         state = START

@@ -12,6 +12,7 @@ from heli_identifier.workbench.commands.demo import demo, init
 from heli_identifier.workbench.commands.design import design
 from heli_identifier.workbench.commands.diagnose import diagnose
 from heli_identifier.workbench.commands.effects import effects
+from heli_identifier.workbench.commands.fleet import fleet
 from heli_identifier.workbench.commands.guard import guarded
 from heli_identifier.workbench.commands.identify import identify
 from heli_identifier.workbench.commands.linearise import linearise
@@ -48,6 +49,10 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli campaign rigs --output campaign\n\n"
         "heli campaign rigs --scheduler tcp://lab:8786\n\n"
         "heli campaign --generator my_rigs:make --rigs 200 --workers 4",
+    ),
+    (
+        fleet,
+        "heli fleet rig-1 rig-2 rig-3 --output fleet\n\nheli fleet rigs/* --from 6 --output fleet",
     ),
     (
         design,

@@ -1,0 +1,183 @@
+"""Measured logs of three rigs of one make, fetched from where their owners published them, as logs of the contract.
+
+Public student work, Quanser 3-DOF helicopters at NTNU, 500 Hz, closed loop. The repositories carry no licence, so this
+project holds citations only: ``measured_sources.csv`` names repository, commit, path and SHA-256 of every file.
+
+A file holds one matrix, one signal a row: time [s], travel, travel rate, pitch, pitch rate, elevation, elevation rate,
+and further down the commanded difference V_d and sum V_s of the voltages. From these V_front = (V_s + V_d) / 2 and
+V_rear = (V_s - V_d) / 2, clipped to the converter's +-5 V. One rig has the opposite sign of the pitch, and of V_d.
+"""
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+from http.client import HTTPException
+from pathlib import Path
+from time import sleep
+from urllib.error import HTTPError
+from urllib.parse import quote
+from urllib.request import urlopen
+
+import numpy as np
+
+from heli_identifier.files import write_atomically
+from heli_identifier.records import Log, write_log
+
+SOURCES = Path(__file__).with_name("measured_sources.csv")
+PUBLIC = "https://raw.githubusercontent.com/{repository}/{commit}/{path}"
+"""Where the files are published: an address with the three words of a source."""
+
+TRIES = 4
+FIRST_PAUSE = 1.0
+"""Pause before the second try [s]; it doubles from try to try."""
+
+TIMEOUT = 60.0
+"""Longest silence of the host [s]."""
+
+RATE = 500.0
+"""Sampling rate of all files [Hz]."""
+
+CONVERTER_LIMIT = 5.0
+"""Voltage [V] at which the converter clips the commands that the files hold."""
+
+
+class DownloadError(Exception):
+    """A file cannot be fetched, or is not the one that was cited."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """One published file: where it is, and what it has to be."""
+
+    rig: str
+    log: str
+    repository: str
+    commit: str
+    path: str
+    bytes: int
+    sha256: str
+
+    def address(self, template: str) -> str:
+        """Give its address on a host."""
+        words = {"repository": self.repository, "commit": self.commit, "path": quote(self.path)}
+        for word in words:
+            if f"{{{word}}}" not in template:
+                raise DownloadError(f"the address {template} lacks {{{word}}}; write it as {PUBLIC}.")
+        return template.format(**words)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a rig's files are laid out: rows of V_d and V_s, unit of the angles [rad], sign of pitch and V_d."""
+
+    difference: int
+    sum: int
+    unit: float = 1.0
+    sign: int = 1
+
+
+LAYOUTS = {
+    "ntnu-05": Layout(difference=9, sum=10),
+    "ntnu-08a": Layout(difference=7, sum=8, unit=np.pi / 180.0),
+    "ntnu-01b": Layout(difference=7, sum=8, sign=-1),
+}
+TIME, TRAVEL, PITCH, ELEVATION = 0, 1, 3, 5
+
+
+def sources() -> tuple[Source, ...]:
+    """Give every published file."""
+    with SOURCES.open(encoding="utf-8", newline="") as file:
+        return tuple(Source(**{**row, "bytes": int(row["bytes"])}) for row in csv.DictReader(file))
+
+
+def download(folder: Path, template: str = PUBLIC, pause: float = FIRST_PAUSE) -> list[Path]:
+    """Fetch every file that is not there yet, and convert all of them.
+
+    Parameters
+    ----------
+    folder : Path
+        Takes the published files under ``raw`` and one folder of logs for each rig.
+    template : str
+        Address with {repository}, {commit} and {path}.
+    pause : float
+        Before a second try [s].
+
+    Returns
+    -------
+    list of Path
+        The folders of the rigs.
+
+    Raises
+    ------
+    DownloadError
+        The host cannot be reached or lacks a file, or the file is not the one that was cited. What was fetched before
+        stays and is not fetched again.
+    """
+    rigs = {}
+    for source in sources():
+        raw = folder / "raw" / f"{source.rig}-{source.log}.mat"
+        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source.sha256:
+            write_atomically(raw, fetched(source, template, pause))
+        rigs[source.rig] = folder / source.rig
+        write_log(converted(raw.read_bytes(), source), rigs[source.rig] / f"{source.log}.csv")
+    return list(rigs.values())
+
+
+def fetched(source: Source, template: str = PUBLIC, pause: float = FIRST_PAUSE) -> bytes:
+    """Give the content of one published file, once it is the one that was cited.
+
+    Raises
+    ------
+    DownloadError
+        As :func:`download`.
+    """
+    address = source.address(template)
+    for wait in (*_pauses(pause), None):
+        try:
+            with urlopen(address, timeout=TIMEOUT) as answer:
+                content = answer.read(source.bytes + 1)  # no more than shows that it is too long
+            break
+        except (OSError, HTTPException) as error:
+            lasting = isinstance(error, HTTPError) and error.code < 500 and error.code != 429
+            if wait is None or lasting:
+                tries = "" if lasting else f" in {TRIES} tries"
+                raise DownloadError(f"{address} cannot be fetched{tries}: {error}.") from error
+            sleep(wait)
+    found = sha256(content).hexdigest()
+    if found != source.sha256:
+        raise DownloadError(
+            f"{address} is not the file that was cited: {len(content)} bytes with SHA-256 {found}, "
+            f"{source.bytes} with {source.sha256} are expected; nothing of it was kept."
+        )
+    return content
+
+
+def _pauses(first: float) -> Iterator[float]:
+    for doubling in range(TRIES - 1):
+        yield first * 2**doubling
+
+
+def converted(content: bytes, source: Source) -> Log:
+    """Give a published file as a log with the contract's signals and signs.
+
+    Raises
+    ------
+    DownloadError
+        The content is no matrix of this rig's layout.
+    """
+    from scipy.io import loadmat
+
+    layout = LAYOUTS[source.rig]
+    matrices = [value for name, value in loadmat(io.BytesIO(content)).items() if not name.startswith("__")]
+    if len(matrices) != 1 or matrices[0].ndim != 2 or len(matrices[0]) <= layout.sum:
+        shapes = [matrix.shape for matrix in matrices]
+        raise DownloadError(f"{source.path} holds {shapes}, one matrix of {layout.sum + 1} rows or more is needed.")
+    rows = matrices[0]
+    if not np.allclose(rows[TIME], np.arange(rows.shape[1]) / RATE, rtol=0.0, atol=1e-9):
+        raise DownloadError(f"{source.path} is not sampled at {RATE:g} Hz from 0 s on.")
+    V_d, V_s = layout.sign * rows[layout.difference], rows[layout.sum]
+    voltages = np.clip(np.column_stack((V_s + V_d, V_s - V_d)) / 2.0, -CONVERTER_LIMIT, CONVERTER_LIMIT)
+    angles = layout.unit * np.column_stack((layout.sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
+    return Log(source.log, RATE, voltages, angles)

@@ -1,0 +1,157 @@
+"""fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
+
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+
+from heli_identifier.tracing import Diagnosis
+from heli_identifier.workbench.fleet.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
+from heli_identifier.workbench.fleet.forest import forest_figure
+from heli_identifier.workbench.report.figures.style import inline_svg
+from heli_identifier.workbench.report.rounding import p_text, significant, unit_text
+from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
+
+_TEMPLATES = files("heli_identifier.workbench.report") / "templates"
+
+SECTIONS = (
+    (Finding.REPEATS, "repeats", "What repeats, with like coefficients", "No effect repeats with like coefficients."),
+    (Finding.DIFFERS, "differs", "What repeats, with unlike coefficients", ""),
+    (Finding.OWN, "own", "What only one rig has", ""),
+    (Finding.OPEN, "open", "What only one rig could test", ""),
+)
+"""Finding, anchor, heading, and what is said where there is none; a section without that is left out."""
+
+
+def fleet_page(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
+    """Give the text of fleet.html.
+
+    Parameters
+    ----------
+    fleet : Fleet
+    provenance : mapping
+        From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+    """
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    template = environment.from_string((_TEMPLATES / "fleet.html.j2").read_text(encoding="utf-8"))
+    found = [
+        {"anchor": anchor, "title": title, "none": none, "effects": [_plotted(e) for e in fleet.found(finding)]}
+        for finding, anchor, title, none in SECTIONS
+        if none or fleet.found(finding)
+    ]
+    return template.render(
+        title=f"Fleet of {len(fleet.diagnoses)} rigs",
+        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
+        sentence=fleet_sentence(fleet),
+        found=found,
+        columns=COLUMNS,
+        effects=[effect_row(effect) for effect in fleet.effects],
+        parameters=[_plotted(parameter) for parameter in fleet.parameters],
+        rigs=[_rig_row(rig, diagnosis) for rig, diagnosis in fleet.diagnoses.items()],
+        rate=f"{100.0 * FALSE_DISCOVERY_RATE:g} %",
+        provenance=provenance,
+    )
+
+
+def fleet_sentence(fleet: Fleet) -> str:
+    """Say what repeats over the rigs in one sentence."""
+    repeating, differing = fleet.found(Finding.REPEATS), fleet.found(Finding.DIFFERS)
+    over = f"Over {len(fleet.diagnoses)} rigs"
+    if not repeating and not differing:
+        return f"{over} no effect repeats."
+    parts = []
+    if repeating:
+        names = listed([title(effect) for effect in repeating])
+        parts.append(
+            f"{names} {'repeats with a like coefficient' if len(repeating) == 1 else 'repeat with like coefficients'}"
+        )
+    if differing:
+        names = listed([title(effect) for effect in differing])
+        verb = (
+            "repeats with a coefficient that differs" if len(differing) == 1 else "repeat with coefficients that differ"
+        )
+        parts.append(f"{names} {verb} from rig to rig")
+    return f"{over} {'; '.join(parts)}."
+
+
+COLUMNS = ("effect", "finding", "named by >", "tested on >", "mean >", "unit", "spread >", "I² >")
+"""Columns of the table of effects; those that end in ``>`` hold numbers."""
+
+
+def effect_row(effect: Coefficient) -> tuple[str, ...]:
+    """Give an effect as a row under :data:`COLUMNS`."""
+    mean = effect.mean
+    return (
+        title(effect),
+        str(effect.finding),
+        str(len(effect.named)),
+        str(len(effect.counted)),
+        mean_text(effect),
+        unit_text(effect.unit),
+        significant(mean.spread, 2) if mean else "",
+        f"{100.0 * mean.I2:.0f} %" if mean else "",
+    )
+
+
+PARAMETER_COLUMNS = ("parameter", "meaning", "rigs >", "mean >", "unit", "spread >", "I² >")
+
+
+def parameter_row(parameter: Coefficient) -> tuple[str, ...]:
+    """Give a parameter as a row under :data:`PARAMETER_COLUMNS`."""
+    _, _, _, counted, *figures = effect_row(parameter)
+    return (parameter.name, title(parameter), counted, *figures)
+
+
+def mean_text(coefficient: Coefficient) -> str:
+    """Give the mean of the make with its 95 % interval; nothing where there is none."""
+    mean = coefficient.mean
+    return f"{significant(mean.mean)} ({' to '.join(significant(end) for end in mean.interval)})" if mean else ""
+
+
+def title(coefficient: Coefficient) -> str:
+    """Give a coefficient as words."""
+    if coefficient.finding is None:
+        return meaning(coefficient.name)
+    return effect_name(coefficient.name, coefficient.axis)
+
+
+def _plotted(coefficient: Coefficient) -> dict[str, Any]:
+    """Heading, figure and figures of one coefficient."""
+    name, words = f"forest-{coefficient.name}-{coefficient.axis}", title(coefficient)
+    svg = inline_svg(forest_figure(coefficient), name, f"{words}: coefficient of every rig and the mean of the make")
+    return {"title": words[:1].upper() + words[1:], "figure": svg, "facts": list(_facts(coefficient))}
+
+
+def _facts(coefficient: Coefficient) -> list[tuple[str, str]]:
+    unit = f" {unit_text(coefficient.unit)}".rstrip()
+    facts = []
+    if coefficient.finding is not None:
+        counted = len(coefficient.counted)
+        facts.append(("named by", f"{listed(coefficient.named) or 'none'}, of {counted} that could test it"))
+    mean = coefficient.mean
+    if mean is not None:
+        low, high = (significant(end, 2) for end in mean.spread_interval)
+        facts += [
+            ("mean of the make", f"{mean_text(coefficient)}{unit}, {p_text(mean.p)}"),
+            ("spread between rigs", f"{significant(mean.spread, 2)} ({low} to {high}){unit}"),
+            ("heterogeneity", f"I² = {100.0 * mean.I2:.0f} %, Q = {significant(mean.Q)} ({p_text(mean.Q_p)})"),
+        ]
+        if mean.prediction is not None:
+            facts.append(("further rig", f"{' to '.join(significant(end) for end in mean.prediction)}{unit}"))
+    facts += [("left out", f"{entry.rig}: {entry.left_out}") for entry in coefficient.rigs if entry.left_out]
+    return facts
+
+
+def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
+    errors = {
+        axis: [significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after)]
+        for axis, report in diagnosis.axes.items()
+    }
+    return {
+        "rig": rig,
+        "logs": ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
+        "verdict": diagnosis.verdict.value,
+        "named": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.effects]) or "nothing",
+        "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
+    }

@@ -1,0 +1,220 @@
+"""Public logs are fetched as they were cited, whole or not at all, and become logs of the contract."""
+
+import os
+from contextlib import contextmanager
+from dataclasses import replace
+from hashlib import sha256
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from io import BytesIO
+from pathlib import Path
+from threading import Thread
+from urllib.parse import unquote
+
+import numpy as np
+import pytest
+from scipy.io import loadmat, savemat
+
+from benchmarks import measured, measured_download
+from benchmarks.measured_download import LAYOUTS, TRIES, DownloadError, Source, converted, download, fetched, sources
+from heli_identifier.records import read_log
+
+RAW = os.environ.get("HELI_MEASURED_RAW")
+"""Folder of the published files, each as RIG-LOG.mat."""
+
+needs_raw = pytest.mark.skipif(
+    not RAW, reason="the environment variable HELI_MEASURED_RAW names no folder with the published files"
+)
+
+
+@contextmanager
+def host(content, failures=0):
+    """Serve content by path; gives the address template and the paths asked for. The first answers may fail."""
+    asked = []
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self):
+            asked.append(unquote(self.path))
+            if len(asked) <= failures:
+                return self.send_error(503)
+            found = content.get(asked[-1])
+            if found is None:
+                return self.send_error(404)
+            found = found.read_bytes() if isinstance(found, Path) else found
+            self.send_response(200)
+            self.send_header("Content-Length", str(len(found)))
+            self.end_headers()
+            return self.wfile.write(found)
+
+        def log_message(self, *_words):
+            """Say nothing."""
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    thread = Thread(target=server.serve_forever)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/{{repository}}/{{commit}}/{{path}}", asked
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()
+
+
+def place(source):
+    return f"/{source.repository}/{source.commit}/{source.path}"
+
+
+def matrix(rows=11, samples=3000):
+    """A file as the rigs' owners upload them: time in row 0, other rows noise."""
+    values = np.random.default_rng(0).normal(0.0, 0.5, (rows, samples))
+    values[0] = np.arange(samples) / 500.0
+    file = BytesIO()
+    savemat(file, {"SimData": values})
+    return values, file.getvalue()
+
+
+def cited(content, rig="ntnu-05", path="lab 3/log, final.mat"):
+    return Source(rig, "01", "somebody/helicopter", "c" * 40, path, len(content), sha256(content).hexdigest())
+
+
+# --- fetching ----------------------------------------------------------------------------------------------------
+
+
+def test_a_file_is_fetched_from_its_repository_commit_and_path():
+    content = matrix()[1]
+    source = cited(content)
+    with host({place(source): content}) as (address, asked):
+        assert fetched(source, address) == content
+    assert asked == [f"/somebody/helicopter/{'c' * 40}/lab 3/log, final.mat"]
+
+
+def test_a_host_that_is_busy_is_asked_again():
+    content = matrix()[1]
+    source = cited(content)
+    with host({place(source): content}, failures=TRIES - 1) as (address, asked):
+        assert fetched(source, address, pause=0.0) == content
+    assert len(asked) == TRIES
+
+
+def test_a_host_that_stays_busy_or_is_not_there_is_named():
+    source = cited(b"x")
+    with host({}, failures=99) as (address, asked):
+        with pytest.raises(DownloadError, match=f"somebody/helicopter.*{TRIES} tries.*503"):
+            fetched(source, address, pause=0.0)
+        assert len(asked) == TRIES
+    with pytest.raises(DownloadError, match="cannot be fetched in"):  # the host has gone
+        fetched(source, address, pause=0.0)
+
+
+def test_a_file_that_is_missing_is_not_asked_for_again():
+    with host({}) as (address, asked), pytest.raises(DownloadError, match="404"):
+        fetched(cited(b"x"), address, pause=0.0)
+    assert len(asked) == 1
+
+
+@pytest.mark.parametrize("changed", [b"<html>please log in</html>", b"longer than what was cited" * 9])
+def test_a_file_that_is_not_the_one_cited_is_refused(changed):
+    source = cited(b"what was cited")
+    with host({place(source): changed}) as (address, _), pytest.raises(DownloadError, match=source.sha256):
+        fetched(source, address, pause=0.0)
+
+
+def test_an_address_without_its_three_words_is_refused():
+    with pytest.raises(DownloadError, match="lacks {commit}"):
+        fetched(cited(b"x"), "http://127.0.0.1:9/{repository}/{path}")
+
+
+def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, monkeypatch):
+    content = matrix()[1]
+    good = cited(content)
+    bad = replace(good, log="02", path="other.mat", sha256="0" * 64)
+    monkeypatch.setattr(measured_download, "sources", lambda: (good, bad))
+    with host({place(good): content, place(bad): content}) as (address, asked):
+        for _ in range(2):
+            with pytest.raises(DownloadError, match=r"other\.mat is not the file"):
+                download(tmp_path, address, pause=0.0)
+    assert asked == [place(good), place(bad), place(bad)]
+    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == [
+        "ntnu-05/01.csv",
+        "raw/ntnu-05-01.mat",
+    ]
+    (tmp_path / "raw" / "ntnu-05-01.mat").write_bytes(content[:-1])  # spoilt on the disk: fetched again
+    with host({place(good): content}) as (address, asked), pytest.raises(DownloadError, match="404"):
+        download(tmp_path, address, pause=0.0)
+    assert asked == [place(good), place(bad)]
+    assert (tmp_path / "raw" / "ntnu-05-01.mat").read_bytes() == content
+
+
+def test_the_command_ends_with_the_sentence(tmp_path):
+    with host({}) as (address, _), pytest.raises(SystemExit, match="404"):
+        measured.main(["--name", "x", "--download", "--source", address, "--folder", str(tmp_path)])
+
+
+# --- conversion --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rig", LAYOUTS)
+def test_rows_become_the_signals_of_the_contract(rig):
+    values, content = matrix()
+    layout = LAYOUTS[rig]
+    values[layout.sum] += 9.0  # some commands lie beyond the converter's range
+    file = BytesIO()
+    savemat(file, {"any": values})
+    log = converted(file.getvalue(), cited(content, rig))
+    unit = np.pi / 180.0 if rig == "ntnu-08a" else 1.0
+    sign = -1.0 if rig == "ntnu-01b" else 1.0
+    front, rear = log.voltages.T
+    assert (log.rate_hz, log.samples) == (500.0, 3000)
+    assert np.abs(log.voltages).max() == 5.0
+    free = (np.abs(log.voltages) < 5.0).all(axis=1)
+    assert 100 < free.sum() < 2900
+    assert (front + rear)[free] == pytest.approx(values[layout.sum][free])
+    # what a rig calls pitch changes its sign together with the difference of the voltages that turns it
+    assert (front - rear)[free] == pytest.approx(sign * values[layout.difference][free])
+    assert log.angles[:, 0] == pytest.approx(sign * unit * values[3])
+    assert log.angles[:, 1] == pytest.approx(unit * values[5])
+    assert log.angles[:, 2] == pytest.approx(unit * values[1])
+
+
+def test_a_matrix_of_another_layout_is_refused():
+    file = BytesIO()
+    savemat(file, {"SimData": np.zeros((5, 100))})
+    with pytest.raises(DownloadError, match="11 rows or more"):
+        converted(file.getvalue(), cited(b""))
+    file = BytesIO()
+    savemat(file, {"SimData": np.ones((13, 100))})
+    with pytest.raises(DownloadError, match="500 Hz"):
+        converted(file.getvalue(), cited(b""))
+
+
+def test_every_source_is_cited_in_full():
+    listed = sources()
+    assert {source.rig for source in listed} == set(LAYOUTS)
+    assert len({(source.rig, source.log) for source in listed}) == len(listed)
+    for source in listed:
+        assert len(source.commit) == 40
+        assert len(source.sha256) == 64
+        assert source.repository.count("/") == 1
+
+
+@needs_raw
+def test_the_published_files_become_logs_of_the_contract(tmp_path):
+    files = {place(source): Path(RAW) / f"{source.rig}-{source.log}.mat" for source in sources()}
+    missing = [path.name for path in files.values() if not path.is_file()]
+    if missing:
+        pytest.skip(f"{RAW} lacks {', '.join(missing)}")
+    with host(files) as (address, asked):
+        folders = download(tmp_path, address)
+        assert len(asked) == len(files)
+        assert download(tmp_path, address) == folders
+        assert len(asked) == len(files)  # what is there is not fetched again
+    assert [folder.name for folder in folders] == list(LAYOUTS)
+    for source in sources():
+        log = read_log(tmp_path / source.rig / f"{source.log}.csv")
+        (rows,) = (v for k, v in loadmat(files[place(source)]).items() if not k.startswith("__"))
+        assert (log.rate_hz, log.samples) == (500.0, rows.shape[1])
+        assert np.abs(log.voltages).max() <= 5.0
+        # a larger front voltage raises the pitch: its acceleration goes with the difference a motor's lag ago
+        smooth = np.convolve(log.angles[3000:, 0], np.ones(50) / 50.0, "valid")
+        bend = smooth[100:] - 2.0 * smooth[50:-50] + smooth[:-100]
+        push = np.convolve(log.voltages[3000:] @ [1.0, -1.0], np.ones(50) / 50.0, "valid")[: len(bend)]
+        assert np.corrcoef(bend, push)[0, 1] > 0.3
