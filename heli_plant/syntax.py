@@ -9,8 +9,12 @@ import inspect
 from collections.abc import Mapping
 from functools import cache
 from textwrap import dedent
+from threading import RLock
 from types import FunctionType
 from typing import Any
+
+_LOCK = RLock()
+"""Python 3.11 loses count of its recursion where two threads convert syntax trees at once (CPython issue 106905)."""
 
 
 @cache
@@ -22,7 +26,8 @@ def text_of(function: FunctionType) -> str:
 
 def definition_of(function: FunctionType) -> ast.FunctionDef:
     """Return a definition of a function to work on, without docstring, annotations and decorators."""
-    tree = ast.parse(text_of(function)).body[0]
+    with _LOCK:
+        tree = ast.parse(text_of(function)).body[0]
     assert isinstance(tree, ast.FunctionDef)
     tree.decorator_list, tree.returns = [], None
     for argument in (*tree.args.posonlyargs, *tree.args.args):
@@ -43,7 +48,9 @@ def made(definition: ast.FunctionDef, namespace: Mapping[str, Any], like: Functi
     if like is not None:
         file = like.__code__.co_filename
         ast.increment_lineno(module, like.__code__.co_firstlineno - definition.lineno)
-    exec(compile(module, file, "exec"), scope)
+    with _LOCK:
+        code = compile(module, file, "exec")
+    exec(code, scope)
     function = scope[definition.name]
     function.definition = definition
     if like is not None:

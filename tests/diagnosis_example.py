@@ -12,7 +12,7 @@ from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, rms_figures
+from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, NaiveError, rms_figures
 from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
@@ -60,7 +60,9 @@ def axis_reports(series):
         after = AxisError(figure(2e-3), figure(4e-3), run[index] if stable[index] else None, figure(5e-3))
         before = AxisError(figure(5e-3), figure(1.3e-2), figure(3e-2) if stable[index] else None, figure(1.2e-2))
         floor = AxisError(figure(1.9e-3), figure(3.6e-3), None, figure(5e-3))
-        reports[axis] = AxisReport(before, after, floor, {"before": 1e-9, "after": 0.4}, {"before": 4.0, "after": 0.8})
+        naive = NaiveError(figure(0.15), figure(0.28)), NaiveError(figure(0.07), figure(0.24))
+        tests = {"before": 1e-9, "after": 0.4}, {"before": 4.0, "after": 0.8}
+        reports[axis] = AxisReport(before, after, floor, *tests, *naive)
     return reports
 
 

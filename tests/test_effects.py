@@ -76,6 +76,7 @@ LAWS = {
     "airspeed_thrust_loss_elevation": lambda s, c, w, p: -c * s.mu_sum * s.w_ep * cos(s.th),
     "gyroscopic_coupling_pitch": lambda s, c, w, p: -c * s.mu_sum * s.w_ep,
     "gyroscopic_coupling_elevation": lambda s, c, w, p: c * s.mu_sum * s.w_th,
+    "speed_stability": lambda s, c, w, p: c * s.w_la,
     "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(horizontal(s, p)),
     "cable_stiffness": lambda s, c, w, p: -c * (s.la - s.cable_rest),
     "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * horizontal(s, p)) * s.w_la**2,
@@ -240,7 +241,7 @@ def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():
 OF_RATES = [
     e for e in BY_AXIS
     if e.name in ("dry_friction", "breakaway_friction", "quadratic_drag", "airspeed_thrust_loss",
-                  "gyroscopic_coupling", "inertial_coupling")
+                  "gyroscopic_coupling", "inertial_coupling", "speed_stability")
 ]  # fmt: skip
 OF_LIFT = [
     e for e in BY_AXIS

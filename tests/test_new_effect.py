@@ -49,6 +49,7 @@ SCRIPT = """
     from heli_identifier.online import WATCHABLE
     from heli_identifier.records import Log
     from heli_identifier.tracing import DiagnosisSettings, diagnose
+    from heli_identifier.workbench.delivery.provenance import from_python
     from heli_identifier.workbench.report.page import report_page
     from heli_plant.compiled import compiled, parameter_record
     from heli_plant.laws import added_travel
@@ -82,7 +83,7 @@ SCRIPT = """
     assert (found.name, found.axis) == ("table_tilt", "travel"), diagnosis.effects
     assert abs(found.coefficient.value - 0.15) < 0.01
     print("traced")
-    page = report_page(diagnosis, {}, "rig")
+    page = report_page(diagnosis, from_python("diagnose"), "rig")
     assert "Table tilt on the travel" in page
     assert "c sin(λ)" in page
     print("reported")

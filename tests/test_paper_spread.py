@@ -101,4 +101,4 @@ def test_every_entry_that_reaches_the_pitch_is_tried():
     names = {(entry.name, entry.axis) for entry in candidates()}
     assert {("dry_friction", "pitch"), ("rotor_mismatch", "pitch"), ("motor_lag", "rotors")} <= names
     assert all(axis in ("pitch", "rotors") for _, axis in names)
-    assert len(names) == 14
+    assert len(names) == 15

@@ -39,6 +39,7 @@ DESIGN = {
     "inertial_coupling": "elevation travel",
     "large_angle_gravity": "elevation",
     "pitch_gravity_coupling": "pitch",
+    "speed_stability": "pitch",
     "ground_effect": "elevation",
     "arm_bending": "elevation",
     "moving_mass": "elevation",
