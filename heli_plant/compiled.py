@@ -99,7 +99,7 @@ def _entry(function):
 
 @cache
 def _callee(function):
-    """Dispatcher of a function that compiled functions alone call."""
+    """Dispatcher of a function that only compiled functions call, never Python."""
     return _jit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
@@ -108,7 +108,7 @@ def _jit(function, **options):
     named = _named(function).items()
     twins = {name: _callee(value) for name, value in named if isinstance(value, FunctionType)}
     code = function.__code__
-    if not Path(code.co_filename).is_file():  # of a function that was made: numba wants a file to keep its code beside
+    if not Path(code.co_filename).is_file():  # numba keys its cache by a file; a composed function has none of its own
         code = code.replace(co_filename=str(sys.modules[function.__module__].__file__))
     twin = FunctionType(code, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
     twin.__qualname__ = function.__qualname__

@@ -40,9 +40,10 @@ def mean_held(since, voltages, last, start, end):
 def remember(
     since: list[float], voltages: Held, time: float, v_front: float, v_rear: float, reach: float
 ) -> tuple[list[float], Held]:
-    """Return a history with the pair held from ``time`` [s] on, without what ended more than ``reach`` [s] ago.
+    """Return a history in which the pair is held from ``time`` [s] on.
 
-    What was held from ``time`` on or later is forgotten: a step may be taken anew after a state was set back.
+    Entries that ended more than ``reach`` [s] ago are dropped. So are entries that begin at ``time`` or later: a host
+    may set the state back and repeat a step.
     """
     since, voltages = [*since, time], [*voltages, (v_front, v_rear)]
     while len(since) > 1 and since[-2] >= time:

@@ -13,7 +13,7 @@ class EncoderCounts(NamedTuple):
 
 
 def quantise(angle: float, counts: int) -> float:
-    """``angle`` [rad] rounded to the encoder's grid of 2 pi / ``counts`` [rad]; ``counts`` of 0 leaves it as it is."""
+    """Round ``angle`` [rad] to the encoder's grid of 2 pi / ``counts`` [rad]; with ``counts`` 0 nothing is rounded."""
     if counts == 0:
         return angle
     width = 2.0 * pi / counts

@@ -178,9 +178,9 @@ def advance(state, since, voltages, k, mass_command, h, p):
 
 
 def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
-    """``state`` with the bending mode settled at the motors' voltages, so that no ringing starts the record.
+    """Return ``state`` with the bending mode at rest under the motors' voltages, so that the record starts without it.
 
-    The elevation given is what the encoder reads; the rigid angle is that less the bending.
+    The elevation of ``state`` is what the encoder reads. The rigid angle is smaller by the bending.
     """
     if not bends(p):
         return state

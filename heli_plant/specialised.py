@@ -23,7 +23,7 @@ _ARITHMETIC: Mapping[type, Callable[[Any, Any], float]] = {
 
 
 class _WithValues(ast.NodeTransformer):
-    """Evaluates what the known fields of ``p`` decide; operations of the same order give the same bits."""
+    """Evaluate every expression that the known fields of ``p`` determine, in the same order, so to the same bits."""
 
     def __init__(self, values: Mapping[str, float]):
         self.values = values

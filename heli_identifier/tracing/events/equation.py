@@ -3,11 +3,11 @@
 The acceleration y of an axis, from local cubics over :data:`WINDOW` s, is regressed on X: the terms of eqs. (2), (10),
 (12) and those of the catalogue that are functions of the motion (thrust of second and third degree, friction, drag,
 couplings by rates, gravity by sine and cosine). What a plant could explain is thus no event, whether the search will
-name it or not. Both sides pass through the same smoothing, so that an equation that holds stays one.
+name it or not. Both sides are smoothed by the same filter, so that an equation that holds still holds.
 
 Coefficients b minimise Huber's loss of r = y - X b (Huber 1964) by iterated weighted least squares. A weight never
-falls to zero: a redescending loss would throw out the rare steps of a joystick, which teach the lag of the thrust, and
-accuse them as events. The scale of r grows with the motion,
+falls to zero: the rare steps of a joystick determine the lag of the thrust, and a redescending loss would reject them
+and report them as events. The scale of r grows with the motion,
 
     sigma^2 = s^2 + tau^2 F'^2,
 

@@ -26,8 +26,8 @@ from heli_plant.effects import AXES
 THRESHOLD = 7.5
 """Residual over its scale from which a passage is an event.
 
-Between the largest that generated rigs without a touch left in 20 hours of logs, 6.3, with effects and without, in open
-and in closed loop, and the smallest push of a hand among 95, 8.9. `benchmarks/events.py` measures both on further rigs.
+It lies between the largest value in 20 hours of generated logs without a touch (6.3; with effects and without, in open
+and in closed loop) and the smallest among 95 pushes by a hand (8.9). `benchmarks/events.py` measures both on further rigs.
 """
 
 RATE_WINDOW = 0.1

@@ -9,7 +9,7 @@ from heli_plant.effects import CATALOGUE, LAG, LOWEST_ELEVATION, STEP_TIMES, Eff
 from heli_plant.parameters import PlantParameters
 
 SMALL = 1e-3
-"""Share of its plausible range that a coefficient moves by where its law is linear in it."""
+"""Step of a coefficient in which the law is linear, as a share of its plausible range."""
 
 STEP_SPACING = 0.4
 """Spacing [s] of the step times that are tried for a moving mass: a tenth of what the slowest filter smears it over."""

@@ -40,7 +40,7 @@ _SECTIONS = (
     ("held-out", "Before and after"),
     ("parameters", "Parameters"),
     ("catalogue", "Catalogue"),
-    ("map", "What can be told apart"),
+    ("map", "Which effects can be distinguished"),
     ("next", "What to measure next"),
     ("provenance", "Provenance"),
     ("words", "Words"),
