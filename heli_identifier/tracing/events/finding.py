@@ -27,7 +27,7 @@ THRESHOLD = 7.5
 """Residual over its scale from which a passage is an event.
 
 It lies between the largest value in 20 hours of generated logs without a touch (6.3; with effects and without, in open
-and in closed loop) and the smallest among 95 pushes by a hand (8.9). `benchmarks/events.py` measures both on further rigs.
+and in closed loop) and the smallest among 95 pushes by a hand (8.9). `benchmarks/events.py` measures both anew.
 """
 
 RATE_WINDOW = 0.1
