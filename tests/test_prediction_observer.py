@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
+from fmu_src.units.helicopter_plant import HelicopterPlant
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import DAMPING, observe, observer_start
 from heli_plant.effects import AXES, CATALOGUE, DELAY
@@ -107,3 +108,26 @@ def test_a_start_is_the_straight_line_through_the_first_samples():
     wanted = start_state(0.1, -0.05, 2.0, 0.7, 0.2, (0.2, 0.03, -0.4))
     # least squares on a line is exact up to the condition of the fit
     np.testing.assert_allclose(start, wanted, rtol=0.0, atol=1e-12)
+
+
+def test_a_unit_that_starts_where_the_observer_does_moves_as_the_plant_under_a_cable():
+    """A log's first sample is off the line through its first samples; the cable rests at one travel in both."""
+    stiff = TABLE_2._replace(cable_stiffness_travel=0.3)
+    record, _ = exact(stiff, VOLTAGES)
+    angles = record.angles + np.random.default_rng(0).normal(0.0, 2e-3, record.angles.shape)
+    start = observer_start(Log("noisy", record.rate_hz, record.voltages, angles))
+    expected = simulate(VOLTAGES[:300], H, start, stiff)[1]
+    unit = HelicopterPlant(instance_name="unit", resources="")
+    initial = {f"initial.{name}": getattr(start, name) for name in (*AXES, *(f"{axis}_rate" for axis in AXES))}
+    settled = {"initial.v_front": start.nu_front, "initial.v_rear": start.nu_rear}
+    for name, value in {**initial, **settled, "effects.cable_stiffness.travel": 0.3}.items():
+        unit.set_real([unit.references[name]], [float(value)])
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    outputs = [unit.references[axis] for axis in AXES]
+    for k in range(299):
+        unit.set_real([0, 1], VOLTAGES[k].tolist())
+        assert unit.do_step(k * H, H)
+        # the same arithmetic; the start times k h of the steps are rounded alike
+        assert unit.get_real(outputs) == pytest.approx(expected[k + 1].tolist(), abs=1e-12)

@@ -60,14 +60,16 @@ def _observe(time, voltages, angles, start, h, p, l1, l2, innovations, motion):
 
 
 def observer_start(record: Log) -> PlantState:
-    """State at a record's start: straight lines through the first .3 s of the angles, motors settled."""
+    """State at a record's start: straight lines through the first .3 s of the angles, motors settled.
+
+    The cable is slack at this travel, as it is in a unit that starts from the same state.
+    """
     count = max(4, int(0.3 / record.step))
     slopes, intercepts = np.polyfit(np.arange(count) * record.step, record.angles[:count], 1)
     rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
     v_front, v_rear = (float(v) for v in record.voltages[0])
     pitch, elevation, travel = (float(a) for a in intercepts)
-    start = start_state(pitch, elevation, travel, v_front, v_rear, rates)
-    return start._replace(cable_rest=float(record.angles[0, 2]))
+    return start_state(pitch, elevation, travel, v_front, v_rear, rates)
 
 
 def observe(
