@@ -18,6 +18,7 @@ from heli_identifier.tracing.search.selection import score_catalogue
 from heli_identifier.tracing.search.trials import refitted, trial
 from heli_identifier.tracing.search.unknown import search
 from heli_identifier.tracing.validation.held_out import held_out_log_likelihood, hold_out
+from heli_identifier.tracing.validation.plants import Plants
 from heli_identifier.tracing.validation.withdrawal import TOLERATED, remove_harmful, validate
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
@@ -102,11 +103,12 @@ def moved():
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(moved, size):
     model, null = moved[size]
-    left, final, withdrawn = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
-    assert left.effects == ()
-    assert final is left.fit is null.fit
-    assert final.parameters.moving_mass_elevation == 0.0
-    (gone,) = withdrawn
+    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
+    assert left.model.effects == ()
+    assert left.model.fit is null.fit
+    assert left.after is left.before
+    assert left.after.parameters.moving_mass_elevation == 0.0
+    (gone,) = left.withdrawn
     assert (gone.name, gone.axis) == (MASS.name, MASS.axis)
     assert "likelier without it" in gone.why
 
@@ -115,10 +117,11 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(
 def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
     model, null = moved[size]
     same = TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT)
-    left, final, withdrawn = validate(model, null.fit, held_out_of(same, (8,)))
-    assert left is model
-    assert final is model.fit
-    assert withdrawn == []
+    left = validate(model, null.fit, held_out_of(same, (8,)))
+    assert left.model is model
+    assert left.withdrawn == ()
+    estimate = left.after.of_effects["moving_mass_elevation"]
+    assert estimate.value == pytest.approx(size, abs=4.0 * estimate.standard_error)
 
 
 def test_a_trial_is_made_once_and_is_what_it_would_be_anew(rubbing):
@@ -141,9 +144,9 @@ def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing)
     overconfident = replace(model, fit=replace(model.fit, whitener=whitener))
     frictionless = without(overconfident, FRICTION)
     assert held_out_log_likelihood(overconfident, held) < held_out_log_likelihood(frictionless, held)
-    left, _, withdrawn = validate(overconfident, model_of(model.fit.problem).fit, held)
-    assert left.effects == (FRICTION,)
-    assert withdrawn == []
+    left = validate(overconfident, model_of(model.fit.problem).fit, held)
+    assert left.model.effects == (FRICTION,)
+    assert left.withdrawn == ()
 
 
 def test_held_out_data_are_likeliest_under_their_own_model(moved):
@@ -194,11 +197,12 @@ def test_a_curve_that_another_filter_draws_upside_down_is_withdrawn(notched):
 def test_a_torque_of_unknown_origin_stays_where_the_held_out_log_has_it_and_only_there(notched):
     model, null = notched
     held = hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, detent)], 4.0)
-    left, _, withdrawn = validate(model, null.fit, held)
-    assert left.unknowns == model.unknowns
-    assert withdrawn == []
-    left, _, (gone,) = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
-    assert left.unknowns == ()
+    left = validate(model, null.fit, held)
+    assert left.model.unknowns == model.unknowns
+    assert left.withdrawn == ()
+    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
+    (gone,) = left.withdrawn
+    assert left.model.unknowns == ()
     assert (gone.name, gone.axis) == ("unknown", "pitch")
     assert "2 log L" in gone.why
 
@@ -217,19 +221,19 @@ def test_a_periodic_torque_is_fitted_to_the_held_out_log_with_a_phase_of_its_own
         return hum(k + 77, state)
 
     with_it, without_it = (hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, law)], 4.0) for law in (later, None))
-    assert validate(model, null.model.fit, with_it)[2] == []
-    assert [w.name for w in validate(model, null.model.fit, without_it)[2]] == ["unknown"]
+    assert validate(model, null.model.fit, with_it).withdrawn == ()
+    assert [w.name for w in validate(model, null.model.fit, without_it).withdrawn] == ["unknown"]
 
 
 def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):
     null = model_of(rubbing.fit.problem)
     held = held_out_of(TABLE_2._replace(dry_friction_pitch=0.02), (7, 8))
     # of a model whose elevation is off and whose pitch is right nothing is withdrawn: friction of the pitch is no cause
-    off = rubbing.fit.parameters._replace(k_z=1.2 * rubbing.fit.parameters.k_z)
-    friction = without(rubbing, DRAG)
-    worse = replace(friction, fit=replace(friction.fit, parameters=off))
-    assert held.ratios(off, null.fit.parameters)[1] > TOLERATED
-    assert remove_harmful(worse, worse.fit, null.fit, held) is None
+    plants, friction = Plants(null.fit), without(rubbing, DRAG)
+    right = plants.of(friction)
+    worse = replace(right, parameters=right.parameters._replace(k_z=1.2 * right.parameters.k_z))
+    assert held.ratios(worse.parameters, plants.before.parameters)[1] > TOLERATED
+    assert remove_harmful(friction, worse, plants, held) is None
 
 
 def slow(voltages):

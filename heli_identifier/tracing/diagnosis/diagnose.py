@@ -14,7 +14,6 @@ from heli_identifier.tracing.diagnosis.conclusions import (
 )
 from heli_identifier.tracing.diagnosis.curves import drawn_curves
 from heli_identifier.tracing.diagnosis.notes import diagnosis_notes
-from heli_identifier.tracing.diagnosis.plants import plants
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import events_beside, without_events
@@ -101,12 +100,12 @@ def _diagnosed(
     progress("checking at other filter frequencies", 0.6)
     model, agreed, unstable = agreement(with_horizontal_offset(selection.model), settings.agreement)
     progress("checking on the held-out logs", 0.75)
-    model, delivered, not_validated = validate(model, null, held_out)
-    withdrawn = (*unstable, *not_validated)
+    validated = validate(model, null, held_out)
+    model, withdrawn = validated.model, (*unstable, *validated.withdrawn)
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)
-    plant_before, plant_after = plants(used.training, null, delivered, model)
-    axes, before, after = compared(held_out, plant_before.parameters, plant_after.parameters, delivered.whitener)
+    plant_before, plant_after = validated.before, validated.after
+    axes, before, after = compared(held_out, plant_before.parameters, plant_after.parameters, model.fit.whitener)
     effects = found_effects(model, agreed, rivals.result())
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(

@@ -5,12 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
-from heli_identifier.tracing.diagnosis.plants import FittedPlant
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.validation.figures import AxisReport
+from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.tracing.validation.withdrawal import TOLERATED
 
 

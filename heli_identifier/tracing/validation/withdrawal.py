@@ -1,9 +1,11 @@
 """Withdraw effects that do not improve the model on held-out logs, and say why."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
+from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model, effect_score, without, without_unknown
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import (
@@ -12,18 +14,38 @@ from heli_identifier.tracing.validation.held_out import (
     held_out_log_likelihood,
     least_likelihood_ratio,
 )
+from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_plant.effects import AXES, Effect
 
 TOLERATED = 1.05
 """Ratio of squared errors above which an axis counts as worse: equal models differ by a few per cent by chance."""
 
 
-def validate(model: Model, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, list[Withdrawal]]:
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """What is left of a model, and the plants before and after.
+
+    Attributes
+    ----------
+    model : Model
+        The model with the effects that are left.
+    before, after : FittedPlant
+        Plants of the null model and of ``model``; the same object if nothing is left.
+    withdrawn : tuple of Withdrawal
+    """
+
+    model: Model
+    before: FittedPlant
+    after: FittedPlant
+    withdrawn: tuple[Withdrawal, ...]
+
+
+def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
     """Withdraw what the held-out logs do not confirm.
 
     First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; an
-    effect without which they are predicted worse is kept. Then, as long as an axis is predicted worse than by the null
-    model, the effect acting there whose removal improves that axis most.
+    effect without which they are predicted worse is kept. Then, as long as the plant with the effects predicts an axis
+    worse than the plant before, the effect acting there whose removal improves that axis most.
 
     Parameters
     ----------
@@ -31,14 +53,6 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, li
     null : Fit
         Fit of the null model to the same training records.
     held_out : HeldOut
-
-    Returns
-    -------
-    model : Model
-        The model with the effects that are left.
-    delivered : Fit
-        Fit with the parameters to deliver.
-    withdrawn : list of Withdrawal
     """
     withdrawn: list[Withdrawal] = []
     for unknown in sorted(model.unknowns, key=lambda u: u.likelihood_ratio):
@@ -56,57 +70,45 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, li
             why = f"the held-out logs are likelier without it (by {2.0 * (of_reduced - likelihood):.1f} in 2 log L)"
             withdrawn.append(Withdrawal(effect.name, effect.axis, why))
             model, likelihood = reduced, of_reduced
-    delivered = delivered_fit(model, null, held_out)
-    while (removal := remove_harmful(model, delivered, null, held_out)) is not None:
-        model, delivered, withdrawal = removal
+    plants = Plants(null)
+    after = plants.of(model)
+    while (removal := remove_harmful(model, after, plants, held_out)) is not None:
+        model, after, withdrawal = removal
         withdrawn.append(withdrawal)
     if not model.effects and not model.unknowns:
-        model, delivered = Model(null), null  # nothing is left: the null model, to the last digit
-    return model, delivered, withdrawn
+        model = Model(null)  # nothing is left: the null model, to the last digit
+    return Validation(model, plants.before, after, tuple(withdrawn))
 
 
-def delivered_fit(model: Model, null: Fit, held_out: HeldOut) -> Fit:
-    """Fit whose parameters are delivered; a choice only where the model has an unknown torque, which no plant has.
-
-    Either the parameters fitted beside the unknown torque, which estimate the physics, or those fitted without it,
-    which let the physics imitate it. The former are delivered unless they predict the worst axis of the held-out logs
-    worse.
-    """
-    if not model.unknowns:
-        return model.fit
-    # Several optima are possible. The null model imitates the torque already: the search begins at its values.
-    start = model.fit.parameters._replace(**{field: getattr(null.parameters, field) for field in BASE})
-    imitating = fit(model.fit.problem, start, model.fields)
-    beside, alone = (held_out.ratios(f.parameters, null.parameters).max() for f in (model.fit, imitating))
-    return model.fit if beside <= TOLERATED * alone else imitating
-
-
-def remove_harmful(model: Model, delivered: Fit, null: Fit, held_out: HeldOut) -> tuple[Model, Fit, Withdrawal] | None:
-    """Remove the effect that makes the worst possible axis worse than the null model does; None if there is none.
+def remove_harmful(
+    model: Model, after: FittedPlant, plants: Plants, held_out: HeldOut
+) -> tuple[Model, FittedPlant, Withdrawal] | None:
+    """Remove the effect that makes the worst possible axis worse than the plant before; None if there is none.
 
     Returns
     -------
     tuple or None
-        The model without the effect, the fit to deliver, and the withdrawal.
+        The model without the effect, its plant, and the withdrawal.
     """
-    ratio = held_out.ratios(delivered.parameters, null.parameters)
+    before = plants.before.parameters
+    ratio = held_out.ratios(after.parameters, before)
     for axis in np.argsort(-ratio):
         acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
         if ratio[axis] <= TOLERATED or not acting:
             continue
-        models = [_without(model, effect, null) for effect in acting]
-        fits = [delivered_fit(reduced, null, held_out) for reduced in models]
-        after = [held_out.ratios(f.parameters, null.parameters) for f in fits]
+        models = [_without(model, effect, plants.null) for effect in acting]
+        fitted = [plants.of(reduced) for reduced in models]
+        ratios = [held_out.ratios(plant.parameters, before) for plant in fitted]
         # an effect of several axes stays if its removal costs more on the others than it improves this one
         left = [
             without_it[axis] if _mean_over(effect, without_it) < _mean_over(effect, ratio) else np.inf
-            for effect, without_it in zip(acting, after, strict=True)
+            for effect, without_it in zip(acting, ratios, strict=True)
         ]
         best = int(np.argmin(left))
         if TOLERATED * left[best] < ratio[axis]:
             change = f"{ratio[axis]:.2f} times the null model's with it, {left[best]:.2f} without"
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
-            return models[best], fits[best], Withdrawal(acting[best].name, acting[best].axis, why)
+            return models[best], fitted[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
 
 

@@ -6,11 +6,11 @@ logs by their errors .5, 1 and 2 s ahead (:mod:`heli_identifier.tracing.multiste
 horizontal offset keep the values that the likelihood gave.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 from heli_identifier.online import Estimate
-from heli_identifier.records import Log
 from heli_identifier.tracing.multistep.fit import MultistepFit, fit_multistep
 from heli_identifier.tracing.multistep.horizons import Starts
 from heli_identifier.tracing.multistep.problem import Multistep
@@ -54,42 +54,47 @@ class FittedPlant:
         return {field: value for field, value in self.estimates.items() if field not in (*BASE, "T_m")}
 
 
-def plants(logs: Sequence[Log], null: Fit, delivered: Fit, model: Model) -> tuple[FittedPlant, FittedPlant]:
-    """Fit the plants before and after.
+@dataclass(frozen=True, eq=False)
+class Plants:
+    """Plants of models that were found in the same training records.
 
-    Parameters
+    Attributes
     ----------
-    logs : sequence of Log
-        Training logs.
-    null, delivered : Fit
-        Fits by likelihood of the null model and of the model with effects.
-    model : Model
-        What was found and validated.
-
-    Returns
-    -------
-    before, after : FittedPlant
-        The same object if nothing was found.
+    null : Fit
+        Fit of the null model by likelihood.
     """
-    starts = tuple(Starts(reduce_log(log, RATE)) for log in logs)
-    base = tuple(field for field in BASE if field in null.free)
-    before = _fitted(Multistep(starts, null.parameters), base, null)
-    if not model.effects and not model.unknowns:
-        return before, before
-    coefficients = tuple(effect.field for effect in model.effects)
-    after = _fitted(Multistep(starts, delivered.parameters), (*base, *coefficients), delivered)
-    return before, after
 
+    null: Fit
 
-def _fitted(problem: Multistep, fields: Sequence[str], by_likelihood: Fit) -> FittedPlant:
-    """Plant fitted by multi-step errors; by likelihood where its predictions diverge wherever the fit begins."""
-    likeliest = by_likelihood.parameters
-    given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
-    shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
-    try:
-        found: MultistepFit | Fit = fit_multistep(problem, fields)
-    except ValueError:
-        found = by_likelihood
-    estimates = given | shapes | {field: found.estimate(field) for field in fields}
-    undetermined = tuple(f for f in found.undetermined if f in BASE) if isinstance(found, MultistepFit) else ()
-    return FittedPlant(found.parameters, estimates, undetermined, found.converged)
+    @cached_property
+    def starts(self) -> tuple[Starts, ...]:
+        """Training records with the starts of their predictions."""
+        return tuple(Starts(reduce_log(record, RATE)) for record in self.null.problem.records)
+
+    @cached_property
+    def before(self) -> FittedPlant:
+        """Plant of the null model."""
+        return self._fitted(self.null, self._base)
+
+    def of(self, model: Model) -> FittedPlant:
+        """Plant of a model; an unknown torque is no part of it. With nothing found it is the plant before."""
+        if not model.effects and not model.unknowns:
+            return self.before
+        return self._fitted(model.fit, (*self._base, *(effect.field for effect in model.effects)))
+
+    @property
+    def _base(self) -> tuple[str, ...]:
+        return tuple(field for field in BASE if field in self.null.free)
+
+    def _fitted(self, by_likelihood: Fit, fields: tuple[str, ...]) -> FittedPlant:
+        """Fit by multi-step errors; by likelihood where predictions diverge wherever the fit begins."""
+        likeliest = by_likelihood.parameters
+        given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
+        shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
+        try:
+            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, likeliest), fields)
+        except ValueError:
+            found = by_likelihood
+        estimates = given | shapes | {field: found.estimate(field) for field in fields}
+        undetermined = tuple(f for f in found.undetermined if f in BASE) if isinstance(found, MultistepFit) else ()
+        return FittedPlant(found.parameters, estimates, undetermined, found.converged)
