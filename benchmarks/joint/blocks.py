@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.tracing.multistep.fit import MultistepFit
 from heli_identifier.tracing.multistep.priors import prior_precision
+from heli_identifier.tracing.multistep.problem import Multistep
 from heli_identifier.tracing.multistep.robust import weights
 
 INSIDE = 1e-9
@@ -121,9 +122,20 @@ class Blocks:
     _slope_sum: NDArray[np.float64] = None  # type: ignore[assignment]
 
 
+FEW_LOGS = 8
+"""With fewer logs than this their pieces take the logs' place as independent blocks."""
+
+
+def independent_blocks(problem: Multistep) -> list[NDArray[np.intp]]:
+    """Give the number of the block of each start, one array a record: logs are blocks, or pieces of few logs."""
+    if len(problem.records) < FEW_LOGS:
+        return problem.pieces()
+    return [np.full(len(starts.at), log) for log, starts in enumerate(problem.records)]
+
+
 def blocks_of(fit: MultistepFit) -> Blocks:
     """Sum a fit's quadratic problem over its blocks, logs or pieces of them."""
-    labels: Sequence[NDArray[np.intp]] = fit.problem.blocks()
+    labels: Sequence[NDArray[np.intp]] = independent_blocks(fit.problem)
     P, B = len(fit.x), int(labels[-1].max()) + 1
     curvature, slope, constant = np.zeros((B, 3, P, P)), np.zeros((B, 3, P)), np.zeros((B, 3))
     W = weights(fit.problem, fit.errors, fit.scales)

@@ -93,7 +93,7 @@ class MultistepFit:
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Fields that the logs do not determine: their posterior is hardly narrower than their prior."""
-        widths = np.sqrt(np.diag(self.normal.posterior))
+        widths = np.sqrt(np.diag(self.normal.covariance))
         return tuple(name for name, width in zip(self.names, widths, strict=True) if width > UNDETERMINED)
 
 
@@ -132,7 +132,7 @@ def fit_multistep(
     best = min(searches, key=lambda search: loss(search.errors, common) + search.penalty())
     converged = best.descend(STEPS)
     best.linearise()
-    normal = best.normal_equations(problem.blocks())
+    normal = best.normal_equations(problem.pieces())
     return MultistepFit(
         problem, frame, best.x, best.offsets, best.spreads, best.scales, best.objective(), best.errors, best.jacobian,
         normal, converged,

@@ -4,9 +4,10 @@ With J_l = [J, J_o] the derivatives of log l's errors by coordinates x and its o
 
     N = sum_l J_l' W J_l + D,    g = sum_l J_l' W e + D (x, o),    D = diag(Q, T),
 
-Q and T the precisions of the coordinates' and the offsets' priors. The variances of x are the larger of the
-posterior's, N^-1, and those of the sandwich N^-1 (sum_b g_b g_b') N^-1 over independent blocks b with the scores
-g_b = J_b' W e_b (Hansen 2007).
+Q and T the precisions of the coordinates' and the offsets' priors. With the scores g_b = J_b' W e_b of B independent
+blocks b and k = tr(N^-1 (N - D)) effective parameters, M = B / (B - k) sum_b g_b g_b' is the scores' covariance (Hansen
+2007) and phi = tr(N^-1 M) / k the dispersion of the errors over what W says. The variances of x are the larger of the
+posterior's, ((N - D) / phi + D)^-1, and the sandwich's, N^-1 M N^-1.
 """
 
 from collections.abc import Sequence
@@ -31,12 +32,15 @@ class NormalEquations:
         P, number of common coordinates.
     scores : NDArray, shape (B, P + 4 L)
         J' W e of each block.
+    prior : NDArray, shape (P + 4 L, P + 4 L)
+        D.
     """
 
     matrix: NDArray[np.float64]
     gradient: NDArray[np.float64]
     count: int
     scores: NDArray[np.float64]
+    prior: NDArray[np.float64]
 
     def step(
         self, damping: float, at_lower: NDArray[np.bool_], at_upper: NDArray[np.bool_]
@@ -58,25 +62,23 @@ class NormalEquations:
         return -float(self.gradient @ whole + 0.5 * whole @ self.matrix @ whole)
 
     @property
-    def posterior(self) -> NDArray[np.float64]:
-        """Covariance (P, P) of the coordinates if the weights are right: N^-1."""
-        return np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)[: self.count, : self.count]
-
-    @property
     def offset_variances(self) -> NDArray[np.float64]:
         """Posterior variances (L, 4) of the offsets."""
         return np.diag(np.linalg.inv(self.matrix))[self.count :].reshape(-1, 4)
 
     @property
     def covariance(self) -> NDArray[np.float64]:
-        """Covariance (P, P) of the coordinates: the posterior, widened where the sandwich over blocks is wider."""
-        inverse = np.linalg.inv(self.matrix)
-        blocks = len(self.scores)
-        meat = self.scores.T @ self.scores * blocks / max(blocks - 1, 1)
+        """Covariance (P, P) of the coordinates: posterior under the observed dispersion, or sandwich if wider."""
+        inverse, blocks = np.linalg.inv(self.matrix), len(self.scores)
+        of_data = self.matrix - self.prior
+        parameters = float(np.trace(inverse @ of_data))
+        # scores at the optimum are too small by the share that the fit took from each block
+        meat = self.scores.T @ self.scores * blocks / max(blocks - parameters, 1.0)
+        dispersion = float(np.trace(inverse @ meat)) / parameters
+        posterior = np.linalg.inv(of_data / dispersion + self.prior)[: self.count, : self.count]
         robust = np.diag(inverse @ meat @ inverse)[: self.count]
-        plain = inverse[: self.count, : self.count]
-        widen = np.sqrt(np.maximum(robust / np.diag(plain), 1.0))
-        return plain * np.outer(widen, widen)
+        widen = np.sqrt(np.maximum(robust / np.diag(posterior), 1.0))
+        return posterior * np.outer(widen, widen)
 
 
 def normal_equations(
@@ -106,12 +108,11 @@ def normal_equations(
         gradient[own] += by_start.sum(axis=0)
         if blocks is not None:
             np.add.at(scores, (blocks[log][:, None], own[None, :]), by_start)
-    matrix[:common, :common] += precision
-    gradient[:common] += precision @ x
-    of_offsets = offset_precision(spreads, len(offsets))
-    matrix[common:, common:] += of_offsets
-    gradient[common:] += of_offsets @ offsets.ravel()
-    return NormalEquations(matrix, gradient, common, scores)
+    prior = np.zeros((size, size))
+    prior[:common, :common] = precision
+    prior[common:, common:] = offset_precision(spreads, len(offsets))
+    gradient += prior @ np.concatenate((x, offsets.ravel()))
+    return NormalEquations(matrix + prior, gradient, common, scores, prior)
 
 
 def offset_precision(spreads: NDArray[np.float64], logs: int) -> NDArray[np.float64]:

@@ -26,9 +26,6 @@ OFFSET_WIDTHS = (0.02, 0.02, 0.02, 0.005)
 PIECE = 5.0
 """Length [s] of the pieces that count as independent: longer than the longest horizon and the smoother's window."""
 
-FEW_LOGS = 8
-"""With fewer logs than this their pieces take the logs' place as independent blocks."""
-
 Arrays = list[NDArray[np.float64]]
 """One array for each record."""
 
@@ -94,10 +91,8 @@ class Multistep:
             for own, of_record in zip(at, zip(*self.errors_of(cases), strict=True), strict=True)
         ]
 
-    def blocks(self) -> list[NDArray[np.intp]]:
-        """Give the number of the block of each start, one array a record: logs are blocks, or pieces of few logs."""
-        if len(self.records) >= FEW_LOGS:
-            return [np.full(len(starts.at), log) for log, starts in enumerate(self.records)]
+    def pieces(self) -> list[NDArray[np.intp]]:
+        """Give the number of the piece of :data:`PIECE` seconds that each start lies in, one array a record."""
         labels, first = [], 0
         for starts in self.records:
             count = max(1, round(len(starts.at) * SPACING / PIECE))
