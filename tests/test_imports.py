@@ -31,8 +31,7 @@ FILES = (
 )  # fmt: skip
 ARRAYS = ("numpy", "numba", "scipy", "pandas", "control", "matplotlib", "statsmodels")
 PARTS_OF_THE_PLANT = tuple(
-    f"heli_plant.{module}"
-    for module in ("simplified_model", "general_model", "effects", "bending", "ado")
+    f"heli_plant.{module}" for module in ("simplified_model", "general_model", "effects", "bending", "ado")
 )
 MATHEMATICS = tuple(
     f"math.{name}" for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt", "atan2", "log", "hypot")

@@ -27,6 +27,7 @@ RATES = tuple(f"{axis}_rate" for axis in AXES)
 SHOWN_ON = {"rotors": "elevation"}
 """Axis on which an effect of the rotors is drawn."""
 
+
 def accelerations_along(record: Log, parameters: PlantParameters) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Accelerations (N, 3) [rad/s^2] of the model at a record's smoothed motion, and mu_d, mu_s (N, 2) [V]."""
     return accelerations_at(record, np.column_stack((smoothed_motion(record), smoothed_motion(record, 1))), parameters)

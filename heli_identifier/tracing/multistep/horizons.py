@@ -15,13 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.smoothed_state import FIELDS, WINDOW, smoothed_motion
-from heli_plant.compiled import compiled_for, parameter_record, read_only
-from heli_plant.effects import ACCELERATION, CATALOGUE
+from heli_identifier.tracing.prediction.ahead import predicted
+from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_motion, states_with
+from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import advance, measured_angles
-from heli_plant.simulation import simulate
-from heli_plant.state import PlantState, start_state
 
 HORIZONS = (0.5, 1.0, 2.0)
 """Horizons H [s]: a quarter of the pitch's period and longer, so that no encoder noise decides, short of a free run."""
@@ -31,9 +28,6 @@ SPACING = 0.25
 
 DIVERGED = 1e4
 """Error [rad] from which on a prediction has diverged."""
-
-FIRST_ROTOR = FIELDS.index("nu_front")
-"""Column of a state at which the part begins that is simulated rather than smoothed: motors and bending."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,24 +66,6 @@ def horizon_steps(step_seconds: float) -> NDArray[np.intp]:
     return np.array([round(horizon / step_seconds) for horizon in HORIZONS])
 
 
-def _run(time, voltages, at, motion, rotors, steps, h, p, shift, cable_rest, angles):
-    """Fill ``angles`` (S, H, 3) [rad]; a start stops where the record does and leaves the rest as it is."""
-    for i in range(len(at)):
-        m, r = motion[i], rotors[i]
-        state = PlantState(
-            m[0] - shift, m[1] - r[2], m[2], m[3], m[4] - r[3], m[5], r[0], r[1], r[2], r[3], r[4], cable_rest
-        )
-        k = at[i]
-        for j in range(len(steps)):
-            if at[i] + steps[j] >= len(voltages):
-                break
-            while k < at[i] + steps[j]:
-                state = advance(state, time, voltages, k, 0.0, h, p)
-                k += 1
-            pitch, elevation, travel = measured_angles(state)
-            angles[i, j, 0], angles[i, j, 1], angles[i, j, 2] = pitch + shift, elevation, travel
-
-
 def horizon_errors(starts: Starts, parameters: PlantParameters, pitch_zero: float = 0.0) -> NDArray[np.float64]:
     """Measured less predicted angles at every horizon.
 
@@ -107,31 +83,13 @@ def horizon_errors(starts: Starts, parameters: PlantParameters, pitch_zero: floa
         the prediction diverged.
     """
     record = starts.record
-    angles = np.full(starts.measured.shape, np.nan)
-    compiled_for(_run, parameters)(
-        record.time, record.voltages, starts.at, starts.motion, _rotors(starts, parameters), horizon_steps(record.step),
-        record.step, parameter_record(parameters), pitch_zero, float(record.angles[0, 2]), angles,
-    )  # fmt: skip
+    states = states_with(starts.motion, record, starts.at, parameters)
+    states[:, 0] -= pitch_zero
+    angles = predicted(record, starts.at, states, horizon_steps(record.step), parameters)
+    angles[..., 0] += pitch_zero
     errors = starts.measured - angles
     errors[~(np.abs(errors) < DIVERGED) & ~np.isnan(starts.measured)] = np.inf
     return errors
-
-
-def _rotors(starts: Starts, parameters: PlantParameters) -> NDArray[np.float64]:
-    """Motors, bending and mass position (S, 5) at the starts, simulated along the record.
-
-    They do not depend on how the axes move, so the axes are left at rest there: a free run may diverge.
-    """
-    record, still = starts.record, parameters._replace(**STILL)
-    v_front, v_rear = (float(v) for v in record.voltages[0])
-    states, _ = simulate(record.voltages, record.step, start_state(0.0, 0.0, 0.0, v_front, v_rear), still)
-    return states[starts.at, FIRST_ROTOR : FIRST_ROTOR + 5]
-
-
-STILL = dict.fromkeys(
-    ("k_x", "k_y", "k_z", "a_th", "a_1", *(entry.field for entry in CATALOGUE if entry.place == ACCELERATION)), 0.0
-)
-"""Fields without which the axes stay at rest under any voltage."""
 
 
 def pooled_errors(records: Sequence[Starts], parameters: PlantParameters) -> NDArray[np.float64]:

@@ -10,39 +10,45 @@ from heli_plant.plant import advance, measured_angles
 from heli_plant.state import PlantState
 
 
-def _predict(time, voltages, states, starts, steps, h, p, angles):
-    """Fill ``angles`` (S, 3) [rad] with the prediction ``steps`` samples after each of ``starts``."""
-    for i in range(len(starts)):
-        s = states[starts[i]]
+def _predict(time, voltages, at, states, steps, h, p, angles):
+    """Fill ``angles`` (S, H, 3) [rad]; a start stops where the record does and leaves the rest as it is."""
+    for i in range(len(at)):
+        s = states[i]
         state = PlantState(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11])
-        for k in range(starts[i], starts[i] + steps):
-            state = advance(state, time, voltages, k, 0.0, h, p)
-        angles[i, 0], angles[i, 1], angles[i, 2] = measured_angles(state)
+        k = at[i]
+        for j in range(len(steps)):
+            if at[i] + steps[j] >= len(voltages):
+                break
+            while k < at[i] + steps[j]:
+                state = advance(state, time, voltages, k, 0.0, h, p)
+                k += 1
+            angles[i, j, 0], angles[i, j, 1], angles[i, j, 2] = measured_angles(state)
 
 
 def predicted(
-    record: Log, states: NDArray[np.float64], starts: NDArray[np.intp], steps: int, parameters: PlantParameters
+    record: Log, at: NDArray[np.intp], states: NDArray[np.float64], steps: NDArray[np.intp], parameters: PlantParameters
 ) -> NDArray[np.float64]:
-    """Predict the angles ``steps`` samples after each of ``starts``.
+    """Predict the angles some numbers of samples after each start, in one simulation of every start.
 
     Parameters
     ----------
     record : Log
         Its voltages drive the plant.
-    states : NDArray, shape (N, 12)
-        The states to start from, at every sample of the record.
-    starts : NDArray, shape (S,)
-        Samples to start at, each followed by ``steps`` more.
-    steps : int
+    at : NDArray, shape (S,)
+        Samples to start at.
+    states : NDArray, shape (S, 12)
+        The state at each of them.
+    steps : NDArray, shape (H,)
+        Numbers of samples to predict ahead, ascending.
     parameters : PlantParameters
 
     Returns
     -------
-    NDArray, shape (S, 3)
-        Pitch, elevation, travel [rad].
+    NDArray, shape (S, H, 3)
+        Pitch, elevation, travel [rad]; not a number where the record ends before.
     """
-    angles = np.empty((len(starts), 3))
+    angles = np.full((len(at), len(steps), 3), np.nan)
     compiled_for(_predict, parameters)(
-        record.time, record.voltages, states, starts, steps, record.step, parameter_record(parameters), angles
+        record.time, record.voltages, at, states, steps, record.step, parameter_record(parameters), angles
     )
     return angles

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.start import smoothed
+from heli_plant.effects import ACCELERATION, CATALOGUE
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
@@ -34,19 +35,40 @@ def as_smoothed(acceleration: NDArray[np.float64], record: Log) -> NDArray[np.fl
     return smoothed(angles, record.step, 2, WINDOW)
 
 
-def smoothed_states(record: Log, parameters: PlantParameters) -> NDArray[np.float64]:
-    """States (N, 12) along a record: smoothed motion, motors and bending simulated under ``parameters``.
+STILL = dict.fromkeys(
+    ("k_x", "k_y", "k_z", "a_th", "a_1", *(entry.field for entry in CATALOGUE if entry.place == ACCELERATION)), 0.0
+)
+"""Fields without which the axes stay at rest under any voltage."""
 
-    The elevation is the rigid arm's: the encoder's less the simulated bending.
+
+def states_with(
+    motion: NDArray[np.float64], record: Log, at: NDArray[np.intp], parameters: PlantParameters
+) -> NDArray[np.float64]:
+    """States (S, 12) at the samples ``at``: the given motion, and motors and bending simulated under ``parameters``.
+
+    The elevation is the rigid arm's: the encoder's less the simulated bending. The cable rests where the record began.
+    Motors and bending do not depend on how the axes move, so the axes are left at rest there: a free run may diverge.
+
+    Parameters
+    ----------
+    motion : NDArray, shape (S, 6)
+        Pitch, elevation, travel [rad] and their rates [rad/s] at those samples.
+    record : Log
+    at : NDArray, shape (S,)
+    parameters : PlantParameters
     """
-    angles, rates = smoothed_motion(record), smoothed_motion(record, 1)
-    pitch, elevation, travel = (float(a) for a in angles[0])
     v_front, v_rear = (float(v) for v in record.voltages[0])
-    start = start_state(pitch, elevation, travel, v_front, v_rear)
-    states, _ = simulate(record.voltages, record.step, start, parameters)
-    bending, bending_rate = states[:, FIELDS.index("bending")], states[:, FIELDS.index("bending_rate")]
-    states[:, 0:3], states[:, 3:6] = angles, rates
-    states[:, FIELDS.index("elevation")] -= bending
-    states[:, FIELDS.index("elevation_rate")] -= bending_rate
+    start = start_state(0.0, 0.0, 0.0, v_front, v_rear)
+    run, _ = simulate(record.voltages, record.step, start, parameters._replace(**STILL))
+    states = run[at]
+    states[:, : motion.shape[1]] = motion
+    states[:, FIELDS.index("elevation")] -= states[:, FIELDS.index("bending")]
+    states[:, FIELDS.index("elevation_rate")] -= states[:, FIELDS.index("bending_rate")]
     states[:, FIELDS.index("cable_rest")] = record.angles[0, 2]
     return states
+
+
+def smoothed_states(record: Log, parameters: PlantParameters) -> NDArray[np.float64]:
+    """States (N, 12) along a record, with its smoothed motion."""
+    motion = np.hstack((smoothed_motion(record), smoothed_motion(record, 1)))
+    return states_with(motion, record, np.arange(record.samples), parameters)

@@ -186,8 +186,5 @@ def held_out_run(held_out: HeldOut, parameters: PlantParameters, whitener: White
 
 def _inputs(problem: Problem, time_constant: float, order: int) -> list[list[NDArray[np.float64]]]:
     """Give the voltages [V] that drive each axis, per record: v_f - v_r for the pitch, v_f + v_r for the others."""
-    reduced = [
-        problem.reduce(record, lagged_voltages(record, time_constant))[order:]
-        for record in problem.records
-    ]
+    reduced = [problem.reduce(record, lagged_voltages(record, time_constant))[order:] for record in problem.records]
     return [[v @ np.array((1.0, -1.0 if axis == "pitch" else 1.0)) for v in reduced] for axis in AXES]

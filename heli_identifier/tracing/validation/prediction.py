@@ -35,8 +35,8 @@ def prediction_errors(record: Log, parameters: PlantParameters, horizon: float) 
         Pitch, elevation, travel [rad], in the order of the starts.
     """
     starts, steps = _starts(record, horizon)
-    states = smoothed_states(record, parameters)
-    return record.angles[starts + steps] - predicted(record, states, starts, steps, parameters)
+    states = smoothed_states(record, parameters)[starts]
+    return record.angles[starts + steps] - predicted(record, starts, states, np.array([steps]), parameters)[:, 0]
 
 
 def naive_errors(record: Log, horizon: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
