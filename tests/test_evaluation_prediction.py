@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.smoothed_state import FIELDS, WINDOW, smoothed_motion, smoothed_states
 from heli_identifier.tracing.validation.gate import hold_to
-from heli_identifier.tracing.validation.prediction import SPACING, prediction_errors
+from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.online_record import H

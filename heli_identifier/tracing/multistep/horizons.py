@@ -15,16 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.ahead import predicted
-from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_motion, states_with
+from heli_identifier.tracing.prediction.ahead import predicted, prediction_starts
+from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion, states_with
 from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 
 HORIZONS = (0.5, 1.0, 2.0)
 """Horizons H [s]: a quarter of the pitch's period and longer, so that no encoder noise decides, short of a free run."""
-
-SPACING = 0.25
-"""Time [s] from one start to the next."""
 
 DIVERGED = 1e4
 """Error [rad] from which on a prediction has diverged."""
@@ -52,7 +49,7 @@ class Starts:
 
     def __post_init__(self) -> None:
         record, steps = self.record, horizon_steps(self.record.step)
-        at = np.arange(int(WINDOW / record.step), record.samples - int(steps[0]), max(1, round(SPACING / record.step)))
+        at = prediction_starts(record, int(steps[0]))
         motion = np.column_stack((smoothed_motion(record)[at], smoothed_motion(record, 1)[at]))
         ends = at[:, None] + steps
         measured = record.angles[np.minimum(ends, record.samples - 1)]

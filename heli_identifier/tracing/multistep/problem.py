@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.multistep.horizons import HORIZONS, SPACING, Starts, horizon_errors
+from heli_identifier.tracing.multistep.horizons import HORIZONS, Starts, horizon_errors
 from heli_identifier.tracing.multistep.priors import Coordinate
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.fit import difference_step
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters

@@ -4,10 +4,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.smoothed_state import WINDOW
 from heli_plant.compiled import compiled_for, parameter_record
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles
 from heli_plant.state import PlantState
+
+SPACING = 0.25
+"""Time [s] from one prediction's start to the next."""
+
+
+def prediction_starts(record: Log, steps: int) -> NDArray[np.intp]:
+    """Give the samples (S,) at which predictions start, :data:`SPACING` apart, each followed by ``steps`` more.
+
+    Those at the start of the record, for which the smoother has too little before them, are left out.
+    """
+    h = record.step
+    return np.arange(int(WINDOW / h), record.samples - steps, max(1, round(SPACING / h)))
 
 
 def _predict(time, voltages, at, states, steps, h, p, angles):

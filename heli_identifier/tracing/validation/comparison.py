@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.tracing.prediction.start import lagged_voltages
 from heli_identifier.tracing.prediction.whitening import Whitener
@@ -14,7 +15,6 @@ from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.noise_floor import synthetic_pieces, synthetic_record
 from heli_identifier.tracing.validation.prediction import (
     HORIZONS,
-    SPACING,
     ModelErrors,
     free_run,
     naive_errors,

@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.tracing.validation.figures import ErrorFigure, rms_figures
-from heli_identifier.tracing.validation.prediction import SPACING, prediction_errors
+from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 

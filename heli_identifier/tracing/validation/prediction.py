@@ -4,6 +4,7 @@ Predictions run under the measured voltages. The damping ratio of the pitch is .
 adds up the process noise for minutes and hides real improvements, a prediction over one or two seconds does not.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,32 +12,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.ahead import predicted
+from heli_identifier.tracing.prediction.ahead import predicted, prediction_starts
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
-from heli_identifier.tracing.prediction.smoothed_state import WINDOW, smoothed_motion, smoothed_states
+from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion, smoothed_states
 from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
-
-SPACING = 0.25
-"""Time [s] from one prediction's start to the next."""
 
 HORIZONS = (1.0, 2.0)
 """How far ahead [s] is predicted."""
 
 
 def prediction_errors(record: Log, parameters: PlantParameters, horizon: float) -> NDArray[np.float64]:
-    """Measured less predicted angles ``horizon`` [s] ahead, from starts :data:`SPACING` apart.
+    """Measured less predicted angles ``horizon`` [s] ahead, from :func:`prediction_starts`.
 
     Returns
     -------
     NDArray, shape (S, 3)
         Pitch, elevation, travel [rad], in the order of the starts.
     """
-    starts, steps = _starts(record, horizon)
-    states = smoothed_states(record, parameters)[starts]
-    return record.angles[starts + steps] - predicted(record, starts, states, np.array([steps]), parameters)[:, 0]
+    return _errors_ahead(record, parameters, (horizon,))[0]
+
+
+def _errors_ahead(record: Log, parameters: PlantParameters, horizons: Sequence[float]) -> list[NDArray[np.float64]]:
+    """Errors (S_i, 3) [rad] at ascending ``horizons`` [s]: one simulation of a start gives them all."""
+    steps = np.array([round(horizon / record.step) for horizon in horizons])
+    starts = prediction_starts(record, int(steps[0]))
+    angles = predicted(record, starts, smoothed_states(record, parameters)[starts], steps, parameters)
+    errors = []
+    for i, ahead in enumerate(steps):
+        ends = starts + ahead
+        inside = ends < record.samples
+        errors.append(record.angles[ends[inside]] - angles[inside, i])
+    return errors
 
 
 def naive_errors(record: Log, horizon: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -47,16 +56,10 @@ def naive_errors(record: Log, horizon: float) -> tuple[NDArray[np.float64], NDAr
     angle_stays, rate_stays : NDArray, shape (S, 3)
         [rad].
     """
-    starts, steps = _starts(record, horizon)
+    steps = round(horizon / record.step)
+    starts = prediction_starts(record, steps)
     stays = record.angles[starts + steps] - smoothed_motion(record)[starts]
     return read_only(stays), read_only(stays - horizon * smoothed_motion(record, 1)[starts])
-
-
-def _starts(record: Log, horizon: float) -> tuple[NDArray[np.intp], int]:
-    """Give the samples (S,) at which predictions start, and the steps to the horizon [s]."""
-    h = record.step
-    steps, margin = round(horizon / h), int(WINDOW / h)
-    return np.arange(margin, record.samples - steps, max(1, round(SPACING / h))), steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +77,8 @@ class ModelErrors:
     @cached_property
     def predictions(self) -> tuple[list[NDArray[np.float64]], ...]:
         """Prediction errors (S_i, 3) [rad] of every record, for each of :data:`HORIZONS`."""
-        return tuple([prediction_errors(r, self.parameters, h) for r in self.problem.records] for h in HORIZONS)
+        by_record = [_errors_ahead(record, self.parameters, HORIZONS) for record in self.problem.records]
+        return tuple(map(list, zip(*by_record, strict=True)))
 
     @cached_property
     def mean_squares(self) -> NDArray[np.float64]:
