@@ -1,10 +1,10 @@
 """Deals of a rig's logs at random: half to fit, a quarter held out, a quarter that nobody saw, several times.
 
 Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6]. A RIG is a folder of logs or a pattern of
-files ("logs/ntnu-*.csv"). For every deal four plants are fitted to the same training logs: the null model by the
-one-step likelihood ("today"), the null model by multi-step errors, everything at once, and the selected families.
-Printed are their errors 1 s and 2 s ahead on the unseen quarter over today's (pitch / elevation / travel), and per rig
-the mean Jaccard index of the selected families over the pairs of deals of which at least one names something.
+files ("logs/ntnu-*.csv"). Every deal is diagnosed. Printed are the errors of its plants 1 s and 2 s ahead on the
+unseen quarter over those of the null model fitted by the one-step likelihood (pitch / elevation / travel), and per rig
+the mean Jaccard index of the families named, shown and predictive together, over the pairs of deals of which at least
+one names something.
 """
 
 import argparse
@@ -18,21 +18,17 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.joint.selection import fit_everything, select_predictive
 from heli_identifier.records import Log, read_logs
-from heli_identifier.tracing.multistep.fit import fit_multistep
+from heli_identifier.tracing import DiagnosisSettings, FoundEffect, PossibleEffect, diagnose
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
-from heli_identifier.tracing.multistep.problem import Multistep
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import use_threads
+from heli_identifier.tracing.predictive.families import family_of
 from heli_plant.parameters import PlantParameters
 
-FIT_RATE = 25.0
-"""Rate [Hz] of the records that multi-step fits simulate."""
-
-MODELS = ("null", "everything", "selected")
+MODELS = ("before", "with shown", "after", "everything")
 
 
 def deal(count: int, random: np.random.Generator) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
@@ -43,27 +39,34 @@ def deal(count: int, random: np.random.Generator) -> tuple[NDArray[np.intp], NDA
 
 
 def one_deal(logs: Sequence[Log], random: np.random.Generator) -> tuple[NDArray[np.float64], set[str], list[str]]:
-    """Ratios (3 models, 2 horizons, 3 axes) over today's null model, the families selected, and what to print."""
-    training, _, unseen = ([logs[i] for i in part] for part in deal(len(logs), random))
-    base = PlantParameters(v_max=max(5.0, max(float(np.abs(log.voltages).max()) for log in logs)))
+    """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the families named, and what to print."""
+    training, held_out, unseen = ([logs[i] for i in part] for part in deal(len(logs), random))
+    limit = max(5.0, max(float(np.abs(log.voltages).max()) for log in logs))
     observed = Problem(tuple(reduce_log(log) for log in training))
-    today = fit(observed, first_estimate(observed.records, base))
+    one_step = fit(observed, first_estimate(observed.records, PlantParameters(v_max=limit)))
     judges = [Starts(reduce_log(log)) for log in unseen]
-    records = tuple(reduce_log(log, FIT_RATE) for log in training)
-    problem = Multistep(tuple(Starts(record) for record in records), first_estimate(observed.records, base))
     began = perf_counter()
-    null = fit_multistep(problem)
-    everything = fit_everything(problem)
-    selection = select_predictive(everything)
-    plants = [null.parameters, everything.parameters, selection.fit.parameters]
-    reference = root_mean_squares(judges, today.parameters)[1:]
+    found = diagnose(training, held_out=held_out, settings=DiagnosisSettings(voltage_limit=limit))
+    seconds = perf_counter() - began
+    plants = (found.plant_before, found.plant_shown, found.plant_after, found.plant_everything or found.plant_after)
+    reference = root_mean_squares(judges, one_step.parameters)[1:]
     ratios = np.array([root_mean_squares(judges, plant)[1:] / reference for plant in plants])
-    named = [f"{f.family.name} ({f.stability:.2f}, {100 * f.worth:.0f} %)" for f in selection.predictive]
     lines = [f"    {name:10s} 1 s {triple(r[0])}   2 s {triple(r[1])}" for name, r in zip(MODELS, ratios, strict=True)]
-    possible = [f"{f.family.name} ({f.stability:.2f})" for f in selection.possible]
-    lines += [f"    named: {'; '.join(named) or 'nothing'}", f"    possible: {'; '.join(possible) or 'nothing'}"]
-    lines += [f"    {perf_counter() - began:.0f} s, {len(everything.normal.scores)} blocks"]
-    return ratios, {f.family.name for f in selection.predictive}, lines
+    lines += [
+        f"    shown: {_named(found.effects)}",
+        f"    predictive: {_named(found.predictive)}",
+        f"    possible: {_named(found.possible)}",
+        f"    {seconds:.1f} s, logs that do not belong: {[log.log for log in found.logs if not log.belongs]}",
+    ]
+    return ratios, {_family(effect) for effect in (*found.effects, *found.predictive)}, lines
+
+
+def _named(effects: Sequence[FoundEffect] | Sequence[PossibleEffect]) -> str:
+    return "; ".join(f"{e.name} {e.axis} ({e.stability:.2f})" for e in effects) or "nothing"
+
+
+def _family(effect: FoundEffect) -> str:
+    return family_of(f"{effect.name}_{effect.axis}") or f"{effect.name} {effect.axis}"
 
 
 def jaccard(sets: Sequence[set[str]]) -> float:

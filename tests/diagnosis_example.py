@@ -7,12 +7,13 @@ import numpy as np
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import Log
-from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, RigVerdict
+from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
-from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, NaiveError, rms_figures
+from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
@@ -62,7 +63,7 @@ def axis_reports(series):
         floor = AxisError(figure(1.9e-3), figure(3.6e-3), None, figure(5e-3))
         naive = NaiveError(figure(0.15), figure(0.28)), NaiveError(figure(0.07), figure(0.24))
         tests = {"before": 1e-9, "after": 0.4}, {"before": 4.0, "after": 0.8}
-        reports[axis] = AxisReport(before, after, floor, *tests, *naive)
+        reports[axis] = AxisReport(before, after, after, after, floor, *tests, *naive)
     return reports
 
 
@@ -161,7 +162,9 @@ def example(logs=None):
         parameters_after=estimates(AFTER),
         effects_after={"dry_friction_pitch": FRICTION},
         plant_before=BEFORE,
+        plant_shown=AFTER,
         plant_after=AFTER,
+        plant_everything=None,
         axes=axis_reports(series),
         series=series,
         curves=curves(),
@@ -177,6 +180,21 @@ def example(logs=None):
         },
         notes=("voltages reach 5.10 V",),
         seconds=12.3,
+        predictive=(
+            FoundEffect(
+                "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.NOT_SHOWN, (("input_delay", "rotors"),),
+                NamedShape(), 15.0, evidence=Evidence.PREDICTIVE, stability=0.94, worth=0.12,
+                together="lag and delay of the rotors together: 110 ms",
+            ),
+        ),
+        possible=(PossibleEffect("dry_friction", "elevation", (("quadratic_drag", "elevation"),), 0.45, 0.06),),
+        logs=tuple(
+            LogValues(
+                name, {"pitch_torque": Estimate(torque, 1e-3, "rad/s^2"), "pitch_zero": Estimate(1e-3, 1e-3, "rad")},
+                Estimate(0.01, 3e-3, "1"), not why, why,
+            )
+            for name, torque, why in (("train <1>", 2e-3, ""), ("held", -1e-3, "the sign of its travel is flipped"))
+        ),
     )  # fmt: skip
 
 
@@ -186,5 +204,5 @@ def adequate():
     shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
     return replace(
         whole, verdict=RigVerdict.MODEL_ADEQUATE, effects=(), withdrawn=(), curves=(), catalogue=shown,
-        parameters_after=whole.parameters_before, effects_after={},
+        parameters_after=whole.parameters_before, effects_after={}, predictive=(), possible=(),
     )  # fmt: skip

@@ -115,7 +115,9 @@ def test_a_comparison_sees_a_missing_effect_before_and_the_floor_after():
     before = fit(training, first_estimate(training.records, TABLE_2))
     begin = before.parameters._replace(dry_friction_pitch=0.01)
     after = fit(training, begin, (*BASE, "dry_friction_pitch"))
-    reports, _, run_after = compared(hold_out([held], 4.0), before.parameters, after.parameters, after.whitener)
+    reports, _, run_after = compared(
+        hold_out([held], 4.0), before.parameters, after.parameters, after.parameters, None, after.whitener
+    )
     pitch = reports["pitch"]
     assert pitch.after.prediction_1s.value < 0.7 * pitch.before.prediction_1s.value
     assert pitch.after.acceleration.value < 0.7 * pitch.before.acceleration.value

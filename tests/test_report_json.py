@@ -30,7 +30,7 @@ def test_the_document_has_the_keys_of_the_contract(document):
     assert {"before", "after"} == document["parameters"].keys()
     assert {"pitch", "elevation", "travel"} == document["error"].keys()
     for axis in document["error"].values():
-        for stage in ("before", "after", "noise_floor"):
+        for stage in ("before", "shown", "after", "everything", "noise_floor"):
             assert axis[stage].keys() == {"prediction_1s_rad", "prediction_2s_rad", "free_run_rad", "acceleration"}
     for entry in document["data"]:
         assert {"file", "sha256", "samples", "rate_hz", "used_for"} <= entry.keys()
@@ -45,12 +45,31 @@ def test_an_effect_of_the_catalogue_has_its_coefficient_error_unit_and_shape(doc
 
 
 def test_an_unknown_effect_has_no_coefficient_but_a_line_or_a_curve(document):
-    line, curve = document["effects"][2:]
+    line, curve = document["effects"][2:4]
     assert line["name"] == curve["name"] == "unknown"
     assert line["coefficient"] is None
     assert (line["shape"]["variable"], line["shape"]["frequency_hz"]) == ("time", 0.7)
     assert curve["shape"]["variable"] == "travel"
     assert len(curve["shape"]["curve"][0]) == 2
+
+
+def test_effects_shown_and_predictive_stand_in_one_list_and_are_told_apart(document):
+    evidence = [(entry["name"], entry["evidence"]) for entry in document["effects"]]
+    assert evidence[0] == ("dry_friction", "shown")
+    assert evidence[-1] == ("motor_lag", "predictive")
+    lag = document["effects"][-1]
+    assert lag["verdict"] == "not shown"
+    assert lag["alternatives"] == [{"name": "input_delay", "axis": "rotors"}]
+    assert (lag["stability"], lag["together"]) == (0.94, "lag and delay of the rotors together: 110 ms")
+    assert all(0.0 <= entry["stability"] <= 1.0 for entry in document["effects"])
+    (possible,) = document["possible"]
+    assert (possible["name"], possible["stability"]) == ("dry_friction", 0.45)
+
+
+def test_logs_have_their_own_offsets_and_a_stranger_is_named(document):
+    own, stranger = document["logs"]
+    assert own["belongs"] and own["offsets"]["pitch_torque"]["value"] == 0.002
+    assert not stranger["belongs"] and "travel" in stranger["why"]
 
 
 def test_what_cannot_be_tested_is_listed_with_its_reason(document):

@@ -159,12 +159,12 @@ def test_the_sentence_names_the_effect_its_size_and_what_it_brings():
 def test_a_rig_of_which_nothing_is_shown_is_not_called_explained_and_its_errors_are_said():
     said = verdict_sentence(adequate())
     assert said.startswith("Nothing in the catalogue is shown: these logs do not refute the simplified model, but 2 of")
-    assert said.endswith("is 2.00, 2.00 and 2.00 mrad (pitch, elevation, travel).")
+    assert said.endswith("is 5.00, 5.00 and 5.00 mrad (pitch, elevation, travel).")
 
 
 def test_the_sentence_does_not_praise_what_brings_nothing():
     whole = example()
-    same = {axis: replace(report, after=report.before) for axis, report in whole.axes.items()}
+    same = {axis: replace(report, shown=report.before, after=report.before) for axis, report in whole.axes.items()}
     assert "falls from" not in verdict_sentence(replace(whole, axes=same))
 
 

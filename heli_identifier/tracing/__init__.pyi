@@ -17,6 +17,7 @@ __all__ = [
     "NamedShape",
     "Outcome",
     "PeriodicShape",
+    "PossibleEffect",
     "Problem",
     "RigVerdict",
     "Scan",
@@ -37,7 +38,7 @@ __all__ = [
 ]
 
 from .diagnosis.diagnose import diagnose
-from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, RigVerdict
+from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
 from .diagnosis.settings import DiagnosisSettings
 from .diagnosis.signs import sign_notes
 from .events.event import Event

@@ -70,6 +70,7 @@ __all__ = [
     "Shape",
     "at",
     "effect",
+    "effect_of",
 ]
 
 CATALOGUE: tuple[Effect, ...] = tuple(
@@ -90,6 +91,20 @@ def effect(name: str, axis: str) -> Effect:
         if (entry.name, entry.axis) == (name, axis):
             return entry
     raise KeyError(f"no effect {name!r} on axis {axis!r} in the catalogue")
+
+
+def effect_of(field: str) -> Effect:
+    """Return the catalogue entry of a coefficient, by its field of the plant's parameters.
+
+    Raises
+    ------
+    KeyError
+        No entry has this field.
+    """
+    for entry in CATALOGUE:
+        if entry.field == field:
+            return entry
+    raise KeyError(f"the field {field!r} is no coefficient of an effect in the catalogue")
 
 
 def at(place: str, axis: str = ROTORS) -> tuple[Effect, ...]:

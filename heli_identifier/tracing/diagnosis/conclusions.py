@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
+from heli_identifier.tracing.diagnosis.result import PossibleEffect
 from heli_identifier.tracing.prediction.fit import BASE, Fit
+from heli_identifier.tracing.predictive.families import members_of, together
 from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
@@ -15,18 +17,23 @@ from heli_identifier.tracing.search.model import Model, effect_score
 from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
 from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
-from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict, Withdrawal
-from heli_plant.effects import Effect
+from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
+from heli_identifier.tracing.search.stability import own_response, stability
+from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
+from heli_identifier.tracing.validation.beyond import Beyond
+from heli_plant.effects import Effect, effect_of
 from heli_plant.parameters import BY_FIELD
 
 
 def found_effects(
-    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]]
+    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]], threshold: float
 ) -> tuple[FoundEffect, ...]:
-    """Named and unknown effects, strongest evidence first."""
+    """Named and unknown effects that are shown, strongest evidence first."""
     found = []
     for effect in model.effects:
         others = rivals[effect.field]
+        index = model.fit.free.index(effect.field)
+        own = own_response(model, slice(index, index + 1), np.array([getattr(model.fit.parameters, effect.field)]))
         found.append(
             FoundEffect(
                 effect.name,
@@ -38,12 +45,54 @@ def found_effects(
                 effect_score(model.fit, effect),
                 agreed[effect.field],
                 separating(effect.name, others[0].name) if others else "",
+                stability=stability(model, own, threshold**2),
+                together=together((effect.field, *(other.field for other in others)), model.fit.parameters),
             )
         )
     for index, unknown in enumerate(model.unknowns):
         shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
-        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score))
+        own = own_response(model, model.columns(index), model.weights(index))
+        steady = stability(model, own, UNKNOWN_LEVEL)
+        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score, stability=steady))
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def predictive_effects(beyond: Beyond) -> tuple[FoundEffect, ...]:
+    """Predictive effects, each with the rest of its family as alternatives, the most worth first."""
+    found = []
+    for finding in beyond.predictive:
+        effect, estimate = effect_of(finding.field), beyond.plant.estimates[finding.field]
+        others = [effect_of(field) for field in members_of(finding.family) if field != finding.field]
+        found.append(
+            FoundEffect(
+                effect.name,
+                effect.axis,
+                estimate,
+                Verdict.NOT_SHOWN,
+                tuple((other.name, other.axis) for other in others),
+                NamedShape(
+                    {s.name: Estimate(getattr(beyond.plant.parameters, s.field), None, s.unit) for s in effect.shapes}
+                ),
+                estimate.value / estimate.standard_error if estimate.standard_error else 0.0,
+                experiment=separating(effect.name, others[0].name) if others else effect.experiment,
+                evidence=Evidence.PREDICTIVE,
+                stability=finding.stability,
+                together=together(members_of(finding.family), beyond.plant.parameters),
+                worth=finding.worth,
+            )
+        )
+    return tuple(found)
+
+
+def possible_effects(beyond: Beyond) -> tuple[PossibleEffect, ...]:
+    """Families that only some of the training data find, the steadiest first."""
+    found = []
+    for finding in sorted(beyond.possible, key=lambda finding: -finding.stability):
+        effect = effect_of(finding.field)
+        others = [effect_of(field) for field in members_of(finding.family) if field != finding.field]
+        names = tuple((other.name, other.axis) for other in others)
+        found.append(PossibleEffect(effect.name, effect.axis, names, finding.stability, finding.worth))
+    return tuple(found)
 
 
 def _shape(fit: Fit, effect: Effect) -> NamedShape:

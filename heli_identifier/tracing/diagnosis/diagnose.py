@@ -11,13 +11,16 @@ from heli_identifier.tracing.diagnosis.conclusions import (
     catalogue_verdicts,
     correlation,
     found_effects,
+    possible_effects,
+    predictive_effects,
 )
 from heli_identifier.tracing.diagnosis.curves import drawn_curves
-from heli_identifier.tracing.diagnosis.notes import diagnosis_notes
+from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, stranger_notes
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import events_beside, without_events
 from heli_identifier.tracing.events.event import Event
+from heli_identifier.tracing.multistep.horizons import Starts
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
@@ -28,8 +31,11 @@ from heli_identifier.tracing.search.horizontal import with_horizontal_offset
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.selection import Selection, select
 from heli_identifier.tracing.search.settings import SIGNIFICANCE
+from heli_identifier.tracing.validation.beyond import find_beyond
 from heli_identifier.tracing.validation.comparison import HeldOutRun, compared
 from heli_identifier.tracing.validation.held_out import hold_out
+from heli_identifier.tracing.validation.plants import RATE
+from heli_identifier.tracing.validation.single_logs import values_of_logs
 from heli_identifier.tracing.validation.withdrawal import validate
 from heli_plant.effects import Effect
 
@@ -104,20 +110,33 @@ def _diagnosed(
     model, withdrawn = validated.model, (*unstable, *validated.withdrawn)
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)
-    plant_before, plant_after = validated.before, validated.after
-    axes, before, after = compared(held_out, plant_before.parameters, plant_after.parameters, model.fit.whitener)
-    effects = found_effects(model, agreed, rivals.result())
+    beyond = find_beyond(model, validated.after, validated.plants, held_out)
+    model, plant_before, plant_after = beyond.model, validated.before, beyond.plant
+    stages = (plant_before.parameters, validated.after.parameters, plant_after.parameters, beyond.everything)
+    logs_alone = (
+        ()
+        if plant_after.fit is None
+        else values_of_logs(
+            plant_after.fit, (*validated.plants.starts, *(Starts(reduce_log(log, RATE)) for log in used.held_out))
+        )
+    )
+    axes, before, after = compared(held_out, *stages, model.fit.whitener)
+    effects = found_effects(model, agreed, rivals.result(), selection.threshold)
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
-        withdrawn=withdrawn,
+        predictive=predictive_effects(beyond),
+        possible=possible_effects(beyond),
+        withdrawn=(*withdrawn, *beyond.withdrawn),
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
         parameters_before=plant_before.base,
         parameters_after=plant_after.base,
         effects_after=plant_after.of_effects,
         plant_before=plant_before.parameters,
+        plant_shown=validated.after.parameters,
         plant_after=plant_after.parameters,
+        plant_everything=beyond.everything,
         axes=axes,
         series=_series(held_out.logs, before, after, used.events),
         curves=drawn_curves(model, effects),
@@ -125,7 +144,8 @@ def _diagnosed(
         correlation=matrix,
         data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
-        notes=(*used.notes, *diagnosis_notes(null, model, plant_after, axes, settings)),
+        logs=logs_alone,
+        notes=(*used.notes, *stranger_notes(logs_alone), *diagnosis_notes(null, model, plant_after, axes, settings)),
         seconds=perf_counter() - began,
         events=used.events,
     )

@@ -1,6 +1,6 @@
 """What a reader of a diagnosis has to keep in mind: wrong signs, saturation, imitation, axes that got worse."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.validation.figures import AxisReport
+from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.tracing.validation.withdrawal import TOLERATED
 
@@ -23,6 +24,16 @@ def diagnosis_notes(
         *_model_notes(model, after, settings),
         *_undetermined_notes(after),
         *worse_axis_notes(axes),
+    )
+
+
+def stranger_notes(logs: Sequence[LogValues]) -> tuple[str, ...]:
+    """Name the logs that do not belong to the rig of the others."""
+    return tuple(
+        f"the log {log.log} does not belong to the others: {log.why}. Mend it in heli.toml or leave it out, and run "
+        "this again"
+        for log in logs
+        if not log.belongs
     )
 
 

@@ -14,6 +14,7 @@ from heli_identifier.tracing.events.event import Event
 from heli_identifier.tracing.search.found_effect import FoundEffect
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Withdrawal
 from heli_identifier.tracing.validation.figures import AxisReport
+from heli_identifier.tracing.validation.log_values import LogValues
 from heli_plant.parameters import PlantParameters
 
 
@@ -85,6 +86,29 @@ class EffectCurve:
     curve: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class PossibleEffect:
+    """A family of effects that only some halves of the training data find.
+
+    Attributes
+    ----------
+    name, axis : str
+        The member that stands best for the family.
+    alternatives : tuple of (name, axis)
+        Its other members.
+    stability : float
+        Share of the halves that find it, 0 to 1.
+    worth : float
+        Share of an axis's error that it takes off on the training data.
+    """
+
+    name: str
+    axis: str
+    alternatives: tuple[tuple[str, str], ...]
+    stability: float
+    worth: float
+
+
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Everything that one diagnosis found.
@@ -93,7 +117,11 @@ class Diagnosis:
     ----------
     verdict : RigVerdict
     effects : tuple of FoundEffect
-        Strongest evidence first.
+        Effects that are shown, strongest evidence first.
+    predictive : tuple of FoundEffect
+        Effects that improve the predictions beyond those shown, the most worth first; their cause is not established.
+    possible : tuple of PossibleEffect
+        Effects that only some of the training data find; they are no part of the corrected model.
     withdrawn : tuple of Withdrawal
         Effects that the training logs showed and that other filter frequencies or the held-out logs did not confirm.
     catalogue : tuple of CatalogueVerdict
@@ -102,8 +130,10 @@ class Diagnosis:
     effects_after : mapping of str to Estimate
         Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
         ``effects`` where the delivered parameters imitate an unknown torque.
-    plant_before, plant_after : PlantParameters
-        The complete parameter sets.
+    plant_before, plant_shown, plant_after : PlantParameters
+        The complete parameter sets of the simplified model, that with the effects shown, and the corrected one.
+    plant_everything : PlantParameters or None
+        That of the whole catalogue at once; None where it could not be fitted.
     axes : mapping of str to AxisReport
     correlation_labels : tuple of (name, axis)
         Entries of the catalogue in the order of the rows of ``correlation``.
@@ -111,6 +141,8 @@ class Diagnosis:
         Correlations between the catalogue's projected signatures.
     events : tuple of Event
         Passages in which something other than the plant acts, in training and held-out logs.
+    logs : tuple of LogValues
+        What each log has of its own under the corrected plant; a log that was cut at an event has several.
     """
 
     verdict: RigVerdict
@@ -121,7 +153,9 @@ class Diagnosis:
     parameters_after: Mapping[str, Estimate]
     effects_after: Mapping[str, Estimate]
     plant_before: PlantParameters
+    plant_shown: PlantParameters
     plant_after: PlantParameters
+    plant_everything: PlantParameters | None
     axes: Mapping[str, AxisReport]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]
@@ -132,6 +166,9 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     events: tuple[Event, ...] = ()
+    predictive: tuple[FoundEffect, ...] = ()
+    possible: tuple[PossibleEffect, ...] = ()
+    logs: tuple[LogValues, ...] = ()
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)

@@ -130,10 +130,13 @@ def fit_multistep(
         search.descend(TRIAL_STEPS)
     common = np.min([search.scales for search in searches], axis=0)
     best = min(searches, key=lambda search: loss(search.errors, common) + search.penalty())
-    converged = best.descend(STEPS)
-    best.linearise()
-    normal = best.normal_equations(problem.pieces())
+    return settled(best, best.descend(STEPS))
+
+
+def settled(search: Search, converged: bool) -> MultistepFit:
+    """Make a fit of a search that has ended, with the sensitivities and the covariance at its end."""
+    search.linearise()
     return MultistepFit(
-        problem, frame, best.x, best.offsets, best.spreads, best.scales, best.objective(), best.errors, best.jacobian,
-        normal, converged,
+        search.problem, search.frame, search.x, search.offsets, search.spreads, search.scales, search.objective(),
+        search.errors, search.jacobian, search.normal_equations(search.problem.pieces()), converged,
     )  # fmt: skip

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_plant.effects import BENDING, CATALOGUE, LAG, STEP_TIMES, Effect
+from heli_plant.effects import BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
 WIDTHS_IN_RANGE = 3.0
@@ -126,9 +126,7 @@ def _coordinate(field: str, start: PlantParameters) -> Coordinate:
     if field in _LINEAR:
         width, lower = _LINEAR[field]
         return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
-    entry = next((entry for entry in CATALOGUE if entry.field == field), None)
-    if entry is None:
-        raise KeyError(f"there is no prior for the parameter {field!r}: it is no base parameter and no effect")
+    entry = effect_of(field)
     lower = max(entry.lower, SHORTEST_LAG - start.T_m) if entry.place == LAG else entry.lower
     return Coordinate(field, 0.0, entry.upper / WIDTHS_IN_RANGE, lower, entry.upper)
 

@@ -73,10 +73,13 @@ class Search:
             prior_precision(self.frame), self.offsets, self.spreads, blocks,
         )  # fmt: skip
 
-    def descend(self, steps: int) -> bool:
-        """Take up to ``steps`` steps and tell whether the search has settled."""
+    def descend(self, steps: int, fresh: bool = True, enough: float = SETTLED) -> bool:
+        """Take up to ``steps`` steps and tell whether the search has settled: the last one gained less than ``enough``.
+
+        ``fresh``: whether the sensitivities were taken where the search stands.
+        """
         lower, upper = np.array([c.bounds for c in self.frame]).T
-        damping, fresh, gain = 1e-3, True, np.inf
+        damping, gain = 1e-3, np.inf
         for _ in range(steps):
             if gain > NEAR:
                 self._renew()
@@ -101,7 +104,7 @@ class Search:
             else:
                 self.linearise()
                 fresh = True
-            if gain < SETTLED:
+            if gain < enough:
                 return True
         return False
 

@@ -17,7 +17,7 @@ from heli_identifier.tracing.search.model import (
     without,
     without_unknown,
 )
-from heli_identifier.tracing.search.scan import basis_of
+from heli_identifier.tracing.search.stability import own_response
 from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent, responses_in
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
@@ -86,11 +86,7 @@ def unknown_score(model: Model, index: int) -> float:
 
     A Wald test of its many coefficients would rest on a covariance that a few seconds of a local torque make singular.
     """
-    own, first = model.span(index), len(model.fit.free)
-    columns = slice(first + own.start, first + own.stop)
-    others = basis_of(np.delete(model.fit.jacobian, columns, axis=1))
-    response = model.fit.jacobian[:, columns] @ model.weights(index)
-    left = response - others @ (others.T @ response)
+    left = own_response(model, model.columns(index), model.weights(index))
     return float(np.sqrt(one_degree_equivalent(float(left @ left), model.unknowns[index].degrees)))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing.search.verdict import Verdict
+from heli_identifier.tracing.search.verdict import Evidence, Verdict
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ EffectShape = NamedShape | CurveShape | PeriodicShape
 
 @dataclass(frozen=True, eq=False)
 class FoundEffect:
-    """An effect of the catalogue that was added to the model, or an unknown torque that was found and described.
+    """An effect of the catalogue, or an unknown torque, that the corrected model has and the simplified one lacks.
 
     Attributes
     ----------
@@ -111,18 +111,26 @@ class FoundEffect:
     coefficient : Estimate or None
         None for an unknown torque.
     verdict : Verdict
-        SHOWN, AMBIGUOUS or UNKNOWN.
+        SHOWN, AMBIGUOUS or UNKNOWN; NOT_SHOWN for a predictive effect.
     alternatives : tuple of (name, axis)
         Entries that explain the data about as well.
     shape : NamedShape, CurveShape or PeriodicShape
         NamedShape for an effect of the catalogue, one of the others for an unknown torque.
     score : float
-        Coefficient over standard error; of an unknown torque the square root of its likelihood-ratio statistic on
-        the scale of one degree of freedom.
+        Coefficient over standard error: by likelihood of an effect that is shown, by multi-step errors of a
+        predictive one. Of an unknown torque the square root of its likelihood-ratio statistic on the scale of one
+        degree of freedom.
     agreement : mapping of float to Estimate
         The coefficient at other filter frequencies [rad/s].
     experiment : str
         What to measure to settle an ambiguity; empty if there is none.
+    evidence : Evidence
+    stability : float
+        Share of halves of the training data in which it is found, 0 to 1.
+    together : str
+        What the effect and its alternatives come to together, in words; empty where there is no such figure.
+    worth : float or None
+        Of a predictive effect: the share of an axis's error that it takes off.
     """
 
     name: str
@@ -134,3 +142,7 @@ class FoundEffect:
     score: float
     agreement: Mapping[float, Estimate] = field(default_factory=dict)
     experiment: str = ""
+    evidence: Evidence = Evidence.SHOWN
+    stability: float = 1.0
+    together: str = ""
+    worth: float | None = None

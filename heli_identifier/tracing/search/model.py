@@ -44,14 +44,18 @@ class Model:
         first = sum(unknown.degrees for unknown in self.unknowns[:index])
         return slice(first, first + self.unknowns[index].degrees)
 
+    def columns(self, index: int) -> slice:
+        """Slice of the columns of unknown torque number ``index`` in the fit's Jacobian."""
+        own, first = self.span(index), len(self.fit.free)
+        return slice(first + own.start, first + own.stop)
+
     def weights(self, index: int) -> NDArray[np.float64]:
         """Coefficients of unknown torque number ``index``, shape (degrees,)."""
         return self.fit.linear[self.span(index)]
 
     def weights_covariance(self, index: int) -> NDArray[np.float64]:
         """Their covariance, shape (degrees, degrees); infinite for splines where no record has values."""
-        own, first = self.span(index), len(self.fit.free)
-        rows = slice(first + own.start, first + own.stop)
+        rows = self.columns(index)
         return self.fit.covariance[rows, rows]
 
 

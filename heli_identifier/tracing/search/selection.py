@@ -191,14 +191,18 @@ def unknown_in_place_of_named(unknowns: Sequence[Unknown], null: Fit, named: Fit
     return None
 
 
+def least_beside(null: Fit, model: Model, axis: str) -> float:
+    """Likelihood ratio that an unknown torque on an axis must have beside the named effects of a model."""
+    named_there = any(axis in effect.axes for effect in model.effects)
+    share = UNKNOWN_SHARE * axis_likelihood_ratio(null, model.fit, AXES.index(axis)) if named_there else 0.0
+    return max(UNKNOWN_LEVEL, share)
+
+
 def unknown_beside_named(null: Fit, current: Round) -> Unknown | None:
     """Unknown torque in what the model leaves, if there is one that is more than the imperfection of its laws."""
     model = current.model
     for unknown in search(model.fit, current.noise_whitener):
-        share = UNKNOWN_SHARE * axis_likelihood_ratio(null, model.fit, AXES.index(unknown.axis))
-        named_there = any(unknown.axis in effect.axes for effect in model.effects)
-        least = max(UNKNOWN_LEVEL, share if named_there else 0.0)
-        if unknown.likelihood_ratio > least and not is_duplicate(model, unknown):
+        if unknown.likelihood_ratio > least_beside(null, model, unknown.axis) and not is_duplicate(model, unknown):
             return unknown
     return None
 

@@ -17,6 +17,17 @@ class Verdict(StrEnum):
     UNKNOWN = "unknown effect"
 
 
+class Evidence(StrEnum):
+    """What speaks for an effect; the value is the text that stands in diagnosis.json.
+
+    SHOWN: the likelihood of one-step innovations detects it, with a level of false alarms that holds. PREDICTIVE: it
+    improves the predictions steadily; its cause is not established.
+    """
+
+    SHOWN = "shown"
+    PREDICTIVE = "predictive"
+
+
 class Withdrawal(NamedTuple):
     """An effect that was found and removed again: its name ("unknown" of an unknown torque), its axis, the reason."""
 

@@ -122,15 +122,22 @@ def noise_floor(errors: ModelErrors) -> Figures:
 
 
 def compared(
-    held_out: HeldOut, before: PlantParameters, after: PlantParameters, whitener: Whitener
+    held_out: HeldOut,
+    before: PlantParameters,
+    shown: PlantParameters,
+    after: PlantParameters,
+    everything: PlantParameters | None,
+    whitener: Whitener,
 ) -> tuple[dict[str, AxisReport], HeldOutRun, HeldOutRun]:
-    """Compare the model before with the model after on held-out logs.
+    """Compare the models on held-out logs, from the simplified one to the whole catalogue at once.
 
     Parameters
     ----------
     held_out : HeldOut
-    before, after : PlantParameters
+    before, shown, after : PlantParameters
         Fitted to the training logs.
+    everything : PlantParameters or None
+        The whole catalogue at once, fitted to the training logs.
     whitener : Whitener
         Of the model after, fitted to the training logs.
 
@@ -142,17 +149,14 @@ def compared(
         Both are whitened by ``whitener``. The whitener of the model before has taken the missing effect for noise, and
         would make its residual look the whiter of the two.
     """
+    stages = {"before": before, "shown": shown, "after": after, "everything": everything}
+    found: dict[PlantParameters, Figures] = {}
+    for parameters in stages.values():
+        if parameters is not None and parameters not in found:
+            errors = [log.angles - free_run(log, parameters) for log in held_out.logs]
+            found[parameters] = figures(held_out.errors(parameters), errors, [log.step for log in held_out.logs])
     run_before, run_after = (held_out_run(held_out, parameters, whitener) for parameters in (before, after))
     runs = (run_before, run_after)
-    steps = [log.step for log in held_out.logs]
-    found = [
-        figures(
-            held_out.errors(parameters),
-            [log.angles - angles for log, angles in zip(held_out.logs, run.free_runs, strict=True)],
-            steps,
-        )
-        for parameters, run in zip((before, after), runs, strict=True)
-    ]
     floor = noise_floor(held_out.errors(after))
     inputs = _inputs(held_out.problem, after.T_m, whitener.order)
     naive = [naive_figures(held_out.problem, horizon) for horizon in HORIZONS]
@@ -160,8 +164,10 @@ def compared(
     for i, axis in enumerate(AXES):
         white = [[z[:, i] for z in run.white] for run in runs]
         reports[axis] = AxisReport(
-            found[0].axis(i),
-            found[1].axis(i),
+            found[before].axis(i),
+            found[shown].axis(i),
+            found[after].axis(i),
+            None if everything is None else found[everything].axis(i),
             floor.axis(i),
             dict(zip(("before", "after"), (ljung_box_p(np.concatenate(z)) for z in white), strict=True)),
             dict(zip(("before", "after"), (input_correlation(z, inputs[i]) for z in white), strict=True)),

@@ -48,7 +48,11 @@ class NaiveError:
 
 @dataclass(frozen=True, eq=False)
 class AxisReport:
-    """Before, after and noise floor of one axis, with residual tests of the innovations after.
+    """Errors of one axis, stage by stage, with residual tests of the innovations after.
+
+    ``before`` is the simplified model, ``shown`` that with the effects that are shown, ``after`` the corrected model,
+    which has the predictive effects as well, and ``everything`` a ridge fit of the whole catalogue: what could be
+    explained, None where it was not fitted.
 
     ``whiteness_p`` maps "before"/"after" to the Ljung-Box p value, ``input_correlation`` to the largest absolute
     cross-correlation with past inputs in units of its 95 % bound. ``angle_stays`` and ``rate_stays`` are the errors of
@@ -56,7 +60,9 @@ class AxisReport:
     """
 
     before: AxisError
+    shown: AxisError
     after: AxisError
+    everything: AxisError | None
     noise_floor: AxisError
     whiteness_p: Mapping[str, float]
     input_correlation: Mapping[str, float]

@@ -36,12 +36,15 @@ class FittedPlant:
     undetermined : tuple of str
         Parameters of the simplified model that the logs do not determine.
     converged : bool
+    fit : MultistepFit or None
+        None where predictions diverge wherever a fit begins: the plant is then the likeliest one.
     """
 
     parameters: PlantParameters
     estimates: Mapping[str, Estimate]
     undetermined: tuple[str, ...] = ()
     converged: bool = True
+    fit: MultistepFit | None = None
 
     @property
     def base(self) -> dict[str, Estimate]:
@@ -82,19 +85,27 @@ class Plants:
             return self.before
         return self._fitted(model.fit, (*self._base, *(effect.field for effect in model.effects)))
 
+    def beyond(self, fit: MultistepFit, model: Model) -> FittedPlant:
+        """Plant of a fit that has predictive effects beside those of ``model``."""
+        return self._plant(fit, model.fit, fit.names)
+
     @property
     def _base(self) -> tuple[str, ...]:
         return tuple(field for field in BASE if field in self.null.free)
 
     def _fitted(self, by_likelihood: Fit, fields: tuple[str, ...]) -> FittedPlant:
         """Fit by multi-step errors; by likelihood where predictions diverge wherever the fit begins."""
+        try:
+            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, by_likelihood.parameters), fields)
+        except ValueError:
+            found = by_likelihood
+        return self._plant(found, by_likelihood, fields)
+
+    def _plant(self, found: MultistepFit | Fit, by_likelihood: Fit, fields: tuple[str, ...]) -> FittedPlant:
         likeliest = by_likelihood.parameters
         given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
         shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
-        try:
-            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, likeliest), fields)
-        except ValueError:
-            found = by_likelihood
         estimates = given | shapes | {field: found.estimate(field) for field in fields}
         undetermined = tuple(f for f in found.undetermined if f in BASE) if isinstance(found, MultistepFit) else ()
-        return FittedPlant(found.parameters, estimates, undetermined, found.converged)
+        fit = found if isinstance(found, MultistepFit) else None
+        return FittedPlant(found.parameters, estimates, undetermined, found.converged, fit)

@@ -1,6 +1,8 @@
 """Withdraw effects that do not improve the model on held-out logs, and say why."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,8 @@ from heli_identifier.tracing.validation.held_out import (
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_plant.effects import AXES, Effect
 
+Left = TypeVar("Left")
+
 TOLERATED = 1.05
 """Ratio of squared errors above which an axis counts as worse: equal models differ by a few per cent by chance."""
 
@@ -32,12 +36,14 @@ class Validation:
     before, after : FittedPlant
         Plants of the null model and of ``model``; the same object if nothing is left.
     withdrawn : tuple of Withdrawal
+    plants : Plants
     """
 
     model: Model
     before: FittedPlant
     after: FittedPlant
     withdrawn: tuple[Withdrawal, ...]
+    plants: Plants
 
 
 def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
@@ -77,7 +83,7 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
         withdrawn.append(withdrawal)
     if not model.effects and not model.unknowns:
         model = Model(null)  # nothing is left: the null model, to the last digit
-    return Validation(model, plants.before, after, tuple(withdrawn))
+    return Validation(model, plants.before, after, tuple(withdrawn), plants)
 
 
 def remove_harmful(
@@ -91,24 +97,54 @@ def remove_harmful(
         The model without the effect, its plant, and the withdrawal.
     """
     before = plants.before.parameters
-    ratio = held_out.ratios(after.parameters, before)
+
+    def without_it(effect: Effect) -> tuple[tuple[Model, FittedPlant], NDArray[np.float64]]:
+        reduced = _without(model, effect, plants.null)
+        plant = plants.of(reduced)
+        return (reduced, plant), held_out.ratios(plant.parameters, before)
+
+    removal = harmful(model.effects, held_out.ratios(after.parameters, before), without_it, "the null model's")
+    return None if removal is None else (*removal[0], removal[1])
+
+
+def harmful(
+    effects: Sequence[Effect],
+    ratio: NDArray[np.float64],
+    without_it: Callable[[Effect], tuple[Left, NDArray[np.float64]]],
+    whose: str,
+) -> tuple[Left, Withdrawal] | None:
+    """Find the effect whose removal improves most the worst axis that the effects make worse.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+    ratio : NDArray, shape (3,)
+        Mean squared errors with all of them over those of the model that is compared with.
+    without_it : callable
+        Gives what is left without an effect, and the ratios then.
+    whose : str
+        Words for the errors of the model that is compared with.
+
+    Returns
+    -------
+    tuple or None
+        What is left, and the withdrawal; None if no removal helps.
+    """
     for axis in np.argsort(-ratio):
-        acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
+        acting = [effect for effect in effects if AXES[axis] in effect.axes]
         if ratio[axis] <= TOLERATED or not acting:
             continue
-        models = [_without(model, effect, plants.null) for effect in acting]
-        fitted = [plants.of(reduced) for reduced in models]
-        ratios = [held_out.ratios(plant.parameters, before) for plant in fitted]
+        left, ratios = zip(*map(without_it, acting), strict=True)
         # an effect of several axes stays if its removal costs more on the others than it improves this one
-        left = [
-            without_it[axis] if _mean_over(effect, without_it) < _mean_over(effect, ratio) else np.inf
-            for effect, without_it in zip(acting, ratios, strict=True)
+        remaining = [
+            after[axis] if _mean_over(effect, after) < _mean_over(effect, ratio) else np.inf
+            for effect, after in zip(acting, ratios, strict=True)
         ]
-        best = int(np.argmin(left))
-        if TOLERATED * left[best] < ratio[axis]:
-            change = f"{ratio[axis]:.2f} times the null model's with it, {left[best]:.2f} without"
+        best = int(np.argmin(remaining))
+        if TOLERATED * remaining[best] < ratio[axis]:
+            change = f"{ratio[axis]:.2f} times {whose} with it, {remaining[best]:.2f} without"
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
-            return models[best], fitted[best], Withdrawal(acting[best].name, acting[best].axis, why)
+            return left[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
 
 

@@ -4,15 +4,16 @@ import typer
 
 from heli_identifier.tracing import Diagnosis
 from heli_identifier.workbench.commands.terminal import print_table, warn
-from heli_identifier.workbench.report.rounding import angle_text, naive_text, significant, with_interval
+from heli_identifier.workbench.report.rounding import angle_text, share_text, significant, value_text, with_interval
 from heli_identifier.workbench.report.sentences import effect_title, verdict_sentence, withdrawn_sentence
-from heli_identifier.workbench.report.tables import floor_missing, parameter_rows
+from heli_identifier.workbench.report.tables import floor_missing, parameter_rows, possible_rows, predictive_rows
 
 
 def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue as well."""
     typer.secho(verdict_sentence(diagnosis), bold=True)
     print_effects(diagnosis)
+    print_predictive(diagnosis)
     print_parameters(diagnosis)
     print_errors(diagnosis)
     for entry in diagnosis.withdrawn:
@@ -28,13 +29,14 @@ def print_effects(diagnosis: Diagnosis) -> None:
     if diagnosis.effects:
         print_table(
             "Effects that the model lacks (± 1.96 standard errors)",
-            ("effect", "coefficient >", "verdict", "score >", "as likely"),
+            ("effect", "coefficient >", "verdict", "score >", "stability >", "as likely"),
             [
                 (
                     effect_title(found),
                     with_interval(found.coefficient) if found.coefficient else "",
                     found.verdict,
                     significant(found.score),
+                    share_text(found.stability),
                     ", ".join(f"{name} {axis}" for name, axis in found.alternatives),
                 )
                 for found in diagnosis.effects
@@ -42,6 +44,27 @@ def print_effects(diagnosis: Diagnosis) -> None:
         )
         if any(found.alternatives for found in diagnosis.effects):
             typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
+
+
+def print_predictive(diagnosis: Diagnosis) -> None:
+    """Print the effects that improve the predictions, and those that only some of the training data find."""
+    if diagnosis.predictive:
+        print_table(
+            "Effects that improve the predictions; the cause is not established",
+            ("effect", "coefficient >", "stability >", "takes off >", "or, as well"),
+            [(r["effect"], r["coefficient"], r["stability"], r["worth"], r["or"]) for r in predictive_rows(diagnosis)],
+        )
+        for text in filter(None, (found.together for found in diagnosis.predictive)):
+            typer.echo(text)
+    if diagnosis.possible:
+        print_table(
+            "Possible effects, which the corrected model does not have",
+            ("effect", "stability >", "takes off >", "or, as well"),
+            [(r["effect"], r["stability"], r["worth"], r["or"]) for r in possible_rows(diagnosis)],
+        )
+    if diagnosis.predictive or diagnosis.possible:
+        typer.echo("stability: share of halves of the training data that find the effect or its alternatives")
+        typer.echo("takes off: share of the 1 s error that the largest of the axes would have more without it")
 
 
 def print_parameters(diagnosis: Diagnosis) -> None:
@@ -59,13 +82,27 @@ def print_errors(diagnosis: Diagnosis) -> None:
     kinds = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
     print_table(
         "Error on held-out logs [mrad]",
-        ("axis", "error", "angle stays >", "rate stays >", "before >", "after >", "noise floor >"),
+        (
+            "axis",
+            "error",
+            "angle stays >",
+            "rate stays >",
+            "before >",
+            "with shown >",
+            "after >",
+            "everything >",
+            "noise floor >",
+        ),  # fmt: skip
         [
             (
                 axis,
                 what,
-                *(naive_text(getattr(error, kind, None)) for error in (r.angle_stays, r.rate_stays)),
-                *(angle_text(getattr(error, kind)) for error in (r.before, r.after, r.noise_floor)),
+                *(value_text(getattr(error, kind, None)) for error in (r.angle_stays, r.rate_stays)),
+                angle_text(getattr(r.before, kind)),
+                value_text(getattr(r.shown, kind)),
+                angle_text(getattr(r.after, kind)),
+                value_text(getattr(r.everything, kind, None)),
+                angle_text(getattr(r.noise_floor, kind)),
             )
             for axis, r in diagnosis.axes.items()
             for kind, what in kinds

@@ -22,6 +22,10 @@ FIGURES = {
 """Keys of an error in the document, and the fields of :class:`AxisError` they stand for."""
 
 
+STAGES = ("before", "shown", "after", "everything", "noise_floor")
+"""Stages of an error in the document, and the fields of :class:`AxisReport` they stand for."""
+
+
 def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> dict[str, Any]:
     """Give the content of diagnosis.json.
 
@@ -35,7 +39,8 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         {
             "schema": SCHEMA,
             "verdict": diagnosis.verdict.value,
-            "effects": [_effect(effect) for effect in diagnosis.effects],
+            "effects": [_effect(effect) for effect in (*diagnosis.effects, *diagnosis.predictive)],
+            "possible": [{**asdict(entry), "alternatives": _names(entry.alternatives)} for entry in diagnosis.possible],
             "not_testable": [
                 {"name": entry.name, "axis": entry.axis, "why": entry.why, "experiment": entry.experiment}
                 for entry in diagnosis.catalogue
@@ -54,6 +59,16 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
             "events": [
                 {"log": event.log, "axis": event.axis, "from_s": event.start_in_file, "to_s": event.end_in_file}
                 for event in diagnosis.events
+            ],
+            "logs": [
+                {
+                    "log": log.log,
+                    "offsets": {name: estimate_entry(value) for name, value in log.offsets.items()},
+                    "gain": estimate_entry(log.gain),
+                    "belongs": log.belongs,
+                    "why": log.why,
+                }
+                for log in diagnosis.logs
             ],
             "notes": diagnosis.notes,
             "provenance": provenance,
@@ -95,7 +110,11 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "standard_error": coefficient.standard_error if coefficient else None,
         "unit": coefficient.unit if coefficient else None,
         "verdict": effect.verdict.value,
-        "alternatives": [{"name": name, "axis": axis} for name, axis in effect.alternatives],
+        "evidence": effect.evidence.value,
+        "stability": effect.stability,
+        "worth": effect.worth,
+        "alternatives": _names(effect.alternatives),
+        "together": effect.together,
         "shape": effect.shape.to_dict(),
         "interval": coefficient.interval if coefficient else None,
         "score": effect.score,
@@ -104,8 +123,12 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
     }
 
 
+def _names(entries: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+    return [{"name": name, "axis": axis} for name, axis in entries]
+
+
 def _axis(report: AxisReport) -> dict[str, Any]:
-    stages = {"before": report.before, "after": report.after, "noise_floor": report.noise_floor}
+    stages: dict[str, AxisError | None] = {name: getattr(report, name) for name in STAGES}
     return {
         **{stage: {key: _value(error, field) for key, field in FIGURES.items()} for stage, error in stages.items()},
         "intervals": {
@@ -120,14 +143,14 @@ def _axis(report: AxisReport) -> dict[str, Any]:
     }
 
 
-def _value(error: AxisError, field: str) -> float | None:
-    figure = getattr(error, field)
-    return figure.value if is_known(figure) else None
+def _value(error: AxisError | None, field: str) -> float | None:
+    figure = getattr(error, field, None)
+    return figure.value if figure is not None and is_known(figure) else None
 
 
-def _interval(error: AxisError, field: str) -> tuple[float, float] | None:
-    figure = getattr(error, field)
-    return (figure.low, figure.high) if is_known(figure) else None
+def _interval(error: AxisError | None, field: str) -> tuple[float, float] | None:
+    figure = getattr(error, field, None)
+    return (figure.low, figure.high) if figure is not None and is_known(figure) else None
 
 
 def _catalogue_entry(entry: CatalogueVerdict) -> dict[str, Any]:

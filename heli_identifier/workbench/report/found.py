@@ -5,7 +5,7 @@ from typing import Any
 from heli_identifier.tracing import Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
-from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
 from heli_identifier.workbench.report.sentences import effect_name, effect_title, law_text, listed, variable_name
 from heli_identifier.workbench.report.tables import KINDS
 from heli_plant.effects import effect as catalogue_effect
@@ -68,6 +68,9 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
     if isinstance(found.shape, PeriodicShape):
         facts.append(("amplitude", f"{significant(found.shape.amplitude)} rad/s²"))
     facts.append(("score", f"{significant(found.score)} standard errors"))
+    facts.append(("stability", f"{share_text(found.stability)} of halves of the training data show it"))
+    if found.together:
+        facts.append(("together", found.together))
     if found.agreement:
         others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
         facts.append(("at other filter frequencies", listed(others)))

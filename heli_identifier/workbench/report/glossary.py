@@ -16,7 +16,32 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         ("±", "Half-width of the 95 % interval: 1.96 standard errors."),
         (
             "before, after",
-            "The simplified model, and the same with the effects that were found; both fitted to the training logs.",
+            "The simplified model, and the corrected one: with the effects that are shown and the predictive ones. All "
+            "models are fitted to the training logs.",
+        ),
+        (
+            "shown",
+            "The likelihood of the samples one step ahead detects the effect. Of rigs that lack nothing, few have any "
+            "effect shown: see threshold.",
+        ),
+        (
+            "predictive",
+            "The effect improves predictions over half a second to two seconds beyond the effects that are shown, and "
+            "most halves of the training data find it. Its cause is not established.",
+        ),
+        (
+            "stability",
+            "Share of halves of the training data that find the effect or one of its alternatives. From 80 % an "
+            "effect can be predictive, from 30 % it is called possible.",
+        ),
+        (
+            "takes off",
+            "Share by which the error of the axis that needs the effect most grows in a fit without it.",
+        ),
+        (
+            "everything",
+            "A ridge fit of all effects of the catalogue at once. No single coefficient of it means much, but its "
+            "error says how much the catalogue could explain.",
         ),
         (
             "held-out logs",

@@ -76,9 +76,19 @@ def angle_text(figure: ErrorFigure | None) -> str:
     return _figure_text(figure, 1e3)
 
 
-def naive_text(figure: ErrorFigure | None) -> str:
+def value_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad without its interval, as a mark to compare with; a dash where there is none."""
-    return "–" if figure is None else significant(1e3 * figure.value)
+    return "–" if figure is None or not is_known(figure) else significant(1e3 * figure.value)
+
+
+def acceleration_value_text(figure: ErrorFigure | None) -> str:
+    """Give an acceleration error in rad/s² without its interval; a dash where there is none."""
+    return "–" if figure is None or not is_known(figure) else significant(figure.value)
+
+
+def share_text(share: float) -> str:
+    """Give a share as a whole percentage."""
+    return f"{100.0 * share:.0f} %"
 
 
 def acceleration_text(figure: ErrorFigure | None) -> str:

@@ -81,7 +81,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
     if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
-        return _nothing_shown(diagnosis)
+        return _nothing_shown(diagnosis) + _beyond(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
     unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
     parts = []
@@ -90,7 +90,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if unknown:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    return f"{', and '.join(parts)}{_gain(diagnosis)}."
+    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_beyond(diagnosis)}"
 
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
@@ -98,10 +98,28 @@ def _nothing_shown(diagnosis: Diagnosis) -> str:
     untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
-    errors = listed([significant(1e3 * report.after.prediction_1s.value) for report in diagnosis.axes.values()])
+    errors = listed([significant(1e3 * report.before.prediction_1s.value) for report in diagnosis.axes.values()])
     return (
         f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error of a 1 s "
         f"prediction on held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
+    )
+
+
+def _beyond(diagnosis: Diagnosis) -> str:
+    """Say that effects improve the predictions beyond what is shown, and by how much; nothing if none does."""
+    if not diagnosis.predictive:
+        return ""
+    names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive])
+    improve = "improves" if len(diagnosis.predictive) == 1 else "improve"
+    pairs = [
+        (significant(1e3 * error.prediction_1s.value) for error in (report.shown, report.after))
+        for report in diagnosis.axes.values()
+    ]
+    errors = [f"{before} to {after}" for before, after in pairs]
+    return (
+        f" Beyond that {names} {improve} the predictions, but the cause is not established: with "
+        f"{'it' if len(diagnosis.predictive) == 1 else 'them'} the error 1 s ahead goes from {listed(errors)} mrad "
+        f"({', '.join(diagnosis.axes)})."
     )
 
 
@@ -146,9 +164,9 @@ def _gain(diagnosis: Diagnosis) -> str:
     if gains[axis] < WORTH_SAYING:
         return ""
     it = "it" if len(diagnosis.effects) == 1 else "them"
-    before, after = (significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after))
+    before, after = (significant(1e3 * error.prediction_1s.value) for error in (report.before, report.shown))
     return f"; with {it} the {axis}'s error of a 1 s prediction on held-out data falls from {before} to {after} mrad"
 
 
 def _ratio(report: AxisReport) -> float:
-    return report.before.prediction_1s.value / report.after.prediction_1s.value
+    return report.before.prediction_1s.value / report.shown.prediction_1s.value

@@ -1,16 +1,19 @@
 """The rows of the report's tables, without any markup."""
 
 from collections.abc import Mapping
+from statistics import stdev
 from typing import Any
 
 from heli_identifier.tracing import AxisReport, Diagnosis, Verdict
 from heli_identifier.workbench.report.rounding import (
     acceleration_text,
+    acceleration_value_text,
     angle_text,
     is_known,
-    naive_text,
+    share_text,
     significant,
     unit_text,
+    value_text,
     with_interval,
 )
 from heli_identifier.workbench.report.sentences import effect_name, listed, meaning_of
@@ -23,14 +26,17 @@ KINDS = {
 """Style of a verdict."""
 
 ERRORS = (
-    ("prediction_1s", "1 s ahead [mrad]", angle_text),
-    ("prediction_2s", "2 s ahead [mrad]", angle_text),
-    ("free_run", "free run [mrad]", angle_text),
-    ("acceleration", "acceleration [rad/s²]", acceleration_text),
+    ("prediction_1s", "1 s ahead [mrad]", angle_text, value_text),
+    ("prediction_2s", "2 s ahead [mrad]", angle_text, value_text),
+    ("free_run", "free run [mrad]", angle_text, value_text),
+    ("acceleration", "acceleration [rad/s²]", acceleration_text, acceleration_value_text),
 )
-"""Fields of an error, what they are called, and how they are written."""
+"""Fields of an error, what they are called, and how they are written with an interval and without one."""
 
-ERROR_COLUMNS = ("axis", "error on held-out logs", "angle stays", "rate stays", "before", "after", "noise floor")
+ERROR_COLUMNS = (
+    "axis", "error on held-out logs", "angle stays", "rate stays", "before", "with shown", "after", "everything",
+    "noise floor",
+)  # fmt: skip
 """Head of a table of :func:`error_rows`."""
 
 SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be suggestive"}
@@ -64,15 +70,17 @@ def error_rows(axes: Mapping[str, AxisReport]) -> list[dict[str, str]]:
             "axis": axis,
             "what": what,
             **{
-                name: naive_text(getattr(naive, field, None))
+                name: value_text(getattr(naive, field, None))
                 for name, naive in (("angle_stays", report.angle_stays), ("rate_stays", report.rate_stays))
             },
             "before": write(getattr(report.before, field)),
+            "shown": plain(getattr(report.shown, field)),
             "after": write(getattr(report.after, field)),
+            "everything": plain(getattr(report.everything, field, None)),
             "floor": write(getattr(report.noise_floor, field)),
         }
         for axis, report in axes.items()
-        for field, what, write in ERRORS
+        for field, what, write, plain in ERRORS
         if getattr(report.before, field) or getattr(report.after, field)
     ]
 
@@ -96,6 +104,34 @@ def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 def floor_missing(axes: Mapping[str, AxisReport]) -> bool:
     """Whether the noise floor of an axis could not be computed."""
     return not all(is_known(report.noise_floor.prediction_1s) for report in axes.values())
+
+
+def predictive_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per predictive effect."""
+    return [
+        {
+            "effect": effect_name(found.name, found.axis),
+            "coefficient": with_interval(found.coefficient) if found.coefficient else "",
+            "stability": share_text(found.stability),
+            "worth": share_text(found.worth or 0.0),
+            "or": listed([effect_name(*other) for other in found.alternatives], "or"),
+            "together": found.together,
+        }
+        for found in diagnosis.predictive
+    ]
+
+
+def possible_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per effect that only some of the training data find."""
+    return [
+        {
+            "effect": effect_name(entry.name, entry.axis),
+            "stability": share_text(entry.stability),
+            "worth": share_text(entry.worth),
+            "or": listed([effect_name(*other) for other in entry.alternatives], "or"),
+        }
+        for entry in diagnosis.possible
+    ]
 
 
 def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -138,6 +174,35 @@ def data_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         }
         for entry in diagnosis.data
     ]
+
+
+def log_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Give one row per log with its own offsets and gain, and a last one with their spread over the logs."""
+    names = tuple(diagnosis.logs[0].offsets) if diagnosis.logs else ()
+    rows = [
+        {
+            "log": log.log,
+            "values": [
+                *(with_interval(log.offsets[name], unit=False) for name in names),
+                with_interval(log.gain, unit=False),
+            ],
+            "belongs": "yes" if log.belongs else f"no: {log.why}",
+        }
+        for log in diagnosis.logs
+    ]
+    if len(rows) > 1:
+        columns = [[log.offsets[name].value for log in diagnosis.logs] for name in names]
+        spread = [significant(stdev(values), 2) for values in (*columns, [log.gain.value for log in diagnosis.logs])]
+        rows.append({"log": "standard deviation", "values": spread, "belongs": ""})
+    return rows
+
+
+def log_columns(diagnosis: Diagnosis) -> list[str]:
+    """Give the heads of the columns between a log's name and whether it belongs."""
+    if not diagnosis.logs:
+        return []
+    offsets = diagnosis.logs[0].offsets
+    return [*(f"{name.replace('_', ' ')} [{unit_text(value.unit)}]" for name, value in offsets.items()), "gain"]
 
 
 def event_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:

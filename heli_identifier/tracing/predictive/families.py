@@ -4,11 +4,12 @@ They are fixed beforehand, from mechanics: members of a family move the same axi
 parameters have taken their share. Were they found in the data, resamples would split their votes between aliases.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from heli_identifier.tracing.multistep.priors import ENTRIES
 from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,19 @@ FAMILIES: tuple[Family, ...] = (
 """Every effect that takes part in a fit of everything at once, in one family each."""
 
 
-def members(families: Sequence[Family]) -> tuple[str, ...]:
-    """Fields of all members of some families."""
-    return tuple(field for family in families for field in family.members)
+def family_of(field: str) -> str | None:
+    """Name of the family of an effect's coefficient; None for an effect that takes no part."""
+    return next((family.name for family in FAMILIES if field in family.members), None)
+
+
+def members_of(name: str) -> tuple[str, ...]:
+    """Coefficients of a family's members, by its name."""
+    return next(family.members for family in FAMILIES if family.name == name)
+
+
+def together(fields: Collection[str], parameters: PlantParameters) -> str:
+    """Give the figure that effects which cannot be told apart have in common, in words; empty if there is none."""
+    if {"motor_lag_rotors", "input_delay_rotors"} <= set(fields):
+        total = parameters.T_m + parameters.motor_lag_rotors + parameters.input_delay_rotors
+        return f"lag and delay of the rotors together: {1e3 * total:.0f} ms"
+    return ""

@@ -1,0 +1,160 @@
+"""What a quadratic problem says of families of effects: whether they are found, and how steadily.
+
+The score of a family with coordinates b and covariance V in the fit of a set is b' V^-1 b, as a score of one degree of
+freedom. Its stability is the share of halves of the data, drawn in complementary pairs, in which it is found: in which
+its score reaches :data:`FOUND_IN_HALF`. Source: Meinshausen and Buehlmann 2010; Shah and Samworth 2013. A family is
+worth its parameters if without it the error of some axis grows by more than :data:`WORTH`.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from heli_identifier.tracing.predictive.quadratic import Quadratic, SubsetFit
+
+PAIRS = 25
+"""Pairs of halves: the share in which a family is found is known within .07."""
+
+SEED = 0
+"""Of the halves: the same logs give the same answer."""
+
+FOUND = 2.0
+"""Score from which a family counts as found: two standard errors."""
+
+FOUND_IN_HALF = FOUND / 2.0**0.5
+"""The same effect's score in half of the data."""
+
+STEADY = 0.8
+"""Share of the halves from which on a family is steady."""
+
+POSSIBLE = 0.3
+"""Share of the halves from which on a family is possible."""
+
+HOPELESS = 1.0
+"""Score in all of the data below which few halves can find a family: stability is taken as zero."""
+
+WORTH = 0.05
+"""Share of an axis's error that a family has to take off: less is not worth a parameter on a rig."""
+
+SMALLEST = 1e-12
+"""Loss below which there is nothing to explain."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """What speaks for a family beside others: its score, and the share of an axis's error that it takes off."""
+
+    score: float
+    worth: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether the family is found in all of the data and worth its parameters."""
+        return self.score >= FOUND and self.worth > WORTH
+
+
+@dataclass(frozen=True, eq=False)
+class Judge:
+    """A quadratic problem in which families are looked for.
+
+    Attributes
+    ----------
+    quadratic : Quadratic
+    names : tuple of str
+        Fields of the problem's coordinates.
+    core : tuple of str
+        Fields that every model has.
+    families : mapping of str to tuple of str
+        Fields of each family by its name.
+    """
+
+    quadratic: Quadratic
+    names: tuple[str, ...]
+    core: tuple[str, ...]
+    families: Mapping[str, tuple[str, ...]]
+
+    def support(self, asked: Collection[str], kept: Collection[str]) -> dict[str, Support]:
+        """Support for each family asked for, all of them in ``kept``, beside the others there."""
+        fitted = self.quadratic.fit(self._indices(kept))
+        losses, found = self.quadratic.losses(fitted.x), {}
+        for name in asked:
+            without = self._losses([other for other in kept if other != name])
+            worth = np.sqrt(np.maximum(without, 0.0) / np.maximum(losses, SMALLEST)).max() - 1.0
+            found[name] = Support(self._score(name, fitted), float(worth))
+        return found
+
+    def stability(self, asked: Collection[str], kept: Collection[str]) -> dict[str, float]:
+        """Share of the halves in which each family asked for is found beside the others of ``kept``."""
+        indices = self._indices(kept)
+        fits = [half.fit(indices) for half in self._halves]
+        return {name: float(np.mean([self._score(name, fitted) >= FOUND_IN_HALF for fitted in fits])) for name in asked}
+
+    def steady(self) -> list[str]:
+        """Families that are steady beside each other: of all families the least steady are dropped one by one.
+
+        Of two families that can take each other's place one goes, and the other one then has all the support.
+        """
+        kept = list(self.families)
+        while kept:
+            support = self.support(kept, kept)
+            least = min(kept, key=lambda name: (support[name].worth > WORTH, support[name].score))
+            if support[least].enough:
+                stability = self.stability(kept, kept)
+                least = min(kept, key=lambda name: (stability[name], support[name].score))
+                if stability[least] >= STEADY:
+                    break
+            kept.remove(least)
+        return kept
+
+    def around(self, kept: Sequence[str]) -> tuple[dict[str, Support], dict[str, float]]:
+        """Support and stability of every family beside those of ``kept``."""
+        found, stability = self.support(kept, kept), self.stability(kept, kept)
+        for name in self.families:
+            if name not in kept:
+                beside = [*kept, name]
+                found |= self.support([name], beside)
+                hopeless = found[name].score < HOPELESS or found[name].worth <= WORTH
+                stability |= {name: 0.0} if hopeless else self.stability([name], beside)
+        return found, stability
+
+    def best(self, name: str, kept: Collection[str]) -> str:
+        """Give the field that alone stands best for a family beside those of ``kept``."""
+
+        def loss(field: str) -> float:
+            alone = replace(self, families={**self.families, name: (field,)})
+            return float(alone._losses({*kept, name}).sum())
+
+        return min(self.families[name], key=loss)
+
+    @cached_property
+    def _halves(self) -> list[Quadratic]:
+        """Halves of the blocks in complementary pairs."""
+        random, count = np.random.default_rng(SEED), len(self.quadratic.slope)
+        orders = [random.permutation(count) for _ in range(PAIRS)]
+        return [self.quadratic.part(half) for order in orders for half in np.array_split(order, 2)]
+
+    def _score(self, name: str, fitted: SubsetFit) -> float:
+        place = {int(index): i for i, index in enumerate(fitted.free)}
+        own = [place[i] for i in map(self.names.index, self.families[name]) if i in place]
+        estimate, covariance = fitted.x[fitted.free[own]], fitted.covariance[np.ix_(own, own)]
+        return _one_degree(float(estimate @ np.linalg.solve(covariance, estimate)), len(own))
+
+    def _losses(self, kept: Collection[str]) -> NDArray[np.float64]:
+        return self.quadratic.losses(self.quadratic.solve(self._indices(kept))[0])
+
+    def _indices(self, kept: Collection[str]) -> NDArray[np.intp]:
+        fields = (*self.core, *(field for name in kept for field in self.families[name]))
+        return np.sort([self.names.index(field) for field in fields])
+
+
+def _one_degree(statistic: float, degrees: int) -> float:
+    """Score of one degree of freedom that is as improbable as a chi-squared ``statistic``; 0 without any degree."""
+    if degrees == 0:
+        return 0.0
+    # beyond some 35 standard errors probabilities underflow: there the statistic itself is the score's square
+    probable = chi2.sf(statistic, degrees) if degrees > 1 else 0.0
+    return float(np.sqrt(chi2.isf(probable, 1) if probable > 0.0 else statistic))

@@ -1,0 +1,188 @@
+"""Which families of effects predict beyond what is shown: a joint search around the fit of everything.
+
+1. Everything at once is fitted (:func:`fit_everything`): a ridge regression under the priors, whose quadratic problem
+   is taken apart into independent blocks. It shows what could be explained.
+2. The families that are steady beside the effects that are shown (:meth:`Judge.steady`) are candidates. Of each the
+   member that stands best for it alone is its representative.
+3. The effects shown and the representatives are fitted. A representative stays if a fit without it is worse by more
+   than :data:`WORTH` on some axis. What this fit lacks is looked for around it, and has to prove the same worth.
+   The quadratic problem around everything overstates what a curved law is worth far from there.
+4. Stability is taken once more around this fit, and that is what is reported.
+
+The list says what improves predictions, not what causes the motion.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heli_identifier.tracing.multistep.fit import MultistepFit, settled
+from heli_identifier.tracing.multistep.nested import growth, search_without, with_fields
+from heli_identifier.tracing.multistep.priors import ENTRIES, prior_precision
+from heli_identifier.tracing.multistep.robust import loss
+from heli_identifier.tracing.multistep.search import NEAR
+from heli_identifier.tracing.predictive.families import FAMILIES, family_of
+from heli_identifier.tracing.predictive.judge import POSSIBLE, STEADY, WORTH, Judge
+from heli_identifier.tracing.predictive.quadratic import quadratic_of
+
+GROUND_EFFECT = "ground_effect_elevation"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A family and what the logs say of it.
+
+    Attributes
+    ----------
+    family : str
+        Name of the family.
+    field : str
+        Coefficient of the member that represents it.
+    stability : float
+        Share of the resamples in which the left-out blocks miss it.
+    worth : float
+        Largest share over the axes by which the error grows in a fit without it; NaN where none was made.
+    """
+
+    family: str
+    field: str
+    stability: float
+    worth: float
+
+
+@dataclass(frozen=True, eq=False)
+class PredictiveSelection:
+    """Outcome of the search.
+
+    Attributes
+    ----------
+    everything : MultistepFit
+        The fit of everything at once.
+    fit : MultistepFit
+        Fit of the effects shown and the predictive ones.
+    predictive : tuple of Finding
+        Families that are steady and worth their parameter, the most worth first.
+    possible : tuple of Finding
+        Families that only some resamples find.
+    """
+
+    everything: MultistepFit
+    fit: MultistepFit
+    predictive: tuple[Finding, ...]
+    possible: tuple[Finding, ...]
+
+
+def fit_everything(shown: MultistepFit) -> MultistepFit:
+    """Fit the whole catalogue beside what is shown."""
+    return with_fields(shown, [entry.field for entry in ENTRIES], NEAR)
+
+
+def select_predictive(shown: MultistepFit) -> PredictiveSelection:
+    """Search for families that improve predictions beyond the effects shown.
+
+    Parameters
+    ----------
+    shown : MultistepFit
+        Fit of the simplified model with the effects that are shown.
+    """
+    shown = _above_ground(shown)
+    everything = fit_everything(shown)
+    represented = {family_of(field) for field in shown.names}
+    families = {family.name: family.members for family in FAMILIES if family.name not in represented}
+    judge = Judge(quadratic_of(everything), everything.names, shown.names, families)
+    steady = judge.steady()
+    fields = {name: judge.best(name, steady) for name in steady}
+    fit, fields, worth, judge = _proven(shown, everything, fields, families)
+    support, stability = judge.around(list(fields))
+    predictive = [Finding(n, field, stability[n], worth[n]) for n, field in fields.items() if stability[n] >= STEADY]
+    named = {finding.family for finding in predictive}
+    possible = [
+        Finding(name, fields.get(name) or judge.best(name, fields), stability[name], worth.get(name, found.worth))
+        for name, found in support.items()
+        if name not in named and stability[name] >= POSSIBLE and found.worth > WORTH
+    ]
+    unsteady = [field for name, field in fields.items() if name not in named]
+    if unsteady:
+        fit = _without(fit, unsteady)
+    predictive.sort(key=lambda finding: -finding.worth)
+    return PredictiveSelection(everything, fit, tuple(predictive), tuple(possible))
+
+
+def _above_ground(shown: MultistepFit) -> MultistepFit:
+    """Put the ground at the lowest elevation of the logs, where no fit has found it."""
+    if GROUND_EFFECT in shown.names:
+        return shown
+    lowest = min(float(starts.record.angles[:, 1].min()) for starts in shown.problem.records)
+    return replace(shown, problem=replace(shown.problem, base=shown.problem.base._replace(ground_elevation=lowest)))
+
+
+def _proven(
+    shown: MultistepFit, everything: MultistepFit, fields: dict[str, str], families: dict[str, tuple[str, ...]]
+) -> tuple[MultistepFit, dict[str, str], dict[str, float], Judge]:
+    """Fit with the representatives that prove their worth, and with what that fit lacks.
+
+    No family comes back that was dropped here.
+
+    Returns
+    -------
+    fit : MultistepFit
+    fields : dict of str to str
+        The representatives left, by family.
+    worth : dict of str to float
+        Share of an axis's error that each takes off.
+    judge : Judge
+        Of the quadratic problem around the fit.
+    """
+    dropped: set[str] = set()
+    fields = dict(fields)
+    fit = _fitted(shown, everything, list(fields.values())) if fields else shown
+    while True:
+        worth = {name: growth(fit, search_without(fit, {field}).errors) for name, field in fields.items()}
+        least = min(worth, key=lambda name: worth[name], default=None)
+        if least is not None and worth[least] <= WORTH:
+            fit = _without(fit, [fields.pop(least)])
+            dropped.add(least)
+            continue
+        judge = Judge(quadratic_of(_around(fit, everything)), everything.names, shown.names, families)
+        found, stability = judge.around(list(fields))
+        lacking = [
+            n for n in found if n not in fields and n not in dropped and found[n].enough and stability[n] >= STEADY
+        ]
+        if not lacking:
+            return fit, fields, worth, judge
+        name = max(lacking, key=lambda n: found[n].score)
+        field = judge.best(name, fields)
+        larger = with_fields(fit, [field])
+        if growth(larger, fit.errors) > WORTH:
+            fit, fields = larger, {**fields, name: field}
+        else:
+            dropped.add(name)
+
+
+def _fitted(shown: MultistepFit, everything: MultistepFit, added: Sequence[str]) -> MultistepFit:
+    """Fit with some effects beside those shown, begun at what is shown and at everything; the better optimum.
+
+    Friction that sticks makes corners in the objective, at which one of the two may end early.
+    """
+    others = set(everything.names) - set(shown.names) - set(added)
+    ends = [with_fields(shown, added), _without(everything, others)]
+    common = np.min([end.scales for end in ends], axis=0)
+    return min(
+        ends, key=lambda end: loss(end.errors, common) + 0.5 * float(end.x @ prior_precision(end.fields) @ end.x)
+    )
+
+
+def _without(fit: MultistepFit, dropped: Collection[str]) -> MultistepFit:
+    return settled(search_without(fit, dropped), True)
+
+
+def _around(fit: MultistepFit, everything: MultistepFit) -> MultistepFit:
+    """Give the problem of everything linearised at another fit, where all other effects are off."""
+    names = fit.names
+    frame = (*fit.fields, *(c for c in everything.fields if c.field not in names))
+    order = [[c.field for c in frame].index(name) for name in everything.names]
+    x = np.concatenate((fit.x, np.zeros(len(frame) - len(names))))[order]
+    fields = tuple(frame[i] for i in order)
+    jacobian = fit.problem.sensitivities(fields, x, fit.offsets, fit.errors)
+    return replace(fit, fields=fields, x=x, jacobian=jacobian)
