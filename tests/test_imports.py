@@ -42,7 +42,8 @@ ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "workbe
 """From the ground floor up: a room imports those below it only."""
 
 INNER_ROOMS = tuple(
-    f"{H}.tracing.{room}" for room in ("prediction", "multistep", "events", "search", "validation", "diagnosis")
+    f"{H}.tracing.{room}"
+    for room in ("prediction", "multistep", "predictive", "events", "search", "validation", "diagnosis")
 )
 """The same inside of ``tracing``."""
 

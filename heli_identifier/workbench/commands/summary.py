@@ -4,9 +4,17 @@ import typer
 
 from heli_identifier.tracing import Diagnosis
 from heli_identifier.workbench.commands.terminal import print_table, warn
-from heli_identifier.workbench.report.rounding import angle_text, share_text, significant, value_text, with_interval
+from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
 from heli_identifier.workbench.report.sentences import effect_title, verdict_sentence, withdrawn_sentence
-from heli_identifier.workbench.report.tables import floor_missing, parameter_rows, possible_rows, predictive_rows
+from heli_identifier.workbench.report.tables import (
+    ANGLE_ERRORS,
+    ERROR_COLUMNS,
+    error_rows,
+    floor_missing,
+    parameter_rows,
+    possible_rows,
+    predictive_rows,
+)
 
 
 def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:
@@ -78,36 +86,15 @@ def print_parameters(diagnosis: Diagnosis) -> None:
 
 
 def print_errors(diagnosis: Diagnosis) -> None:
-    """Print the error of the 1 s and 2 s predictions and of the free run on the held-out logs."""
-    kinds = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
+    """Print the errors of the angles on held-out logs; the effects shown alone have a column if there are others."""
+    rows = error_rows(diagnosis.axes, ANGLE_ERRORS)
+    skipped = () if diagnosis.predictive else ("shown",)
+    heads = dict(zip(rows[0], ERROR_COLUMNS, strict=True))
+    kept = [key for key in heads if key not in skipped]
     print_table(
-        "Error on held-out logs [mrad]",
-        (
-            "axis",
-            "error",
-            "angle stays >",
-            "rate stays >",
-            "before >",
-            "with shown >",
-            "after >",
-            "everything >",
-            "noise floor >",
-        ),  # fmt: skip
-        [
-            (
-                axis,
-                what,
-                *(value_text(getattr(error, kind, None)) for error in (r.angle_stays, r.rate_stays)),
-                angle_text(getattr(r.before, kind)),
-                value_text(getattr(r.shown, kind)),
-                angle_text(getattr(r.after, kind)),
-                value_text(getattr(r.everything, kind, None)),
-                angle_text(getattr(r.noise_floor, kind)),
-            )
-            for axis, r in diagnosis.axes.items()
-            for kind, what in kinds
-            if getattr(r.before, kind) or getattr(r.after, kind)
-        ],
+        "Error on held-out logs",
+        [heads[key] if key in ("axis", "what") else f"{heads[key]} >" for key in kept],
+        [[row[key] for key in kept] for row in rows],
     )
     if floor_missing(diagnosis.axes):
         typer.echo("no noise floor: the model is unstable, even on its own data")

@@ -1,10 +1,10 @@
 """The rows of the report's tables, without any markup."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from statistics import stdev
 from typing import Any
 
-from heli_identifier.tracing import AxisReport, Diagnosis, Verdict
+from heli_identifier.tracing import AxisReport, Diagnosis, ErrorFigure, Verdict
 from heli_identifier.workbench.report.rounding import (
     acceleration_text,
     acceleration_value_text,
@@ -25,7 +25,9 @@ KINDS = {
 }  # fmt: skip
 """Style of a verdict."""
 
-ERRORS = (
+ErrorKind = tuple[str, str, Callable[[ErrorFigure | None], str], Callable[[ErrorFigure | None], str]]
+
+ERRORS: tuple[ErrorKind, ...] = (
     ("prediction_1s", "1 s ahead [mrad]", angle_text, value_text),
     ("prediction_2s", "2 s ahead [mrad]", angle_text, value_text),
     ("free_run", "free run [mrad]", angle_text, value_text),
@@ -33,8 +35,11 @@ ERRORS = (
 )
 """Fields of an error, what they are called, and how they are written with an interval and without one."""
 
+ANGLE_ERRORS = ERRORS[:3]
+"""The same without the errors of the acceleration."""
+
 ERROR_COLUMNS = (
-    "axis", "error on held-out logs", "angle stays", "rate stays", "before", "with shown", "after", "everything",
+    "axis", "error", "angle stays", "rate stays", "before", "with shown", "after", "everything",
     "noise floor",
 )  # fmt: skip
 """Head of a table of :func:`error_rows`."""
@@ -63,7 +68,7 @@ def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
     return cards
 
 
-def error_rows(axes: Mapping[str, AxisReport]) -> list[dict[str, str]]:
+def error_rows(axes: Mapping[str, AxisReport], kinds: Sequence[ErrorKind] = ERRORS) -> list[dict[str, str]]:
     """Give one row per axis and kind of error."""
     return [
         {
@@ -80,7 +85,7 @@ def error_rows(axes: Mapping[str, AxisReport]) -> list[dict[str, str]]:
             "floor": write(getattr(report.noise_floor, field)),
         }
         for axis, report in axes.items()
-        for field, what, write, plain in ERRORS
+        for field, what, write, plain in kinds
         if getattr(report.before, field) or getattr(report.after, field)
     ]
 
