@@ -70,6 +70,7 @@ def schema() -> "pyarrow.Schema":
         "error": text,
         "verdict": text,
         "effects": pa.list_(_struct(effect)),
+        "predictive": pa.list_(_struct({"name": text, "axis": text, "stability": number})),
         "withdrawn": pa.list_(_struct({"name": text, "axis": text, "why": text})),
         **{column: number for symbol in BASE for column in (symbol, f"{symbol}_se")},
         **{error_column(axis, stage): number for axis in AXES for stage in STAGES},

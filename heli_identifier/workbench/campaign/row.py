@@ -41,6 +41,7 @@ def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     row: Row = {
         "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
+        "predictive": [{"name": e.name, "axis": e.axis, "stability": e.stability} for e in diagnosis.predictive],
         "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
         "seconds": diagnosis.seconds,
     }

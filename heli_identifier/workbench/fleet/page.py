@@ -153,5 +153,6 @@ def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
         "logs": ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
         "verdict": diagnosis.verdict.value,
         "named": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.effects]) or "nothing",
+        "predictive": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive]) or "nothing",
         "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
     }
