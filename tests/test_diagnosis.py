@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from heli_identifier.errors import LogError
 from heli_identifier.records import demo_logs
 from heli_identifier.records.data_set import read_logs
 from heli_identifier.tracing.diagnosis.curves import accelerations_along
 from heli_identifier.tracing.diagnosis.diagnose import diagnose
 from heli_identifier.tracing.diagnosis.result import RigVerdict
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion
 from heli_identifier.tracing.search.verdict import Verdict
@@ -204,3 +206,13 @@ def test_accelerations_along_a_record_are_those_that_moved_it():
     # the smoothed measured acceleration is the same but for .03 of it at .5 Hz, .11 at 1 Hz and .4 at 2 Hz
     measured = smoothed_motion(record, 2)
     assert np.all(np.std((found - measured)[inner], axis=0) < 0.15 * np.std(true, axis=0))
+
+
+def test_a_log_too_short_for_the_lowest_filter_frequency_is_refused_with_the_bound():
+    records = [noisy(TABLE_2, drive(20.0, seed), seed, name=f"log{seed}") for seed in (1, 2)]
+    short = noisy(TABLE_2, drive(9.0, 3), 3, name="short")
+    settings = DiagnosisSettings(bandwidth=1.0)
+    with pytest.raises(
+        LogError, match="short: lasts .* s, but a diagnosis needs 12 s: the filter at 1 rad/s settles in 10 s"
+    ):
+        diagnose([*records, short], held_out=records[1], settings=settings)

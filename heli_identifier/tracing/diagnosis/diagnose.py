@@ -18,7 +18,7 @@ from heli_identifier.tracing.diagnosis.curves import drawn_curves
 from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, stranger_notes
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.events.cutting import events_beside, without_events
+from heli_identifier.tracing.events.cutting import LEFT_TO_FIT, MEMORY, events_beside, shortest_piece, without_events
 from heli_identifier.tracing.events.event import Event
 from heli_identifier.tracing.multistep.horizons import Starts
 from heli_identifier.tracing.prediction.observer import observer_start
@@ -70,7 +70,8 @@ def diagnose(
     Raises
     ------
     LogError
-        Nothing is excited, an axis stands still in a log, no log is held out, or two logs share samples.
+        Nothing is excited, an axis stands still in a log, no log is held out, two logs share samples, or a log is too
+        short for the lowest filter frequency.
     """
     training, kept = _checked(logs, held_out)
     # The matrices here are small and records run side by side: threads of the linear algebra only get in each
@@ -96,6 +97,7 @@ def _diagnosed(
 ) -> Diagnosis:
     began = perf_counter()
     slowest = min((settings.bandwidth, *settings.agreement))
+    _check_long_enough((*training, *held_out_logs), slowest)
     used = without_events(training, held_out_logs, settings.voltage_limit, slowest, settings.keep_events)
     problem = Problem(tuple(reduce_log(log) for log in used.training), settings.bandwidth)
     held_out = hold_out(used.held_out, settings.bandwidth)
@@ -149,6 +151,18 @@ def _diagnosed(
         seconds=perf_counter() - began,
         events=used.events,
     )
+
+
+def _check_long_enough(logs: Sequence[Log], bandwidth: float) -> None:
+    """Refuse logs of which the slowest filter leaves too little."""
+    least, memory = shortest_piece(bandwidth), LEFT_TO_FIT * MEMORY
+    for log in logs:
+        if log.duration < least:
+            raise LogError(
+                f"{log.path or log.name}: lasts {log.duration:.4g} s, but a diagnosis needs {least:.4g} s: the filter "
+                f"at {bandwidth:g} rad/s settles in {least - memory:.4g} s, and whitening needs {memory:g} s more; "
+                "give a longer log, leave this one out, or take higher filter frequencies."
+            )
 
 
 def _verdict(model: Model) -> RigVerdict:

@@ -16,6 +16,9 @@ MARGIN = WINDOW
 """Time [s] that is cut beside an event: the residual that finds it is blurred by half of the window, and its edges are
 known to .2 s."""
 
+MEMORY = ORDER / REDUCED_RATE
+"""Memory [s] of the whitener."""
+
 LEFT_TO_FIT = 2.0
 """A piece holds this many times the memory of the whitener, beyond the observer's settling."""
 
@@ -42,7 +45,7 @@ class WithoutEvents:
 
 def shortest_piece(bandwidth: float) -> float:
     """Length [s] that a piece needs for an observer of ``bandwidth`` [rad/s]: settling and memory of the whitener."""
-    return SETTLING / bandwidth + LEFT_TO_FIT * ORDER / REDUCED_RATE
+    return SETTLING / bandwidth + LEFT_TO_FIT * MEMORY
 
 
 def without_events(

@@ -4,12 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.tracing.multistep.fit import MultistepFit, settled
 from heli_identifier.tracing.multistep.nested import search_without
 from heli_identifier.tracing.prediction.fit import Fit, fit
-from heli_identifier.tracing.predictive.selection import Finding, select_predictive
+from heli_identifier.tracing.predictive.selection import Finding, PredictiveSelection, select_predictive
 from heli_identifier.tracing.search.agreement import unknown_score
 from heli_identifier.tracing.search.model import Model, free_fields, without_unknown
 from heli_identifier.tracing.search.selection import least_beside
@@ -17,7 +16,7 @@ from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
-from heli_identifier.tracing.validation.withdrawal import harmful
+from heli_identifier.tracing.validation.withdrawal import mean_over
 from heli_plant.effects import Effect, effect_of
 from heli_plant.parameters import PlantParameters
 
@@ -35,7 +34,7 @@ class Beyond:
     predictive, possible : tuple of Finding
         Families that are steady, and families that only some halves of the training data find.
     withdrawn : tuple of Withdrawal
-        Predictive effects with which the held-out logs are predicted worse, and unknown torques that are explained.
+        Predictive effects with which the held-out logs are predicted no better, and unknown torques that are explained.
     everything : PlantParameters or None
         The plant of the whole catalogue at once; None where no multi-step fit was possible.
     """
@@ -63,12 +62,7 @@ def find_beyond(model: Model, shown: FittedPlant, plants: Plants, held_out: Held
     if shown.fit is None:
         return Beyond(model, shown)
     selection = select_predictive(shown.fit)
-    corrected, predictive = selection.fit, list(selection.predictive)
-    withdrawn = []
-    while (removal := _harmful(corrected, predictive, shown, held_out)) is not None:
-        corrected, withdrawal = removal
-        withdrawn.append(withdrawal)
-        predictive = [f for f in predictive if f.field in corrected.names]
+    corrected, predictive, withdrawn = _borne_out(selection, held_out)
     plant = plants.beyond(corrected, model) if predictive else shown
     effects = tuple(effect_of(finding.field) for finding in predictive)
     for unknown, why in _explained(model, effects, plant.parameters, plants.null):
@@ -79,16 +73,29 @@ def find_beyond(model: Model, shown: FittedPlant, plants: Plants, held_out: Held
     )
 
 
-def _harmful(
-    fit: MultistepFit, predictive: Sequence[Finding], shown: FittedPlant, held_out: HeldOut
-) -> tuple[MultistepFit, Withdrawal] | None:
-    def without_it(effect: Effect) -> tuple[MultistepFit, NDArray[np.float64]]:
-        reduced = settled(search_without(fit, {effect.field}), True)
-        return reduced, held_out.ratios(reduced.parameters, shown.parameters)
-
-    effects = [effect_of(finding.field) for finding in predictive]
-    ratio = held_out.ratios(fit.parameters, shown.parameters)
-    return harmful(effects, ratio, without_it, "that of the effects shown alone,")
+def _borne_out(
+    selection: PredictiveSelection, held_out: HeldOut
+) -> tuple[MultistepFit, list[Finding], list[Withdrawal]]:
+    """Withdraw, least useful first, the predictive effects that do not improve predictions of the held-out logs."""
+    fit, predictive, withdrawn = selection.fit, list(selection.predictive), []
+    while predictive:
+        reduced = [settled(search_without(fit, {finding.field}), True) for finding in predictive]
+        without = [
+            mean_over(effect_of(finding.field), held_out.ratios(other.parameters, fit.parameters))
+            for finding, other in zip(predictive, reduced, strict=True)
+        ]
+        least = int(np.argmin(without))
+        if without[least] > 1.0:
+            break
+        effect = effect_of(predictive.pop(least).field)
+        axes = " and ".join(effect.axes)
+        why = (
+            f"the held-out logs are predicted no better with it: without it the mean squared error of {axes} is "
+            f"{without[least]:.2f} times that with it"
+        )
+        withdrawn.append(Withdrawal(effect.name, effect.axis, why))
+        fit = reduced[least]
+    return fit, predictive, withdrawn
 
 
 def _explained(

@@ -1,8 +1,6 @@
 """Withdraw effects that do not improve the model on held-out logs, and say why."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +16,6 @@ from heli_identifier.tracing.validation.held_out import (
 )
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_plant.effects import AXES, Effect
-
-Left = TypeVar("Left")
 
 TOLERATED = 1.05
 """Ratio of squared errors above which an axis counts as worse: equal models differ by a few per cent by chance."""
@@ -97,54 +93,24 @@ def remove_harmful(
         The model without the effect, its plant, and the withdrawal.
     """
     before = plants.before.parameters
-
-    def without_it(effect: Effect) -> tuple[tuple[Model, FittedPlant], NDArray[np.float64]]:
-        reduced = _without(model, effect, plants.null)
-        plant = plants.of(reduced)
-        return (reduced, plant), held_out.ratios(plant.parameters, before)
-
-    removal = harmful(model.effects, held_out.ratios(after.parameters, before), without_it, "the null model's")
-    return None if removal is None else (*removal[0], removal[1])
-
-
-def harmful(
-    effects: Sequence[Effect],
-    ratio: NDArray[np.float64],
-    without_it: Callable[[Effect], tuple[Left, NDArray[np.float64]]],
-    whose: str,
-) -> tuple[Left, Withdrawal] | None:
-    """Find the effect whose removal improves most the worst axis that the effects make worse.
-
-    Parameters
-    ----------
-    effects : sequence of Effect
-    ratio : NDArray, shape (3,)
-        Mean squared errors with all of them over those of the model that is compared with.
-    without_it : callable
-        Gives what is left without an effect, and the ratios then.
-    whose : str
-        Words for the errors of the model that is compared with.
-
-    Returns
-    -------
-    tuple or None
-        What is left, and the withdrawal; None if no removal helps.
-    """
+    ratio = held_out.ratios(after.parameters, before)
     for axis in np.argsort(-ratio):
-        acting = [effect for effect in effects if AXES[axis] in effect.axes]
+        acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
         if ratio[axis] <= TOLERATED or not acting:
             continue
-        left, ratios = zip(*map(without_it, acting), strict=True)
+        models = [_without(model, effect, plants.null) for effect in acting]
+        fitted = [plants.of(reduced) for reduced in models]
+        ratios = [held_out.ratios(plant.parameters, before) for plant in fitted]
         # an effect of several axes stays if its removal costs more on the others than it improves this one
-        remaining = [
-            after[axis] if _mean_over(effect, after) < _mean_over(effect, ratio) else np.inf
-            for effect, after in zip(acting, ratios, strict=True)
+        left = [
+            without_it[axis] if mean_over(effect, without_it) < mean_over(effect, ratio) else np.inf
+            for effect, without_it in zip(acting, ratios, strict=True)
         ]
-        best = int(np.argmin(remaining))
-        if TOLERATED * remaining[best] < ratio[axis]:
-            change = f"{ratio[axis]:.2f} times {whose} with it, {remaining[best]:.2f} without"
+        best = int(np.argmin(left))
+        if TOLERATED * left[best] < ratio[axis]:
+            change = f"{ratio[axis]:.2f} times the null model's with it, {left[best]:.2f} without"
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
-            return left[best], Withdrawal(acting[best].name, acting[best].axis, why)
+            return models[best], fitted[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
 
 
@@ -159,9 +125,9 @@ def _predicts_worse(effect: Effect, model: Model, reduced: Model, held_out: Held
     Where logs hold more than the model knows, the likelihood weighs what lies above the filter frequency. It can then
     prefer to lose an effect that halves the prediction error.
     """
-    return _mean_over(effect, held_out.ratios(reduced.fit.parameters, model.fit.parameters)) > TOLERATED
+    return mean_over(effect, held_out.ratios(reduced.fit.parameters, model.fit.parameters)) > TOLERATED
 
 
-def _mean_over(effect: Effect, ratio: NDArray[np.float64]) -> float:
+def mean_over(effect: Effect, ratio: NDArray[np.float64]) -> float:
     """Mean ratio over the axes that an effect acts on."""
     return float(np.mean([ratio[AXES.index(axis)] for axis in effect.axes]))
