@@ -87,10 +87,12 @@ class Multistep:
             moved[:, number] += 0.1 * width
             cases.append((parameters, moved))
             sizes.append(0.1 * width)
-        return [
+        columns = [
             np.stack([(moved - own) / size for moved, size in zip(of_record, sizes, strict=True)], axis=-1)
             for own, of_record in zip(at, zip(*self.errors_of(cases), strict=True), strict=True)
         ]
+        # a prediction that diverges under the small change says nothing about the slope
+        return [np.where(np.isfinite(column), column, 0.0) for column in columns]
 
     def pieces(self) -> list[NDArray[np.intp]]:
         """Give the number of the piece of :data:`PIECE` seconds that each start lies in, one array a record."""
