@@ -279,7 +279,7 @@ def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked)
         deadline = time.monotonic() + 60.0
         while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
             time.sleep(0.02)
-        assert list(tmp_path.glob(".out-*"))
+        assert list(tmp_path.glob(".heli-draft-*"))
         time.sleep(0.5)  # into the reading and searching, which take seconds
         child.send_signal(asked)
         assert child.wait(60.0) == 128 + asked

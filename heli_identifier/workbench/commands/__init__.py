@@ -6,18 +6,39 @@ Whatever takes time to import is imported inside the functions that need it: ``h
 import atexit
 import gc
 import os
+import signal
+import sys
 
 _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def main() -> None:
     """Run the command line."""
+    # Until a command begins there is nothing to clean up: Ctrl-C ends the process at once and without a word.
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     # The matrices here are small, and simulations already run side by side: threads of the linear algebra only get in
     # each other's way (measured: five times slower). They read this when they are first imported.
     for name in _SINGLE_THREADED:
         os.environ.setdefault(name, "1")
     # At its end the interpreter looks for cycles in everything that was ever imported: half a second for nothing.
     atexit.register(gc.freeze)
+    if not sys.warnoptions:  # remarks of libraries to programmers; `python -W` shows them
+        import warnings
+
+        warnings.simplefilter("ignore")
+    from heli_identifier.workbench.commands import streams
+
+    streams.install()
     from heli_identifier.workbench.commands.app import app
 
-    app()
+    code: object = 0
+    try:
+        app()
+    except SystemExit as end:
+        code = end.code
+    problem = streams.flush()
+    if problem is not None:
+        print(f"heli: standard output cannot be written: {problem}.", file=sys.stderr)
+        code = 2
+    sys.exit(code)  # type: ignore[arg-type]
