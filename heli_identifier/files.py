@@ -49,6 +49,42 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     return target
 
 
+def regular_bytes(path: Path, largest: float) -> bytes:
+    """Read a file that may be anything.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    largest : float
+        Size up to which it is read [MB].
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    OSError
+        It is a folder, a device or a pipe, is larger than `largest`, or cannot be read. Nothing was read then.
+    """
+    # Looked at before it is opened: a pipe without a writer would be waited for without end.
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
+        kind = next((word for test, word in _KINDS if test(status.st_mode)), "no regular file")
+        raise OSError(errno.EINVAL, f"it is {kind}", str(path))
+    if status.st_size > largest * 1e6:
+        raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))
+    return path.read_bytes()
+
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
 def _present(target: Path) -> os.stat_result | None:
     """Status of what stands at the end of all links; None if nothing does."""
     try:

@@ -8,7 +8,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT
-from heli_identifier.records.units import ANGLES, SIGNALS, header, known_units
+from heli_identifier.records.units import ANGLES, NAMED, header, known_units
 
 
 def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
@@ -23,11 +23,11 @@ def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
 def template_text() -> str:
     """Give the configuration of a rig whose logs follow the contract, with every key explained."""
     rig = RigConfiguration()
-    columns = _lines([(f"# {signal}", f'"{header(signal)}"', _MEANINGS[signal]) for signal in SIGNALS])
+    columns = _lines([(f"# {signal}", f'"{header(signal)}"', _MEANINGS[signal]) for signal in NAMED])
     units = _lines(
-        [(f"# {signal}", f'"{known_units(signal)[1]}"', " or ".join(known_units(signal))) for signal in SIGNALS]
+        [(f"# {signal}", f'"{known_units(signal)[1]}"', ", ".join(known_units(signal))) for signal in NAMED]
     )
-    signs = _lines([(f"# {signal}", -1, _SIGNS[signal]) for signal in SIGNALS[1:]])
+    signs = _lines([(f"# {signal}", -1, _SIGNS[signal]) for signal in NAMED[1:]])
     counts = _lines([(angle, CONTRACT.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
     return f"""\
 # Configuration of one rig. Every key may be left out; a line that begins with # is an example.
@@ -46,8 +46,11 @@ voltage_limit = {CONTRACT.voltage_limit}  # limit of the amplifiers [V]; a log t
 # end = 60.0  # last instant kept [s] (--to overrides it)
 decimal = "{CONTRACT.decimal}"  # decimal mark; columns may be separated by comma, semicolon or tab
 swap_rotors = {str(CONTRACT.swap_rotors).lower()}  # true if what the file calls front is the rear rotor
+clip = {str(CONTRACT.clip).lower()}  # true if the file holds voltages before the amplifiers limit them
+largest_file = {CONTRACT.largest_file}  # size up to which a file is read [MB]
 
-# Header of each signal's column, where it is not the one shown here.
+# Header of each signal's column, where it is not the one shown here; "ans(4,:)" is row 4 of the matrix ans of a MATLAB
+# file, "column 4" that of a text file without headers. `heli init LOG` looks into a log and fills this in.
 [log.columns]
 {columns}
 
@@ -68,6 +71,8 @@ _MEANINGS = {
     "pitch": "rotation of the body about the arm",
     "elevation": "rotation of the arm up and down",
     "travel": "rotation of the arm about its post",
+    "v_sum": "v_front + v_rear, in a log that holds these two in place of the voltages",
+    "v_difference": "v_front - v_rear",
 }
 _SIGNS = {
     "v_front": "positive lifts",
@@ -75,6 +80,8 @@ _SIGNS = {
     "pitch": "positive when the front rotor is up",
     "elevation": "positive upwards",
     "travel": "a positive pitch with both rotors lifting makes it decrease",
+    "v_sum": "positive lifts",
+    "v_difference": "positive raises the front rotor",
 }
 
 
