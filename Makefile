@@ -17,7 +17,7 @@ $(VENV)/.demo: pyproject.toml | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
-	$(PIP) --editable '.[test,cluster,importers,docs]'
+	$(PIP) --editable '.[test,cluster,formats,importers,docs]'
 	touch $@ $(VENV)/.demo
 
 # SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.

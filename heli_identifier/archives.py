@@ -7,7 +7,10 @@ the directory of a zip is read first, and a compressed stream is read only up to
 import stat
 import zipfile
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import IO, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gzip import GzipFile
 
 LARGEST = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -78,7 +81,7 @@ def check_size(unpacked: int, packed: int) -> None:
         )
 
 
-def unpacked(stream: IO[bytes], packed: int, largest: int) -> bytes:
+def unpacked(stream: "IO[bytes] | GzipFile", packed: int, largest: int) -> bytes:
     """Read a stream that is unpacked while it is read.
 
     Parameters

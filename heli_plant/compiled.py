@@ -4,10 +4,10 @@
 binds the compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose
 fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
-numba's disk cache (sealed by :mod:`.code_cache`) notices a change in a function's own file only, not in what the function calls or names; the cache
-folder is therefore named by the content of everything that takes part. Two thirds of a cold start go into Python's
-side of numba, a fixed share of that into the wrappers by which Python calls a function: only the function that is
-asked for gets them (and a place in the cache), the functions it calls do not.
+numba's disk cache notices a change in a function's own file only, not in what the function calls or names; the cache
+folder is therefore named by the content of everything that takes part (:mod:`.code_cache` seals what it holds). Two
+thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python calls a
+function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
 """
 
 import hashlib

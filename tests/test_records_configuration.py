@@ -32,7 +32,17 @@ def test_the_template_shows_every_key_and_all_of_them_can_be_switched_on(tmp_pat
     angles = {"pitch", "elevation", "travel"}
     signals = {"time", "v_front", "v_rear", "v_sum", "v_difference"} | angles
     assert set(content["rig"]) == {"name", "motor_time_constant", "rest_pitch", "voltage_limit", "encoder_counts"}
-    assert set(content["log"]) == {"start", "end", "decimal", "swap_rotors", "clip", "largest_file", "columns", "units", "signs"}
+    assert set(content["log"]) == {
+        "start",
+        "end",
+        "decimal",
+        "swap_rotors",
+        "clip",
+        "largest_file",
+        "columns",
+        "units",
+        "signs",
+    }
     assert set(content["log"]["columns"]) == set(content["log"]["units"]) == signals
     assert set(content["log"]["signs"]) == signals - {"time"}
     assert set(content["rig"]["encoder_counts"]) == angles

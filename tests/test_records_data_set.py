@@ -78,7 +78,9 @@ def test_a_log_in_which_an_axis_stands_still_can_serve_no_diagnosis():
     still[:, 1:] = 0.25
     fine, clamped = (Log(name, 100.0, moving[:, :2], a) for name, a in (("fine", moving), ("bad", still)))
     check_moving([fine])
-    with pytest.raises(LogError, match="bad: elevation never changes and travel never changes: a clamped axis or a dead encoder"):
+    with pytest.raises(
+        LogError, match="bad: elevation never changes and travel never changes: a clamped axis or a dead encoder"
+    ):
         check_moving([fine, clamped])
 
 

@@ -70,7 +70,7 @@ def run_apart(
         There is no room for temporary files.
     """
     whole_steps(duration, step)
-    order = {
+    order: dict[str, Any] = {
         "scenario_name": asdict(scenario_name) if isinstance(scenario_name, Scenario) else scenario_name,
         "duration": float(duration),
         "step": float(step),
@@ -139,8 +139,14 @@ def main(folder: Path, parent: int) -> NoReturn:
         try:
             result = run(**order, alive=alive)
             faulthandler.cancel_dump_traceback_later()
-            parts = {"names": result.names, "units": result.units, "time": result.time, "values": result.values}
-            np.savez(folder / "draft.npz", **parts, seconds=result.seconds)
+            np.savez(
+                folder / "draft.npz",
+                names=np.array(result.names),
+                units=np.array(result.units),
+                time=result.time,
+                values=result.values,
+                seconds=np.array(result.seconds),
+            )
             os.replace(folder / "draft.npz", folder / "answer.npz")
         except FmuError as error:
             problem = type(error).__name__, str(error)

@@ -168,7 +168,8 @@ def _listed(headers: Sequence[str], most: int = 20) -> str:
 def _unknown_units(file: str, columns: Mapping[str, tuple[str, str | None]]) -> str:
     """Name every signal whose unit is missing or unknown; ``columns`` holds header and unit of each."""
     stated = [
-        f"column {text!r}: {f'unit {unit!r} is unknown' if unit else 'the unit is missing'}, {probably(signal, unit or '')}"
+        f"column {text!r}: {f'unit {unit!r} is unknown' if unit else 'the unit is missing'}, "
+        f"{probably(signal, unit or '')}"
         for signal, (text, unit) in columns.items()
     ]
     return (

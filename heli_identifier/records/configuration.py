@@ -16,8 +16,8 @@ from typing import Any, Generic, TypeVar
 
 import msgspec
 
-from heli_identifier.files import regular_bytes
 from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.files import regular_bytes
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_plant.errors import did_you_mean
 

@@ -134,7 +134,8 @@ def check_excitation(logs: Sequence[Log]) -> None:
     Raises
     ------
     LogError
-        If there is no log, one of the voltages is constant within a millivolt in each log, or both are the same in each.
+        If there is no log, one of the voltages is constant within a millivolt in each log, or both are the same in
+        each.
     """
     if not logs:
         raise LogError("no log was given; name at least one file.")

@@ -77,7 +77,8 @@ def found_layout(data: bytes, file: str, decimal: str, mapped: frozenset[str] = 
     numeric = [len(row) > 1 and _is_data(row, decimal) for row in rows]
     contract = ",".join(CONTRACT_HEADERS)
     no_table = LogError(
-        f"{file} is not a table: its first line is {lines[first][:60]!r}, a header of six columns is needed: {contract}."
+        f"{file} is not a table: its first line is {lines[first][:60]!r}, a header of six columns is needed: "
+        f"{contract}."
     )
     if len(rows[first]) < 2 and not any(numeric):
         raise no_table
@@ -129,13 +130,15 @@ def _first_lines(data: bytes) -> list[str]:
 
 
 def _separator(lines: list[str], decimal: str) -> str:
-    """The separator by which a header and most lines have the same number of cells; blanks only where none does."""
+    """Give the separator by which a header and most lines have the same number of cells; blanks where none does."""
     shown = [cells for line in lines if (cells := _COMMENT.sub("", line)).strip()] or lines
 
     def fit(mark: str) -> tuple[bool, float, int]:
         counts = [line.count(mark) for line in shown]
         usual, times = Counter(counts).most_common(1)[0]
-        named = any(n == usual and not _is_data(cells_of(line, mark), decimal) for n, line in zip(counts, shown, strict=True))
+        named = any(
+            n == usual and not _is_data(cells_of(line, mark), decimal) for n, line in zip(counts, shown, strict=True)
+        )
         return usual > 0 and named, times / len(shown) if usual else 0.0, usual
 
     best = max((mark for mark in _SEPARATORS if mark != decimal), key=fit)
@@ -157,7 +160,12 @@ def _preamble(lines: list[str], rows: list[list[str]], numeric: list[bool], firs
     if not lines[first].strip() or _COMMENT.match(lines[first]) or numeric[first]:
         return True
     begins = next((i for i in range(first, len(rows)) if numeric[i]), None)
-    return begins is not None and begins > first + 2 and len(rows[first]) != len(rows[begins])
+    return begins is not None and begins > first + 1 and not _as_wide(rows[first], rows[begins])
+
+
+def _as_wide(row: list[str], data: list[str]) -> bool:
+    """Whether a row may be the header of a row of data: as many cells, but for one, and most of them filled."""
+    return abs(len(row) - len(data)) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > len(data)
 
 
 def _header_above(lines: list[str], rows: list[list[str]], numeric: list[bool], separator: str) -> int | None:
@@ -165,10 +173,9 @@ def _header_above(lines: list[str], rows: list[list[str]], numeric: list[bool], 
     begins = next((i for i, data in enumerate(numeric) if data and all(numeric[i : i + 3])), None)
     if begins is None:
         return 0
-    width = len(rows[begins])
     for at in range(begins - 1, -1, -1):
         cells = cells_of(_COMMENT.sub("", lines[at]), separator)
-        if not cells or abs(len(cells) - width) > 1 or numeric[at]:
+        if not _as_wide(cells, rows[begins]) or numeric[at]:
             continue
         above = next((k for k in range(at - 1, max(at - 2, -1), -1) if len(rows[k]) == len(rows[at])), None)
         if above is not None and _units(cells, [cell.strip() for cell in rows[above]]):

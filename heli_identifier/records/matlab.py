@@ -6,7 +6,7 @@
 | the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
 | matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
 | matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
-| Simulink's structure with time, ``time`` and ``signals(i)`` with ``values`` and ``label`` | ``simout.time``, ``simout.<label>`` |
+| Simulink's structure with time: ``time``, ``signals(i)`` with ``label`` | ``simout.time``, ``simout.<label>`` |
 | dSPACE's structure, ``X.Data`` and ``Y(i)`` with ``Name`` and ``Data`` | ``run.X``, ``run.<Name>`` |
 | table or timetable | ``run.<variable>`` |
 
@@ -24,7 +24,7 @@ from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import LogError
 from heli_identifier.records.table import Table, as_numbers, needed
 
-_HDF5 = (b"MATLAB 7.3", b"\x89HDF")
+_HDF5 = b"\x89HDF"
 _MOST_ROWS = 200
 """Signals in a matrix; a matrix with more rows and columns is no log."""
 _FEWEST_SAMPLES = 100
@@ -60,7 +60,9 @@ def read_matlab_table(data: bytes, file: str) -> Table:
     for name, value in found.items():
         _collect(str(name), value, vectors, objects)
     if not vectors:
-        what = f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else ", ".join(found)
+        what = (
+            f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else ", ".join(found)
+        )
         raise LogError(
             f"{file} holds no vector of numbers, found {what or 'nothing'}; save "
             "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
@@ -73,13 +75,15 @@ def read_matlab_table(data: bytes, file: str) -> Table:
 def _variables(data: bytes, file: str) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    hdf5 = data.startswith(_HDF5)
+    hdf5 = _HDF5 in (data[:4], data[512:516])  # MATLAB puts a header of its own before it
     try:
         if not hdf5:
             variables = loadmat(io.BytesIO(data), squeeze_me=True)
             if "__function_workspace__" not in variables:
                 return variables
-        matio = needed("matio", "mat-io", "matlab", file, "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects")
+        matio = needed(
+            "matio", "mat-io", "formats", file, "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
+        )
         with draft_folder() as folder:  # it reads files only
             path = folder / "log.mat"
             path.write_bytes(data)
@@ -120,7 +124,12 @@ def _collect(name: str, value: Any, vectors: dict[str, NDArray[Any]], objects: l
         objects.append(name)
     elif array.dtype.kind in "iufcb" and array.ndim == 1 and array.size > 1:
         vectors[name] = as_numbers(array)
-    elif array.dtype.kind in "iuf" and array.ndim == 2 and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES:
+    elif (
+        array.dtype.kind in "iuf"
+        and array.ndim == 2
+        and min(array.shape) <= _MOST_ROWS
+        and max(array.shape) >= _FEWEST_SAMPLES
+    ):
         rows = array.shape[0] < array.shape[1]
         for index, row in enumerate(array if rows else array.T, start=1):
             vectors[f"{name}({index},:)" if rows else f"{name}(:,{index})"] = as_numbers(row)

@@ -39,11 +39,12 @@ def log_bytes(path: Path, largest: float) -> bytes:
         raise LogError(f"{path} does not exist; check the path.") from None
     except OSError as error:
         advice = ""
-        if error.strerror.startswith("it has "):
+        said = error.strerror or str(error)
+        if said.startswith("it has "):
             advice = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
-        elif error.strerror.startswith("it is "):
+        elif said.startswith("it is "):
             advice = "; save the log as a file and name that"
-        raise LogError(f"{path} cannot be read: {error.strerror}{advice}.") from error
+        raise LogError(f"{path} cannot be read: {said}{advice}.") from error
 
 
 def table_of(path: Path, data: bytes, format: LogFormat) -> Table:
@@ -58,7 +59,7 @@ def table_of(path: Path, data: bytes, format: LogFormat) -> Table:
     mapped = frozenset(format.columns.values())
     if ending == ".gz":
         try:
-            data = unpacked(gzip.GzipFile(fileobj=io.BytesIO(data)), len(data), int(1e6 * format.largest_file))
+            data = unpacked(gzip.open(io.BytesIO(data)), len(data), int(1e6 * format.largest_file))
         except ArchiveError as error:
             raise LogError(f"{file} is not unpacked: {error}.") from error
         except (OSError, EOFError, zlib.error) as error:

@@ -5,9 +5,9 @@ may add a turn. Travel is unbounded but slow: at two turns a second the end of a
 acceleration of gravity. Bench motors run on a few volts, at most some tens.
 
 A logger that folds its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
-honest jump is larger than two turns, and none leaves and comes back within one sample, unless the angle lies at the edge
-at which it is folded: there an encoder's last count makes it jump to and fro. A value that does is a sentinel (999), a
-lost sample written as 0, or a bit that was hit.
+honest jump is larger than two turns, and none leaves and comes back within one sample, unless the angle lies at the
+edge at which it is folded: there an encoder's last count makes it jump to and fro. A value that does is a sentinel
+(999), a lost sample written as 0, or a bit that was hit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -113,7 +113,9 @@ def _check_excursions(
     away = np.minimum(np.abs(there), np.abs(back))
     with np.errstate(over="ignore", invalid="ignore"):
         usual = float(np.median(np.abs(jumps)))  # of an angle that is all noise, every sample is an excursion
-        alone = (there * back < 0.0) & (away > max(EXCURSION, 10.0 * usual)) & (np.abs(angle[2:] - angle[:-2]) < 0.5 * away)
+        alone = (
+            (there * back < 0.0) & (away > max(EXCURSION, 10.0 * usual)) & (np.abs(angle[2:] - angle[:-2]) < 0.5 * away)
+        )
         folded = (angle.min() >= -np.pi - 1e-6 and angle.max() <= np.pi + 1e-6) or (
             angle.min() >= -1e-6 and angle.max() <= _TURN + 1e-6
         )
@@ -123,8 +125,8 @@ def _check_excursions(
         at = int(alone.argmax()) + 1
         raise LogError(
             f"{place(at)}: {signal} is {angle[at]:.6g} rad for one sample, {angle[at - 1]:.4g} rad before and "
-            f"{angle[at + 1]:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value or "
-            "cut the log there with --from and --to."
+            f"{angle[at + 1]:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value "
+            "or cut the log there with --from and --to."
         )
 
 

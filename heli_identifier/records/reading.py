@@ -1,6 +1,7 @@
 """From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
 
 import hashlib
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from os import PathLike
@@ -102,7 +103,7 @@ def read_log(
         *value_notes(voltages, angles, format.voltage_limit),
     )
     return Log(
-        name=file.stem,
+        name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
         path=str(path),
         sha256=hashlib.sha256(data).hexdigest(),
         rate_hz=sampling.rate_hz,
@@ -121,7 +122,12 @@ def with_stamps(table: Table, format: LogFormat) -> LogFormat:
     name = format.columns.get("time", "time")
     for header, values in zip(table.headers, table.columns, strict=True):
         plain, unit = name_and_unit(header)
-        if unit is None and name.lower() in (plain.lower(), header.lower()) and values.dtype.kind in "OM" and len(values):
+        if (
+            unit is None
+            and name.lower() in (plain.lower(), header.lower())
+            and values.dtype.kind in "OM"
+            and len(values)
+        ):
             if np.isfinite(stamped(values[:1])).all():
                 return replace(format, units={**format.units, "time": STAMP})
     return format

@@ -130,10 +130,10 @@ def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:
         stamps = cells.astype("datetime64[ns]")
     else:
         texts = pandas.Series(cells).astype(str).str.strip()
-        stamps = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
-        if stamps.isna().iloc[0]:  # an hour of the day alone
-            stamps = pandas.to_datetime("2000-01-01T" + texts, format="ISO8601", errors="coerce", utc=True)
-        stamps = stamps.dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
+        found = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
+        if found.isna().iloc[0]:  # an hour of the day alone
+            found = pandas.to_datetime("2000-01-01T" + texts, format="ISO8601", errors="coerce", utc=True)
+        stamps = found.dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
     seconds = (stamps - stamps[0]).astype("timedelta64[ns]").astype(float) * 1e-9
     return np.where(np.isnat(stamps) | np.isnat(stamps[0]), np.nan, seconds)
 

@@ -6,7 +6,6 @@ Whatever takes time to import is imported inside the functions that need it: ``h
 import atexit
 import gc
 import os
-import signal
 import sys
 
 _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
@@ -14,9 +13,6 @@ _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"
 
 def main() -> None:
     """Run the command line."""
-    # Until a command begins there is nothing to clean up: Ctrl-C ends the process at once and without a word.
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
     # The matrices here are small, and simulations already run side by side: threads of the linear algebra only get in
     # each other's way (measured: five times slower). They read this when they are first imported.
     for name in _SINGLE_THREADED:

@@ -8,13 +8,13 @@ that the stream's encoding lacks becomes a question mark.
 import io
 import os
 import sys
-from typing import IO
+from typing import Any
 
 
 class _Outlet(io.FileIO):
     """A stream whose reader may leave; what is written after that goes nowhere."""
 
-    def write(self, data):  # type: ignore[no-untyped-def]
+    def write(self, data):
         """Write to the reader, or to nobody."""
         try:
             return super().write(data)
@@ -46,7 +46,7 @@ def flush() -> str | None:
     return problem
 
 
-def _stream(descriptor: int, old: IO[str] | None) -> io.TextIOWrapper:
+def _stream(descriptor: int, old: Any) -> io.TextIOWrapper:
     outlet = _Outlet(descriptor, "w", closefd=False)
     return io.TextIOWrapper(
         io.BufferedWriter(outlet),
