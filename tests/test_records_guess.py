@@ -9,7 +9,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import demo_logs, guess, read_configuration, read_log, suspicions
 from heli_identifier.workbench.commands.app import app
 
-TRUE = read_log(demo_logs("rig-b")[1][0])
+TRUE = read_log(demo_logs("rig-b")[0][0])
 RNG = np.random.default_rng(7)
 
 

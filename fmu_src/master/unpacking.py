@@ -40,8 +40,8 @@ def unpacked(name: str, fmu: Path, folder: Path) -> Any:
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(folder.parent)) from error
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
-        said = str(error).strip().splitlines() or [type(error).__name__]
-        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[0]}") from error
+        said = " ".join(str(error).split()) or type(error).__name__
+        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
     if description.fmiVersion != "2.0" or description.coSimulation is None:
         kind = "co-simulation" if description.coSimulation is not None else "model exchange"
         raise MasterError(

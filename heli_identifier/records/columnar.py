@@ -4,6 +4,7 @@ Units that such a file states beside a name are written behind it in brackets, a
 """
 
 import io
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,7 +31,7 @@ def read_columnar(path: Path, data: bytes, file: str) -> Table:
     try:
         columns = read(library, data)
     except Exception as error:  # each library raises what its parser does on a damaged file
-        said = str(error).strip().splitlines() or [type(error).__name__]
+        said = re.sub(r"<_io\.BytesIO[^>]*>", file, str(error)).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {what} ({said[0][:200]}); save it again.") from error
     if len(columns) < 2:
         raise LogError(f"{file} holds {len(columns)} columns, a log has six.")

@@ -136,7 +136,7 @@ def still(angle: NDArray[np.float64]) -> str | None:
     if extent == 0.0:
         return "never changes"
     if extent < LEAST_MOTION:
-        return f"moves by {extent:.2g} rad in all, less than an encoder resolves,"
+        return f"moves by {extent:.2g} rad in all, which no encoder resolves"
     changes, spread = np.diff(angle), float(np.var(angle))
     if 0.5 * float(np.mean(changes**2)) > NOISE_ALONE * spread:
         return "holds nothing but noise"

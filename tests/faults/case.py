@@ -3,6 +3,7 @@
 import contextlib
 import io
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -66,7 +67,9 @@ def tried(fault: Fault, folder: Path) -> Answer:
     before = set(os.listdir(work))
     code, printed = (_by_bash if fault.shell else _in_process)(fault.command, work, temporary)
     left = {*os.listdir(work)} - before - {*fault.makes} | {*os.listdir(temporary)}
-    return Answer(code, _sentence(printed, fault.said), printed, tuple(sorted(left)))
+    sentence = _sentence(printed, fault.said).replace(f"{work.resolve()}/", "")
+    sentence = re.sub(rf"{temporary.resolve()}/\S*/", "TMPDIR/.../", sentence)
+    return Answer(code, sentence, printed, tuple(sorted(left)))
 
 
 def _in_process(command: str, work: Path, temporary: Path) -> tuple[int, str]:
@@ -102,6 +105,7 @@ def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
 
 
 def _sentence(printed: str, said: str) -> str:
-    """The line that says it; a refusal is one line."""
+    """Give the line that says it; a refusal is one line."""
     lines = [" ".join(line.split()) for line in io.StringIO(printed)]
-    return next((line for line in lines if said in line), "")
+    found = [line for line in lines if said in line]
+    return next((line for line in found if line.startswith("heli:")), found[0] if found else "")

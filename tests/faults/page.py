@@ -15,8 +15,12 @@ _BEGIN = "<!-- the tests write what follows: python -m tests.faults -->"
 
 def row(fault: Fault, answer: Answer) -> str:
     """Give the row of a fault."""
-    said = answer.sentence.removeprefix("heli: ").replace("|", "\\|")
-    return f"| {fault.what} | {answer.code} | {said} |"
+    said = answer.sentence.removeprefix("heli: ")
+    return f"| {_cell(fault.what)} | {answer.code} | {_cell(said)} |"
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", "\\|").replace("<", "&lt;")
 
 
 def tables(answers: dict[tuple[str, str], Answer]) -> str:
@@ -41,8 +45,3 @@ def main() -> None:
             print(f"{section}: {fault.what}: code {answer.code}, left {answer.left}\n{answer.printed[-1500:]}\n")
     text = PAGE.read_text(encoding="utf-8")
     PAGE.write_text(f"{text[: text.index(_BEGIN)]}{_BEGIN}\n\n{tables(answers)}", encoding="utf-8")
-
-
-def written_rows() -> set[str]:
-    """Give the rows of the page."""
-    return {line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| ")}
