@@ -10,17 +10,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.assignment import CERTAIN, assigned, encoder_step
+from heli_identifier.records.assignment import CERTAIN, assigned, encoder_step, responses
 from heli_identifier.records.columns import name_and_unit
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.layout import NUMBERED
 from heli_identifier.records.opening import log_bytes, table_of
-from heli_identifier.records.response import Gain
+from heli_identifier.records.response import Gain, coarse
+from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
 from heli_identifier.records.table import Table, stamped
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES, understood
 
@@ -37,7 +39,7 @@ _NAMES = {
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Counts a turn that encoders have."""
 _SURE = 4.0
-"""Score from which the sign of a gain is known."""
+"""Score from which the sign of the travel's gain is known."""
 _RATES_HZ = (45.0, 2100.0)
 
 
@@ -97,11 +99,13 @@ def guess(path: str | PathLike[str]) -> Guess:
             "[log.columns]: `heli init` writes a heli.toml with every key explained."
         )
     chosen = {"time": time} | {signal: others[index] for signal, index in found.columns.items()}
-    pitch, elevation, travel = found.gains
+    begins, start, why = _start(table.columns[time], unit, columns[others[found.columns["elevation"]]])
+    gains = _flown(values[begins:], rate_hz, found.columns)
+    pitch, elevation, travel = gains
     doubts = [] if travel.share >= CERTAIN else [
         f"the voltages explain {100.0 * travel.share:.0f} % of the travel's acceleration only: look at every column"
     ]  # fmt: skip
-    if abs(pitch.score) <= _SURE:
+    if abs(pitch.score) <= PITCH_SURE:
         doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
     shares = {"pitch": pitch.share, "elevation": elevation.share, "travel": travel.share}
     by_physics = [signal for signal in chosen if signal != "time" and f"columns.{signal}" not in reasons]
@@ -130,14 +134,13 @@ def guess(path: str | PathLike[str]) -> Guess:
             units[signal], reasons[f"units.{signal}"], turn = _angle_unit(columns[index])
             if turn is not None:
                 counts[ANGLES.index(signal)] = turn
-    signs, swap, said = _signs(found.columns, found.gains)
+    signs, swap, said = _signs(found.columns, gains)
     reasons |= said
     front, rear = _voltages(values, found.columns, units)
     limit = CONTRACT.voltage_limit
     clip = bool(max(np.abs(front).max(), np.abs(rear).max()) > 1.001 * limit)
     if clip:
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
-    start, why = _start(columns[time], units["time"], values[:, found.columns["elevation"]])
     if start is not None:
         reasons["start"] = why
     if decimal == ",":
@@ -234,7 +237,8 @@ def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
 def _signs(columns: dict[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[dict[str, int], bool, dict[str, str]]:
     """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and why."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides is taken as the model's.
-    k_x, k_z, k_y = (found.value if abs(found.score) > _SURE else 0.0 for found in gains)
+    sure = zip(gains, (PITCH_SURE, ELEVATION_SURE, _SURE), strict=True)
+    k_x, k_z, k_y = (found.value if abs(found.score) > least else 0.0 for found, least in sure)
     signs: dict[str, int] = {}
     reasons: dict[str, str] = {}
     swap = False
@@ -262,14 +266,24 @@ def _voltages(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Front and rear voltage [V], shape (N,) each."""
     pair = VOLTAGES if "v_front" in columns else COMBINED
-    one, other = (values[:, columns[s]] * (1e-3 if units[s] == "mV" else 1.0) for s in pair)
+    one, other = (values[:, columns[s]] * (1e-3 if units.get(s) == "mV" else 1.0) for s in pair)
     return (one, other) if pair == VOLTAGES else (0.5 * (one + other), 0.5 * (one - other))
 
 
-def _start(time: NDArray[np.float64], unit: str, elevation: NDArray[np.float64]) -> tuple[float | None, str]:
-    """First instant [s] after take-off, if the log begins with the arm at rest."""
+def _flown(values: NDArray[np.float64], rate_hz: float, columns: dict[str, int]) -> tuple[Gain, Gain, Gain]:
+    """Responses of the angles to the voltages as the amplifiers limit them, with the signs of the file."""
+    front, rear = _voltages(values, columns, {})
+    millivolts = 1e3 if np.median(np.abs(front) + np.abs(rear)) > 200.0 else 1.0
+    limit = millivolts * CONTRACT.voltage_limit
+    limited = np.clip(np.column_stack((front, rear)), -limit, limit)
+    flown, step = coarse(np.column_stack((limited, *(values[:, columns[angle]] for angle in ANGLES))), rate_hz)
+    return responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
+
+
+def _start(time: NDArray[Any], unit: str, elevation: NDArray[np.float64]) -> tuple[int, float | None, str]:
+    """Give row and instant [s] at which take-off is over and why, if the log begins with the arm at rest."""
     if unit == STAMP:
-        return None, ""
+        return 0, None, ""
     seconds = time * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}[unit]
     extent = float(np.ptp(elevation))
     away = np.abs(elevation - elevation[0]) > 0.05 * extent
@@ -277,6 +291,10 @@ def _start(time: NDArray[np.float64], unit: str, elevation: NDArray[np.float64])
     resting = seconds[lifted] - seconds[0]
     at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
     if resting < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - seconds[lifted] < 12.0:
-        return None, ""
+        return 0, None, ""
     start = float(np.ceil(seconds[lifted] + 4.0))
-    return start, f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off"
+    return (
+        int((seconds >= start).argmax()),
+        start,
+        f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off",
+    )

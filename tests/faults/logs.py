@@ -177,7 +177,7 @@ KINDS = (
     Fault("a folder", lambda f: (f / "log.csv").mkdir(), IDENTIFY, "is a folder; name the log files in it"),
     Fault(
         "a file of 2 GB",
-        lambda f: open(f / "log.csv", "wb").truncate(2_000_000_000),
+        lambda f: ((f / "log.csv").touch(), os.truncate(f / "log.csv", 2_000_000_000)),
         IDENTIFY,
         "it has 2000 MB, more than 1000 MB",
     ),

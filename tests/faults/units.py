@@ -87,7 +87,7 @@ FILES = (
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
     Fault("no binary for this system", rewritten(without_binary), RUN, "plant.load"),
     Fault(
-        "another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.travel'"
+        "another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'"
     ),
     Fault("a unit that crashes", scripted("import os; os.kill(os.getpid(), 11)"), RUN, "ended by signal 11"),
     Fault("a unit that ends the process", scripted("import os; os._exit(0)"), RUN, "ended with code 0 and no result"),
