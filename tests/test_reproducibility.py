@@ -1,4 +1,4 @@
-"""The same logs and settings give the same diagnosis, whatever order a process hashes in and however many threads run."""
+"""The same logs and settings give the same diagnosis, in whatever order a process hashes, with one thread or two."""
 
 import json
 import os

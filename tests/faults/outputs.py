@@ -196,6 +196,19 @@ SIGNALS = (
         0,
         shell=True,
     ),
+    *(
+        Fault(
+            f"SIG{name} in the middle of the demonstration",
+            nothing,
+            f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; sleep 6; kill -{name} $p; wait $p 2>/dev/null; code=$?; "
+            "sleep 1; echo exit $code, $(pgrep -f multiprocessing.*parent_pid=$p | wc -l) running; "
+            f"{'heli demo --help >/dev/null; heli build Exciter -o out >/dev/null; rm -r out' if name == 'KILL' else 'true'}",
+            f"exit {code}, 0 running",
+            0,
+            shell=True,
+        )
+        for name, code in (("INT", 130), ("TERM", 143), ("KILL", 137))
+    ),
     Fault(
         "Ctrl-C in the first .3 s",
         nothing,

@@ -79,11 +79,13 @@ def demo(
     ] = Path("build"),
 ) -> None:
     """Build the five units, then diagnose two rigs whose logs come with the package."""
+    import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
     from time import perf_counter
 
     from fmu_src import UNITS
+    from heli_identifier.workbench.commands.guard import bound_to_parent, unheard
     from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build
@@ -91,8 +93,10 @@ def demo(
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
     # The rigs go side by side, each in a process of its own; a search alone leaves half of two cores idle.
-    with ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn")) as pool, progress_bar() as progress:
-        running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
+    alone = {"mp_context": get_context("spawn"), "initializer": bound_to_parent}
+    with ProcessPoolExecutor(len(RIGS), **alone) as pool, progress_bar() as progress:
+        with unheard(signal.SIGINT):  # Ctrl-C is for this process, which then ends the others
+            running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
         progress("building the units", 0.0)
         with whole_folder(output) as draft:
             for name in UNITS:

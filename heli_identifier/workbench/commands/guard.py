@@ -87,6 +87,23 @@ def _leave(number: int, _frame: object) -> NoReturn:
     raise SystemExit(128 + number)
 
 
+@contextmanager
+def unheard(number: signal.Signals) -> Iterator[None]:
+    """Hold a signal back in the block; processes that are started in it never hear it."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, [number])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [number])
+
+
+def bound_to_parent() -> None:
+    """Let a process that was started for a command end with it, however it ends."""
+    from fmu_src.master import die_with_parent
+
+    die_with_parent()
+
+
 def fail(sentence: str) -> typer.Exit:
     """Print what is wrong, and give the exit to raise."""
     text = " ".join(sentence.split())
