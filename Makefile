@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench blind docs clean
+.PHONY: demo test lint bench blind docs audit sbom clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
@@ -17,7 +17,7 @@ $(VENV)/.demo: pyproject.toml | $(BIN)/python
 	touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
-	$(PIP) --editable '.[test,cluster,importers,docs]'
+	$(PIP) --editable '.[test,cluster,formats,importers,docs]'
 	touch $@ $(VENV)/.demo
 
 # SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.
@@ -49,6 +49,19 @@ bench: $(VENV)/.bench
 # stopped unless code that a diagnosis depends on has changed since.
 blind: $(VENV)/.test
 	$(BIN)/python -m benchmarks.blind
+
+# Known vulnerabilities of all that is installed for the demonstration, asked of the Python Packaging Advisory Database.
+audit: $(VENV)/.demo
+	$(BIN)/python -m venv $(VENV)/audit
+	$(VENV)/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
+	$(VENV)/audit/bin/pip-audit --path $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') --skip-editable
+
+# What is installed for the demonstration, as a CycloneDX bill of materials.
+sbom: $(VENV)/.demo
+	$(BIN)/python -m venv $(VENV)/sbom
+	$(VENV)/sbom/bin/python -m pip install --quiet --disable-pip-version-check cyclonedx-bom
+	$(VENV)/sbom/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml --output-format JSON \
+	  --output-reproducible --output-file build/sbom.cdx.json
 
 clean:
 	rm -rf $(VENV) build/*

@@ -33,6 +33,7 @@ class Lifecycle:
         self.start_time = 0.0
         self.table = ValueTable(self.variables, self.start_values)
         self.values = self.table.values
+        self.reached = 0.0  # end of the last step [s]
         self._initialised_with: list[Any] | None = None
         self.enter(INSTANTIATED)
 
@@ -76,6 +77,7 @@ class Lifecycle:
         self._outdated = False
         self._initialised_with = None
         self.initialise(self.start_time)
+        self.reached = self.start_time
         self._initialised_with = self._initial_conditions()
 
     def _initial_conditions(self) -> list[Any]:
@@ -92,6 +94,7 @@ class Lifecycle:
             "unit": self._signature(),
             "phase": self.phase,
             "start_time": self.start_time,
+            "reached": self.reached,
             "values": list(self.values),
             "refused": list(self.table.refused.items()),
             "hidden": self.freeze(),
@@ -115,6 +118,7 @@ class Lifecycle:
             if self._initialised_with != self._initial_conditions():
                 self.prepare()
                 self.values[:] = state["values"]  # ``initialise`` has set the outputs of the start time
+            self.reached = state["reached"]
             self.thaw(state["hidden"])
 
     def _signature(self) -> list[Any]:

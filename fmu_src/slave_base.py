@@ -6,6 +6,8 @@
   fmi2OK or fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a
   good value.
 * Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored.
+* A step that does not begin where the one before ended is refused: the state would belong to another time. Units
+  whose outputs follow from the time alone take it.
 * Saving and restoring takes the whole state (:meth:`fmu_src.lifecycle.Lifecycle.saved`). pythonfmu alone saves the
   registered variables, so that a hidden integrator would roll back wrong.
 
@@ -29,6 +31,13 @@ from .lifecycle import INITIALISING, STEPPING, TERMINATED, Lifecycle
 LONGEST_STEP = 1e9
 """Communication steps must be shorter [s]; this also keeps infinity out."""
 
+MOST_SUBSTEPS = 100_000
+"""Steps that a unit takes inside of one communication step: some seconds of computing. More are refused, because a
+mistaken step of days would keep the host waiting for as long."""
+
+CLOCK_TOLERANCE = 1e-3
+"""Distance of a step's begin from the end of the step before, as a share of the step, that hosts' rounding explains."""
+
 _WHOLE_UNIT = -1
 """Key of a refusal that belongs to no single variable."""
 
@@ -42,6 +51,8 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     summary: ClassVar[str] = ""
     equations: ClassVar[str] = ""
     source: ClassVar[str] = ""
+    has_past: ClassVar[bool] = True
+    """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
 
     def __init__(self, **kwargs: Any) -> None:
         Fmi2Slave.__init__(self, **kwargs)
@@ -99,9 +110,14 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance from ``current_time`` by ``step_size`` [s]; a refused step leaves the unit where it was."""
         try:
-            if not (self._steady and 0.0 < step_size < LONGEST_STEP):
+            if not (
+                self._steady
+                and 0.0 < step_size < LONGEST_STEP
+                and (abs(current_time - self.reached) <= CLOCK_TOLERANCE * step_size or not self.has_past)
+            ):
                 self._refuse_step(current_time, step_size)
             self.advance(current_time, step_size)
+            self.reached = current_time + step_size
             return True
         except BaseException as problem:  # KeyboardInterrupt as well: through the C boundary it would kill the host
             self._report("doStep", problem)
@@ -127,8 +143,13 @@ class SlaveBase(Lifecycle, Fmi2Slave):
                 f"the step from t = {time:g} s is refused until this is corrected: "
                 + "; ".join(self.table.refused.values())
             )
+        if not 0.0 < step < LONGEST_STEP:
+            raise Refusal(
+                f"communication step = {step!r} s at t = {time:g} s must be positive and below {LONGEST_STEP:g} s"
+            )
         raise Refusal(
-            f"communication step = {step!r} s at t = {time:g} s must be positive and below {LONGEST_STEP:g} s"
+            f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s: time must neither repeat "
+            "nor jump; to go back, restore a state from then (fmi2SetFMUstate)"
         )
 
     # The other types

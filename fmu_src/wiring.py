@@ -30,6 +30,9 @@ from .variables import Value
 
 VOLTAGES = ("v_front", "v_rear")
 
+MOST_STEPS = 20_000_000
+"""Communication steps of a run: two days at 100 Hz, whose outputs fill some gigabytes."""
+
 
 @dataclass(frozen=True)
 class Connection:
@@ -178,10 +181,15 @@ def whole_steps(duration: float, step: float) -> int:
     Raises
     ------
     WiringError
-        It is no whole number, or the two are not positive and finite.
+        It is no whole number, is more than :data:`MOST_STEPS`, or the two are not positive and finite.
     """
     if not (0.0 < step < inf and step <= duration < inf):
         raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
+    if duration / step > MOST_STEPS:
+        raise WiringError(
+            f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s, at most {MOST_STEPS:g} are run; "
+            "take a shorter duration or a longer step"
+        )
     steps = round(duration / step)
     if abs(steps * step - duration) > 1e-6 * step:
         raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")

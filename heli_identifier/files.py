@@ -1,8 +1,17 @@
-"""Writing a file whole: the one way in which results, logs, configurations and units reach the disk."""
+"""Writing a file whole: the one way in which results, logs, configurations, figures and units reach the disk.
 
+A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
+followed, so that the file it leads to changes and the link stays. What is no regular file (a device, a pipe, standard
+output) cannot be replaced without destroying it: it is written through.
+"""
+
+import errno
 import os
+import stat
 from os import PathLike
 from pathlib import Path
+
+from heli_identifier.drafts import draft_file
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
@@ -11,9 +20,10 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     Parameters
     ----------
     path : str or PathLike
-        File to make or replace. Missing folders above it are made.
+        File to make or replace, or a device or pipe to write to. Missing folders above it are made.
     content : str or bytes
-        Text is written as UTF-8 and keeps its line ends.
+        Text is written as UTF-8 and keeps its line ends. What UTF-8 cannot hold, such as the name of a file that is no
+        UTF-8, becomes a question mark.
 
     Returns
     -------
@@ -23,16 +33,96 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     Raises
     ------
     OSError
-        If the file cannot be written. The old file is then untouched and no draft remains.
+        If the file cannot be written; it names the file. The old file is then untouched and no draft remains.
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    # The draft lies in the same folder, because a rename is atomic only within one file system. The process id
-    # separates two processes that write the same file.
-    draft = target.with_name(f".{target.name}.{os.getpid()}")
+    data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        draft.write_bytes(content.encode() if isinstance(content, str) else content)
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
+        present = _present(target)
+        if present is not None and (_is_standard_output(present) or not stat.S_ISREG(present.st_mode)):
+            _write_through(target, present, data)
+        else:
+            _replace(Path(os.path.realpath(target)), None if present is None else present.st_mode, data)
+    except OSError as error:
+        # An error of a write, such as a full disk, names no file, and one of the draft names the draft.
+        raise OSError(error.errno, error.strerror, str(path)) from error
     return target
+
+
+def regular_bytes(path: Path, largest: float) -> bytes:
+    """Read a file that may be anything.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    largest : float
+        Size up to which it is read [MB].
+
+    Raises
+    ------
+    FileNotFoundError
+        There is no such file.
+    OSError
+        It is a folder, a device or a pipe, is larger than `largest`, or cannot be read. Nothing was read then.
+    """
+    # Looked at before it is opened: a pipe without a writer would be waited for without end.
+    status = path.stat()
+    if not stat.S_ISREG(status.st_mode):
+        kind = next((word for test, word in _KINDS if test(status.st_mode)), "no regular file")
+        raise OSError(errno.EINVAL, f"it is {kind}", str(path))
+    if status.st_size > largest * 1e6:
+        raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))
+    return path.read_bytes()
+
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
+
+
+def _present(target: Path) -> os.stat_result | None:
+    """Status of what stands at the end of all links; None if nothing does."""
+    try:
+        return target.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def _is_standard_output(present: os.stat_result) -> bool:
+    """Whether a file is the one that standard output goes to, as ``/dev/stdout`` is even where that is a file."""
+    try:
+        return os.path.samestat(present, os.fstat(1))
+    except OSError:  # standard output is closed
+        return False
+
+
+def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
+    """Write to what cannot be replaced."""
+    if stat.S_ISDIR(present.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed", str(target))
+    if _is_standard_output(present):
+        descriptor = os.dup(1)
+    else:
+        # Without O_NONBLOCK a pipe that nobody reads would be waited for without end.
+        descriptor = os.open(target, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
+        os.set_blocking(descriptor, True)
+    with open(descriptor, "wb", buffering=0) as file:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[file.write(rest) :]
+
+
+def _replace(target: Path, mode: int | None, data: bytes) -> None:
+    """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with draft_file(target.parent) as (draft, file):
+        if mode is not None:
+            os.fchmod(file.fileno(), stat.S_IMODE(mode))
+        file.write(data)
+        file.flush()
+        draft.replace(target)

@@ -5,13 +5,12 @@ binds the compiled twins in their place; nothing is written twice. Parameters ar
 fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
 numba's disk cache notices a change in a function's own file only, not in what the function calls or names; the cache
-folder is therefore named by the content of everything that takes part. Two thirds of a cold start go into Python's
-side of numba, a fixed share of that into the wrappers by which Python calls a function: only the function that is
-asked for gets them (and a place in the cache), the functions it calls do not.
+folder is therefore named by the content of everything that takes part (:mod:`.code_cache` seals what it holds). Two
+thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python calls a
+function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
 """
 
 import hashlib
-import os
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -24,7 +23,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import PlantError
+from .code_cache import SealedCache, cache_folder
 from .parameters import PlantParameters
 from .specialised import specialised
 from .syntax import text_of
@@ -65,7 +64,7 @@ def compiled(function: Callable) -> Callable:
     Raises
     ------
     PlantError
-        The folder of the cache cannot be written.
+        ``HELI_CACHE_DIR`` names a folder that cannot be made.
     """
     with _LOCK:
         return _entry(function)
@@ -83,16 +82,13 @@ def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
 def _entry(function):
     """Dispatcher of a function that Python calls, kept on disk."""
     directory = _cache_directory(function)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as problem:
-        raise PlantError(
-            f"compiled code cannot be kept in {directory}: {problem.strerror}; "
-            "set HELI_CACHE_DIR to a folder that can be written"
-        ) from problem
+    dispatcher = _jit(function)
     outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(directory)
     try:
-        return _jit(function, cache=True)
+        dispatcher._cache = SealedCache(dispatcher.py_func)
+        return dispatcher
+    except (OSError, RuntimeError):  # numba finds no place for files: it compiles in every process
+        return dispatcher
     finally:
         _CONFIG.CACHE_DIR = outer
 
@@ -145,5 +141,4 @@ def _cache_directory(function) -> Path:
     digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
     for ingredient in sorted(_ingredients(function)):
         digest.update(hashlib.sha256(ingredient).digest())
-    base = Path(os.environ.get("HELI_CACHE_DIR") or Path.home() / ".cache" / "heli-twin")
-    return base / f"numba-{digest.hexdigest()[:16]}"
+    return cache_folder() / f"numba-{digest.hexdigest()[:16]}"

@@ -130,8 +130,8 @@ def test_what_a_foreign_fmu_takes_is_left_to_it():
 
 
 def parameter_file(folder, unit="HelicopterPlant", change=lambda document: None):
-    names = [BY_FIELD[field].name for field in ModelParameters._fields]
-    values = {name: {"value": 0.1, "standard_error": 0.01, "unit": "1"} for name in names}
+    rows = [BY_FIELD[field] for field in (*ModelParameters._fields, "T_m", "v_max")]
+    values = {row.name: {"value": 0.1, "standard_error": 0.01, "unit": row.unit} for row in rows}
     figures = {"prediction_1s_rad": {"value": 1e-3, "low": 9e-4, "high": 2e-3}, "noise_floor_rad": 1e-3}
     expected = {axis: dict(figures) for axis in ("pitch", "elevation", "travel")}
     document = {"schema": SCHEMA, "unit": unit, "values": values, "expected": expected, "provenance": {}}
@@ -146,7 +146,7 @@ DAMAGES = {
     "a section is no object": (lambda d: d.update(values=[]), "values = []: expected `object`, got `array`"),
     "a value is lost": (
         lambda d: d["values"]["pitch.damping"].pop("value"),
-        "values.pitch.damping = {'standard_error': 0.01, 'unit': '1'}: object missing required field `value`",
+        "values.pitch.damping = {'standard_error': 0.01, 'unit': '1/s'}: object missing required field `value`",
     ),
     "a value is a word": (
         lambda d: d["values"]["pitch.damping"].update(value="abc"),
@@ -279,7 +279,7 @@ def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked)
         deadline = time.monotonic() + 60.0
         while not list(tmp_path.iterdir()) and time.monotonic() < deadline:
             time.sleep(0.02)
-        assert list(tmp_path.glob(".out-*"))
+        assert list(tmp_path.glob(".heli-draft-*"))
         time.sleep(0.5)  # into the reading and searching, which take seconds
         child.send_signal(asked)
         assert child.wait(60.0) == 128 + asked

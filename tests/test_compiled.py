@@ -1,8 +1,10 @@
 """Compilation: the same function as the interpreter's, found again on disk, and by its whole content."""
 
 import os
+import pickle
 import subprocess
 import sys
+from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
@@ -137,3 +139,54 @@ def test_package_imports_no_numba_before_something_is_compiled():
     """
     done = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
+
+
+COUNTED = """
+    from heli_plant.compiled import compiled
+    from heli_plant.motor import saturate
+    print(compiled(saturate)(9.0, 5.0), sum(compiled(saturate).stats.cache_hits.values()))
+"""
+"""Compiles a function, and says whether its machine code was found on disk."""
+
+DAMAGES = {
+    "cut short": lambda data: data[: len(data) // 2],
+    "empty": lambda data: b"",
+    "one bit changed": lambda data: data[:-1] + bytes([data[-1] ^ 1]),
+    "another's, without the seal": lambda data: data[32:],
+    "zeros": lambda data: bytes(len(data)),
+}
+
+
+@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, damage, ending):
+    assert run(COUNTED, tmp_path) == ["5.0", "0"]
+    assert run(COUNTED, tmp_path) == ["5.0", "1"]
+    (file,) = tmp_path.rglob(f"*{ending}")
+    file.write_bytes(DAMAGES[damage](file.read_bytes()))
+    assert run(COUNTED, tmp_path) == ["5.0", "0"]
+    assert run(COUNTED, tmp_path) == ["5.0", "1"]
+
+
+def test_a_pickle_that_somebody_put_into_the_cache_is_not_unpickled(tmp_path):
+    assert run(COUNTED, tmp_path) == ["5.0", "0"]
+    trap = tmp_path / "sprung"
+
+    class Trap:
+        def __reduce__(self):
+            return Path.touch, (trap,)
+
+    for file in (*tmp_path.rglob("*.nbi"), *tmp_path.rglob("*.nbc")):
+        file.write_bytes(pickle.dumps(Trap()))
+    assert run(COUNTED, tmp_path) == ["5.0", "0"]
+    assert not trap.exists()
+
+
+def test_without_a_home_code_is_kept_until_the_process_ends(tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name != "HELI_CACHE_DIR"}
+    environment |= {"TMPDIR": str(tmp_path), "HOME": "/proc/nowhere"}
+    script = [sys.executable, "-c", dedent(COUNTED)]
+    done = subprocess.run(script, capture_output=True, text=True, env=environment, check=True)
+    assert done.stdout.split() == ["5.0", "0"]
+    assert done.stderr == ""
+    assert list(tmp_path.iterdir()) == []

@@ -39,6 +39,6 @@ def test_a_full_disk_leaves_the_old_file_and_no_part_of_the_new_one(tmp_path, si
 
 def test_a_folder_in_the_file_s_place_stays_and_no_draft_remains(tmp_path):
     (tmp_path / "taken").mkdir()
-    with pytest.raises(OSError, match="directory"):
+    with pytest.raises(OSError, match="it is a folder"):
         write_atomically(tmp_path / "taken", "text")
     assert [file.name for file in tmp_path.iterdir()] == ["taken"]

@@ -141,10 +141,10 @@ def test_a_nan_input_is_discarded_with_its_name_and_the_unit_lives_on(fmus, in_h
 unit.fresh(parameters)
 before = drive(0, 5)
 unit.set(inputs[0], float("nan"))
-bad = [unit.step(0.1, 0.01), unit.step(0.1, 0.01), unit.step(0.1, 0.01)]
+bad = [unit.step(0.06, 0.01), unit.step(0.06, 0.01), unit.step(0.06, 0.01)]
 same = unit.shown() == before[-1]
 unit.set(inputs[0], 0.1)
-good = unit.step(0.1, 0.01)
+good = unit.step(0.06, 0.01)
 answer([[bad, same, good], [[s, c, m] for s, c, m in unit.log]])
 """,
         fmus[unit],
@@ -238,3 +238,41 @@ def test_the_units_run_on_a_bare_interpreter_elsewhere(fmus, log, tmp_path, vers
         check=True,
     )
     assert done.stdout == reference.stdout
+
+
+@pytest.mark.parametrize("unit", ["HelicopterPlant", "AdaptiveIdentifier", "PidController"])
+def test_time_that_repeats_or_jumps_is_discarded_and_the_unit_lives_on(fmus, in_host, log, unit):
+    bad, same, good, said = in_host(
+        DRIVE
+        + """
+unit.fresh(parameters)
+before = drive(0, 5)
+bad = [unit.step(0.05, 0.01), unit.step(0.0, 0.01), unit.step(7.0, 0.01), unit.step(-1.0, 0.01)]
+same = unit.shown() == before[-1]
+good = unit.step(0.06, 0.01)
+answer([bad, same, good, [m for s, c, m in unit.log]])
+""",
+        fmus[unit],
+        json.dumps(parameters(unit, log)),
+    )
+    assert (bad, same, good) == ([2, 2, 2, 2], True, 0)
+    assert all("time must neither repeat nor jump" in text for text in said)
+
+
+@pytest.mark.parametrize("unit", ["HelicopterPlant", "AdaptiveIdentifier"])
+def test_a_step_of_days_is_discarded_at_once(fmus, in_host, log, unit):
+    bad, said = in_host(
+        DRIVE
+        + """
+unit.fresh(parameters)
+drive(0, 5)
+bad = [unit.step(0.06, 1e6)]
+if bad == [0]:  # the identifier takes its samples with the step after
+    bad = [unit.step(0.06 + 1e6, 0.01)]
+answer([bad, [m for s, c, m in unit.log]])
+""",
+        fmus[unit],
+        json.dumps(parameters(unit, log)),
+    )
+    assert bad == [2]
+    assert "at most 100000 are taken" in said[-1]

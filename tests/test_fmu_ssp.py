@@ -111,3 +111,22 @@ def test_a_file_that_is_no_parameter_set_is_refused(content, tmp_path):
     path.write_text(content)
     with pytest.raises(BuildError, match="set.ssv"):
         read_parameter_set(path)
+
+
+BAD_SETS = {
+    "entities": (b'<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "defines entities"),
+    "no XML": (b"<", "cannot be read"),
+    "a value that is no number": (
+        b'<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>'
+        b'<ssv:Parameter name="a"><ssv:Real value="much"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>',
+        "a has no value that can be read",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BAD_SETS)
+def test_a_hostile_or_damaged_parameter_set_is_refused(tmp_path, case):
+    text, said = BAD_SETS[case]
+    (tmp_path / "set.ssv").write_bytes(text)
+    with pytest.raises(BuildError, match=said):
+        read_parameter_set(tmp_path / "set.ssv")

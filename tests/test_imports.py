@@ -55,10 +55,13 @@ MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery
 RULES = (
     Rule("physics knows no identification", "heli_plant", (H,)),
     Rule("physics knows no FMI", "heli_plant", FMI),
-    Rule("physics knows no files, but for the cache of compiled code", "heli_plant", FILES, ("heli_plant.compiled",)),
+    Rule(
+        "physics knows no files, but for the cache of compiled code",
+        "heli_plant", FILES, ("heli_plant.compiled", "heli_plant.code_cache"),
+    ),
     Rule(
         "physics is plain floats, but for what runs off line",
-        "heli_plant", ARRAYS, ("heli_plant.compiled", "heli_plant.simulation"),
+        "heli_plant", ARRAYS, ("heli_plant.compiled", "heli_plant.code_cache", "heli_plant.simulation"),
     ),
     Rule(
         "identification takes the form of the physics, never true values",

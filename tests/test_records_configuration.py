@@ -30,9 +30,19 @@ def test_the_template_shows_every_key_and_all_of_them_can_be_switched_on(tmp_pat
     assert (rig.rest_pitch, rig.format.start) == (-0.14, 6.0)
     content = tomllib.loads(template.read_text(encoding="utf-8"))
     angles = {"pitch", "elevation", "travel"}
-    signals = {"time", "v_front", "v_rear"} | angles
+    signals = {"time", "v_front", "v_rear", "v_sum", "v_difference"} | angles
     assert set(content["rig"]) == {"name", "motor_time_constant", "rest_pitch", "voltage_limit", "encoder_counts"}
-    assert set(content["log"]) == {"start", "end", "decimal", "swap_rotors", "columns", "units", "signs"}
+    assert set(content["log"]) == {
+        "start",
+        "end",
+        "decimal",
+        "swap_rotors",
+        "clip",
+        "largest_file",
+        "columns",
+        "units",
+        "signs",
+    }
     assert set(content["log"]["columns"]) == set(content["log"]["units"]) == signals
     assert set(content["log"]["signs"]) == signals - {"time"}
     assert set(content["rig"]["encoder_counts"]) == angles

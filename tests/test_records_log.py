@@ -14,7 +14,7 @@ from heli_identifier.records import Log, read_log, write_log
 def some_log(samples=600, rate_hz=100.0, seed=0):
     random = np.random.default_rng(seed)
     # Within +-1.5 rad no sample leaps by half a turn from the one before, which would be refused on reading.
-    angles = random.uniform(-1.5, 1.5, (samples, 3))
+    angles = 0.01 * np.cumsum(random.uniform(-1.0, 1.0, (samples, 3)), axis=0)
     return Log("some", rate_hz, random.uniform(-5.0, 5.0, (samples, 2)), angles)
 
 

@@ -44,8 +44,7 @@ def test_files_of_the_same_name_are_replaced_and_others_stay(tmp_path):
 
 def test_a_move_that_fails_takes_back_those_before_it(tmp_path):
     (tmp_path / "a").write_text("old")
-    (tmp_path / "b").mkdir()
-    (tmp_path / "b" / "full").write_text("a folder stands where the file should go, and it is moved aside")
+    (tmp_path / "b").write_text("old")
     (tmp_path / "c").write_text("old")
     original = Path.rename
 
@@ -61,7 +60,7 @@ def test_a_move_that_fails_takes_back_those_before_it(tmp_path):
             for name in "abc":
                 (draft / name).write_text("new")
     assert (tmp_path / "a").read_text() == "old"
-    assert (tmp_path / "b" / "full").exists()
+    assert (tmp_path / "b").read_text() == "old"
     assert (tmp_path / "c").read_text() == "old"
     assert names(tmp_path) == ["a", "b", "c"]
 
@@ -72,3 +71,28 @@ def test_a_target_that_cannot_be_a_folder_is_refused_before_the_work_begins(tmp_
     for target in (file, file / "below"):
         with pytest.raises(ConfigurationError, match="is a file"), whole_folder(target):
             pytest.fail("the work began")
+
+
+def test_a_folder_of_the_user_is_not_replaced_by_a_file_of_the_same_name(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "mine").write_text("kept")
+    with pytest.raises(ConfigurationError, match="is a folder and is not replaced"), whole_folder(tmp_path) as draft:
+        (draft / "x").write_text("new")
+    assert (tmp_path / "x" / "mine").read_text() == "kept"
+    assert names(tmp_path) == ["x"]
+
+
+def test_a_link_to_a_folder_and_a_link_in_it_are_followed(tmp_path):
+    real = tmp_path / "real"
+    real.mkdir()
+    (tmp_path / "elsewhere").write_text("old")
+    (real / "x").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "link").symlink_to(real)
+    (tmp_path / "dangling").symlink_to(tmp_path / "made")
+    for target in ("link", "dangling"):
+        with whole_folder(tmp_path / target) as draft:
+            (draft / "x").write_text("new")
+    assert (real / "x").is_symlink()
+    assert (tmp_path / "elsewhere").read_text() == "new"
+    assert names(tmp_path / "made") == ["x"]
+    assert (tmp_path / "dangling").is_symlink()

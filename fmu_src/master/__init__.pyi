@@ -1,5 +1,5 @@
 from .loop import run
-from .process import run_apart
+from .process import die_with_parent, run_apart
 from .result import Result
 
-__all__ = ["Result", "run", "run_apart"]
+__all__ = ["Result", "die_with_parent", "run", "run_apart"]

@@ -33,6 +33,7 @@ from ..errors import MasterError
 from ..variables import Value
 from .tape import Call, Clock
 from .unit_log import UnitLog
+from .unpacking import unpacked
 
 _NO_EARLIER_STATE = c_int.from_param(1)
 """Argument of fmi2DoStep: the master will not restore a state from before the step."""
@@ -63,17 +64,19 @@ class Instance:
         Its name in the scenario.
     fmu : Path
         The FMU file.
+    folder : Path
+        Where the FMU is unpacked; it does not exist yet.
     alarm : list of UnitLog
         Shared by the instances of a run (:class:`.unit_log.UnitLog`).
     """
 
-    def __init__(self, name: str, fmu: Path, alarm: list[UnitLog]) -> None:
+    def __init__(self, name: str, fmu: Path, folder: Path, alarm: list[UnitLog]) -> None:
         self.name = name
         self.log = UnitLog(name, alarm)
-        self.description = fmpy.read_model_description(fmu)
+        self.folder = str(folder)
+        self.description = unpacked(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
-        self.folder = fmpy.extract(fmu)
         self._key = next(_KEYS)
         _LOGS[self._key] = self.log
         try:

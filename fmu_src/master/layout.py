@@ -52,7 +52,7 @@ def laid_out(wiring: Scenario, shown: Mapping[str, Collection[str]], record: Col
     """
     every = [f"{unit}.{name}" for unit, names in shown.items() for name in names]
     feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
-    for name in (*feeding, *(record or ())):
+    for name in (*sorted(feeding), *(record or ())):
         if name not in every:
             raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
     wanted = set(every) if record is None else {*record, *feeding}

@@ -7,14 +7,15 @@ communication step therefore copies all connections at once and plays a tape of 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import numpy as np
+
+from heli_identifier.drafts import draft_folder
 
 from ..builder import scenario_fmus
 from ..variables import Value
@@ -25,6 +26,9 @@ from .result import Result
 from .tape import Clock, Tape
 from .unit_log import UnitLog
 
+STRIDE = 1000
+"""Steps after which a run says that it is alive."""
+
 
 def run(
     scenario_name: str | Scenario,
@@ -34,6 +38,7 @@ def run(
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
     record: Collection[str] | None = None,
+    alive: Callable[[], None] = lambda: None,
 ) -> Result:
     """Run a scenario in this process.
 
@@ -53,6 +58,8 @@ def run(
         Show a progress bar.
     record : collection of str, optional
         Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
+    alive : callable
+        Called whenever the units have answered, at least once in :data:`STRIDE` steps.
 
     Returns
     -------
@@ -68,21 +75,25 @@ def run(
     steps = whole_steps(duration, step)
     per_unit = wiring.parameters_by_unit(parameters or {})
     alarm: list[UnitLog] = []
-    with _instances(wiring, fmus or {}, alarm) as units:
+    with _instances(wiring, fmus or {}, alarm, alive) as units:
         layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
         for name, unit in units.items():
+            alive()
             unit.initialise(per_unit[name], 0.0, steps * step)
-        return _stepped(wiring, layout, units, steps, step, alarm, progress)
+        return _stepped(wiring, layout, units, steps, step, alarm, progress, alive)
 
 
 @contextmanager
-def _instances(wiring: Scenario, fmus: Mapping[str, str | Path], alarm: list[UnitLog]) -> Iterator[dict[str, Instance]]:
+def _instances(
+    wiring: Scenario, fmus: Mapping[str, str | Path], alarm: list[UnitLog], alive: Callable[[], None]
+) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
-    with TemporaryDirectory(prefix="heli-units-") as folder, ExitStack() as alive:
+    with draft_folder() as folder, ExitStack() as loaded:
         for name, file in scenario_fmus(wiring, fmus, folder).items():
-            units[name] = Instance(name, file, alarm)
-            alive.callback(units[name].close)
+            alive()
+            units[name] = Instance(name, file, folder / f"{name}.unpacked", alarm)
+            loaded.callback(units[name].close)
         yield units
 
 
@@ -94,6 +105,7 @@ def _stepped(
     step: float,
     alarm: list[UnitLog],
     progress: bool,
+    alive: Callable[[], None],
 ) -> Result:
     """Finish the initialisation of the units and take all steps."""
     everyone, clock = list(units.values()), Clock(step)
@@ -109,6 +121,7 @@ def _stepped(
     Tape((call for unit in everyone for call in unit.fetches), clock, alarm).play(0.0)
     copy_connections()
     for unit in everyone:
+        alive()
         Tape(unit.puts, clock, alarm).play(0.0)
         unit.finish_initialisation(0.0)
         Tape(unit.fetches, clock, alarm).play(0.0)
@@ -117,6 +130,8 @@ def _stepped(
     tape = Tape((call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches)), clock, alarm)
     began = perf_counter()
     for k in _counted(steps, progress, wiring.title):
+        if k % STRIDE == 0:
+            alive()
         copy_connections()
         tape.play(k * step)
         values[k + 1] = shown

@@ -2,25 +2,40 @@
 
 pythonfmu's binary uses freed memory when the interpreter exits (its issue 229), so that the process sometimes aborts
 after the results are complete. The child therefore writes its result, flushes, and leaves by ``os._exit``, which skips
-the interpreter's own end. The parent never loads an FMU and survives whatever happens to the child.
+the interpreter's own end. The parent never loads an FMU and survives whatever happens to the child: a crash, an exit,
+a call that never returns. The child ends with its parent, however that ends.
+
+Order and answer are JSON and NumPy's format for arrays; nothing is unpickled.
 """
 
 from __future__ import annotations
 
+import ctypes
+import faulthandler
+import json
 import os
-import pickle
+import signal
 import subprocess
 import sys
 from collections.abc import Collection, Mapping
+from dataclasses import asdict
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import NoReturn
+from typing import Any, NoReturn
+
+import numpy as np
+
+from heli_identifier.drafts import draft_folder
 
 from .. import errors
 from ..errors import FmuError, MasterError
 from ..variables import Value
-from ..wiring import Scenario
+from ..wiring import Connection, Scenario, whole_steps
 from .result import Result
+
+PATIENCE = 120.0
+"""Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
+
+_PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
 
 
 def leave(code: int) -> NoReturn:
@@ -28,6 +43,12 @@ def leave(code: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
+
+
+def die_with_parent() -> None:
+    """Let the system end this process when its parent ends; there is no such thing outside of Linux."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def run_apart(
@@ -44,45 +65,111 @@ def run_apart(
     Raises
     ------
     WiringError, MasterError, BuildError
-        As ``run``; MasterError also if the child ends without a result.
+        As ``run``; MasterError also if the child ends without a result, or a unit does not answer.
+    OSError
+        There is no room for temporary files.
     """
-    files = {name: str(Path(file).absolute()) for name, file in (fmus or {}).items()}
-    order = (scenario_name, duration, step, dict(parameters or {}), files, progress, record)
-    with TemporaryDirectory(prefix="heli-run-") as folder:
-        answer = Path(folder) / "answer"
+    whole_steps(duration, step)
+    order: dict[str, Any] = {
+        "scenario_name": asdict(scenario_name) if isinstance(scenario_name, Scenario) else scenario_name,
+        "duration": float(duration),
+        "step": float(step),
+        "parameters": {name: plain(value) for name, value in (parameters or {}).items()},
+        "fmus": {name: os.path.abspath(file) for name, file in (fmus or {}).items()},
+        "progress": progress,
+        "record": None if record is None else list(record),
+    }
+    with draft_folder() as folder:
         child = subprocess.run(
-            [sys.executable, "-m", "fmu_src.master.process", str(answer)],
-            input=pickle.dumps(order),
+            [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())],
+            input=json.dumps(order).encode(),
             stdout=subprocess.DEVNULL,
             stderr=None if progress else subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
+            start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
             check=False,
         )
-        if not answer.is_file():
-            said = (child.stderr or b"").decode("utf-8", "replace").strip()[-2000:]
-            raise MasterError(
-                f"the process of the master ended with code {child.returncode} and no result: "
-                f"{said or 'it printed no error'}"
-            )
-        problem, content = pickle.loads(answer.read_bytes())
-    if problem is not None:
-        raise getattr(errors, problem)(content)
-    return Result(*content)
+        if (folder / "answer.npz").is_file():
+            with np.load(folder / "answer.npz", allow_pickle=False) as found:
+                names, units = (tuple(found[key].tolist()) for key in ("names", "units"))
+                return Result(names, units, found["time"], found["values"], float(found["seconds"]))
+        if (folder / "problem.json").is_file():
+            kind, sentence = json.loads((folder / "problem.json").read_text())
+            raise getattr(errors, kind)(sentence)
+        hung = folder / "hung"
+        raise MasterError(_end(child, hung.is_file() and hung.stat().st_size > 0, list(order["fmus"].values())))
 
 
-def main(answer: Path) -> NoReturn:
-    """Run in the child: read the order from standard input, write the answer to a file."""
+def plain(value: Any) -> Value:
+    """Give a parameter's value, which may be NumPy's, as one that JSON holds."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _end(child: subprocess.CompletedProcess[bytes], hung: bool, files: list[str]) -> str:
+    """Say how a child ended that gave no answer."""
+    if hung:
+        how = f"a unit gave no answer within {PATIENCE:g} s and was ended"
+    elif child.returncode < 0:
+        number = -child.returncode
+        how = f"the process of the units was ended by signal {number} ({signal.strsignal(number)})"
+    else:
+        how = f"the process of the units ended with code {child.returncode} and no result"
+    if files:
+        return f"{how}; run without --fmu to see which file is at fault, of {', '.join(files)}"
+    said = (child.stderr or b"").decode("utf-8", "replace").strip().splitlines()
+    return f"{how}: {said[-1][:300] if said else 'it printed no error'}"
+
+
+def main(folder: Path, parent: int) -> NoReturn:
+    """Run in the child: read the order from standard input, write the answer into ``folder``."""
+    die_with_parent()
+    if os.getppid() != parent:  # it ended before that was arranged
+        leave(0)
     from .loop import run
 
-    order = pickle.loads(sys.stdin.buffer.read())
-    try:
-        result = run(*order)
-        content = None, (result.names, result.units, result.time, result.values, result.seconds)
-    except FmuError as problem:
-        content = type(problem).__name__, str(problem)  # type: ignore[assignment]
-    answer.write_bytes(pickle.dumps(content))
+    order = json.loads(sys.stdin.buffer.read())
+    if isinstance(order["scenario_name"], dict):
+        order["scenario_name"] = _scenario(order["scenario_name"])
+    with open(folder / "hung", "w") as hung:
+
+        def alive() -> None:
+            faulthandler.dump_traceback_later(PATIENCE, exit=True, file=hung)
+
+        problem = None
+        try:
+            result = run(**order, alive=alive)
+            faulthandler.cancel_dump_traceback_later()
+            np.savez(
+                folder / "draft.npz",
+                names=np.array(result.names),
+                units=np.array(result.units),
+                time=result.time,
+                values=result.values,
+                seconds=np.array(result.seconds),
+            )
+            os.replace(folder / "draft.npz", folder / "answer.npz")
+        except FmuError as error:
+            problem = type(error).__name__, str(error)
+        except OSError as error:
+            problem = "MasterError", f"{error.filename or folder.parent}: {error.strerror or error}"
+        except MemoryError:
+            problem = "MasterError", "there is not enough memory for the results of this run; take a shorter one"
+        faulthandler.cancel_dump_traceback_later()
+    if problem is not None:
+        (folder / "problem.json").write_text(json.dumps(problem))
     leave(0)
 
 
+def _scenario(order: dict[str, Any]) -> Scenario:
+    """Make a scenario again of what JSON left of it."""
+    return Scenario(
+        order["name"],
+        order["title"],
+        tuple((name, kind) for name, kind in order["units"]),
+        tuple(Connection(**wire) for wire in order["connections"]),
+        tuple((name, value) for name, value in order["parameters"]),
+    )
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), int(sys.argv[2]))

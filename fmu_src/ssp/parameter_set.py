@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
-from heli_identifier.files import write_atomically
+from heli_identifier.files import regular_bytes, write_atomically
 
 from ..builder import checked_start_values, unit_class
 from ..errors import BuildError
@@ -14,6 +14,9 @@ from ..packaging import value_text, xml_text
 from ..slave_base import SlaveBase
 from ..variables import Value
 from .namespaces import NAMESPACES, child, tag, units
+
+LARGEST_MB = 10.0
+"""Size up to which a parameter set is read [MB]."""
 
 
 def parameter_set(unit: type[SlaveBase], name: str, parameters: Mapping[str, Value]) -> bytes:
@@ -69,15 +72,26 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
         The file cannot be read or is no parameter set.
     """
     try:
-        root = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as problem:
+        text = regular_bytes(Path(path), LARGEST_MB)
+        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
+            raise BuildError(f"the parameter set {path} cannot be read: it defines entities, which none needs")
+        root = ElementTree.fromstring(text)
+    except OSError as problem:
+        raise BuildError(f"the parameter set {path} cannot be read: {problem.strerror}") from problem
+    except ElementTree.ParseError as problem:
         raise BuildError(f"the parameter set {path} cannot be read: {problem}") from problem
     if root.tag != tag("ssv:ParameterSet"):
         raise BuildError(f"{path} is no SSP parameter set: its root element is {root.tag}, not ssv:ParameterSet")
     values: dict[str, Value] = {}
     for parameter in root.iterfind("ssv:Parameters/ssv:Parameter", NAMESPACES):
-        (typed,) = parameter
-        values[parameter.attrib["name"]] = _value(typed.tag.rpartition("}")[2], typed.attrib["value"])
+        name = parameter.attrib.get("name", "")
+        if not name or name in values:
+            raise BuildError(f"the parameter set {path} names {name!r} twice, or a parameter without a name")
+        try:
+            (typed,) = parameter
+            values[name] = _value(typed.tag.rpartition("}")[2], typed.attrib["value"])
+        except (KeyError, ValueError) as problem:
+            raise BuildError(f"the parameter set {path}: {name} has no value that can be read ({problem})") from problem
     return values
 
 

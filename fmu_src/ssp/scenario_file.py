@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from xml.etree.ElementTree import Element
 
+from heli_identifier.drafts import draft_folder
 from heli_identifier.files import write_atomically
 
 from ..builder import scenario_fmus, unit_class
@@ -57,7 +57,7 @@ def write_ssp(
     entries = {"SystemStructure.ssd": xml_text(system_structure(wiring, duration))}
     for name, kind in wiring.units:
         entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), PARAMETERS, by_unit[name])
-    with TemporaryDirectory(prefix="heli-units-") as folder:
+    with draft_folder() as folder:
         for name, file in scenario_fmus(wiring, fmus or {}, folder).items():
             entries[f"resources/{name}.fmu"] = file.read_bytes()
     return write_atomically(Path(path), zip_bytes(entries))

@@ -19,7 +19,7 @@ from heli_identifier.online import (
 from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase
+from ..slave_base import MOST_SUBSTEPS, SlaveBase
 from ..variables import Variable, boolean_parameter, real_output, real_parameter, string_parameter
 from .signals import AXES, PAPER, angle_inputs, voltage_inputs
 
@@ -152,6 +152,11 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
         instant = _INSTANT * period
         estimate = None
         due = self.first + (state.samples + 1) * period
+        if time - due > MOST_SUBSTEPS * period:
+            raise Refusal(
+                f"{(time - due) / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
+                f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
+            )
         while due <= time + instant:
             sample = now if due >= time - instant else self._between(due, time, now)
             v_front, v_rear, pitch, elevation, travel = sample

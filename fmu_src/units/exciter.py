@@ -51,6 +51,7 @@ v_front - v_rear = u_d(t),  v_front + v_rear = 2 base + u_s(t)
 every 10 s; experiment 2 has twice the periods. On the sum (elevation and travel) the voltages are doubled; if both
 channels are excited, the periods of the difference are multiplied by .77. Multisines: tones of equal amplitude,
 log-spaced on the harmonics of one period, with the random phases of least crest factor.</p>"""
+    has_past = False
     source = f"{PAPER}, experiments; Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3"
 
     def initialise(self, time: float) -> None:

@@ -15,7 +15,7 @@ from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state, start_state
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase
+from ..slave_base import MOST_SUBSTEPS, SlaveBase
 from ..variables import Variable, boolean_parameter, integer_parameter, real_input, real_output, real_parameter
 from .signals import ANGLE_BOUND, AXES, PAPER, RATE_BOUND, VOLTAGE_BOUND, voltage_inputs
 
@@ -123,6 +123,11 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         delay, since, held, step = self.delay, self.since, self.held, self.step
         if delay > 0.0:
             since, held = remember(since, held, time, v_front, v_rear, delay)
+        if step_size > MOST_SUBSTEPS * self.inner_step:
+            raise Refusal(
+                f"the step of {step_size:g} s from t = {time:g} s needs {step_size / self.inner_step:.3g} steps of "
+                f"solver.step = {self.inner_step:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
+            )
         steps = max(ceil(step_size / self.inner_step - 1e-9), 1)
         h = step_size / steps
         record_time = time - self.start_time

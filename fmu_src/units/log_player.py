@@ -39,6 +39,7 @@ class LogPlayer(SlaveBase):
 <code>time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]</code>. Columns may be in any order,
 angles may be in <code>[deg]</code>, and further columns are ignored. If the file cannot be played, the reason is logged
 and steps are refused.</p>"""
+    has_past = False
     source = "The log format of this project"
 
     recording: Recording | None = None

@@ -10,8 +10,10 @@ from .data_set import (
     read_logs,
 )
 from .format import CONTRACT, LogFormat
+from .guess import Guess, guess
 from .log import Log
 from .reading import read_log
+from .suspicion import suspicions
 from .template import write_template
 from .writing import write_log
 
@@ -19,6 +21,7 @@ __all__ = [
     "CONFIGURATION_NAME",
     "CONTRACT",
     "DEMO_RIGS",
+    "Guess",
     "Log",
     "LogFormat",
     "RigConfiguration",
@@ -26,11 +29,13 @@ __all__ = [
     "check_excitation",
     "check_moving",
     "demo_logs",
+    "guess",
     "named_apart",
     "read_configuration",
     "read_data_set",
     "read_log",
     "read_logs",
+    "suspicions",
     "write_log",
     "write_template",
 ]

@@ -1,7 +1,9 @@
 """Which column of a file holds which signal, and in which unit.
 
-A header reads ``name [unit]``. ``name (unit)`` means the same, and so do ``name_unit`` and ``name_unit_`` for MATLAB,
-whose names hold no brackets; MATLAB itself makes ``name_unit_`` of the contract's header.
+A header reads ``name [unit]``, in any case, with blanks or hyphens in place of underscores. ``name (unit)`` means the
+same, and so do ``name_unit`` and ``name_unit_`` for MATLAB, whose names hold no brackets; MATLAB itself makes
+``name_unit_`` of the contract's header. A vector in a struct has its path before its name, as in ``run.pitch_rad``, and
+a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 """
 
 import re
@@ -10,11 +12,22 @@ from dataclasses import dataclass
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.format import LogFormat
-from heli_identifier.records.units import SIGNALS, factor_to_si, header, known_units
+from heli_identifier.records.units import (
+    ANGLES,
+    COMBINED,
+    NAMED,
+    SIGNALS,
+    VOLTAGES,
+    factor_to_si,
+    header,
+    probably,
+    understood,
+)
 from heli_plant.errors import did_you_mean
 
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
-_UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(SIGNALS)})_(?P<unit>[A-Za-z]+)_?$")
+_UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
+_INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
 
 
 @dataclass(frozen=True)
@@ -24,7 +37,7 @@ class Column:
     Attributes
     ----------
     signal : str
-        One of the six signals.
+        One of the six signals, or sum or difference of the voltages.
     index : int
         Which column of the file.
     unit : str
@@ -54,38 +67,44 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
     Returns
     -------
     tuple[Column, ...]
-        One per signal, in the contract's order.
+        One per signal, in the contract's order, or with sum and difference in place of the two voltages.
 
     Raises
     ------
     LogError
-        If a signal has no column or several, or its unit is missing or unknown.
+        If a signal has no column or several, two signals have the same one, or a unit is missing or unknown.
     """
-    stated = [_name_and_unit(text) for text in headers]
-    places = {
-        signal: [
-            index
-            for index, text in enumerate(headers)
-            if (text == format.columns[signal] if signal in format.columns else stated[index][0] == signal)
-        ]
-        for signal in SIGNALS
-    }
-    missing = [format.columns.get(signal, header(signal)) for signal in SIGNALS if not places[signal]]
+    places = {signal: _places(signal, headers, format) for signal in NAMED}
+    summed = any(signal in format.columns for signal in COMBINED) or (
+        all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
+    )
+    wanted = ("time", *(COMBINED if summed else VOLTAGES), *ANGLES)
+    missing = [format.columns.get(signal, header(signal)) for signal in wanted if not places[signal]]
     if missing:
-        taken = {index for found in places.values() for index in found}
+        taken = {index for signal in wanted for index in places[signal]}
         raise LogError(_missing(file, missing, headers, [h for i, h in enumerate(headers) if i not in taken]))
-    for signal, found in places.items():
+    owner: dict[int, str] = {}
+    for signal in wanted:
+        found = places[signal]
         if len(found) > 1:
             both = ", ".join(repr(headers[index]) for index in found)
             raise LogError(
                 f"{file}: {signal} stands in {len(found)} columns ({both}); keep one, or name it under "
                 f"[log.columns] of {HELI_TOML}."
             )
+        if found[0] in owner:
+            raise LogError(
+                f"{file}: column {headers[found[0]]!r} is taken for {owner[found[0]]} and for {signal}; name the "
+                f"column of each under [log.columns] of {HELI_TOML}."
+            )
+        owner[found[0]] = signal
     columns, unknown = [], {}
-    for signal, (index,) in places.items():
-        unit = format.units.get(signal) or stated[index][1]
-        if unit is None or unit not in known_units(signal):
-            unknown[signal] = (headers[index], unit)
+    for signal in wanted:
+        (index,) = places[signal]
+        stated = format.units.get(signal) or name_and_unit(headers[index])[1]
+        unit = None if stated is None else understood(signal, stated)
+        if unit is None:
+            unknown[signal] = (headers[index], stated)
         else:
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(signal))))
     if unknown:
@@ -93,30 +112,67 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
     return tuple(columns)
 
 
-def _name_and_unit(text: str) -> tuple[str, str | None]:
-    """Split a header; the unit is None where the header states none."""
-    found = _BRACKETED.match(text.strip()) or _UNDERSCORED.match(text.strip())
-    return (found["name"].strip(), found["unit"].strip()) if found else (text.strip(), None)
+def name_and_unit(text: str) -> tuple[str, str | None]:
+    """Split a header into the name, without the path of a struct, and the unit; None where it states none."""
+    last = text.strip()
+    if _INDEX.search(last):
+        return last, None
+    found = _BRACKETED.match(last)
+    if found:
+        return found["name"].strip(), found["unit"].strip()
+    last = last.rpartition(".")[2] or last
+    found = _UNDERSCORED.match(last)
+    if found and understood(found["name"].lower(), found["unit"]):
+        return found["name"], found["unit"]
+    return last, None
+
+
+def _places(signal: str, headers: Sequence[str], format: LogFormat) -> list[int]:
+    """Columns of a signal: those of the name that the configuration states, else those that are called like it."""
+    if signal not in format.columns:
+        return [i for i, text in enumerate(headers) if _plain(name_and_unit(text)[0]) == signal]
+    name = format.columns[signal].strip()
+    for alike in (
+        lambda text: text == name,
+        lambda text: name_and_unit(text)[0] == name,
+        lambda text: _plain(text) == _plain(name),
+        lambda text: _plain(name_and_unit(text)[0]) == _plain(name),
+    ):
+        found = [index for index, text in enumerate(headers) if alike(text)]
+        if found:
+            return found
+    return []
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\s-]+", "_", name.strip().rpartition(".")[2].lower())
 
 
 def _missing(file: str, missing: Sequence[str], headers: Sequence[str], unused: Sequence[str]) -> str:
     columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
     proposal = did_you_mean(missing[0], unused) if len(missing) == 1 else ""
+    if len(missing) == len(SIGNALS):
+        proposal = f"; `heli init {file}` looks into the log and writes one."
     return (
-        f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {', '.join(map(repr, headers))}; rename the "
+        f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {_listed(headers)}; rename the "
         f"{columns} or map {them} under [log.columns] of {HELI_TOML}{proposal or '.'}"
     )
+
+
+def _listed(headers: Sequence[str], most: int = 20) -> str:
+    """List the headers, not all of them where a file has hundreds."""
+    shown = ", ".join(repr(text[:60]) for text in headers[:most])
+    return shown if len(headers) <= most else f"{shown} and {len(headers) - most} more"
 
 
 def _unknown_units(file: str, columns: Mapping[str, tuple[str, str | None]]) -> str:
     """Name every signal whose unit is missing or unknown; ``columns`` holds header and unit of each."""
     stated = [
         f"column {text!r}: {f'unit {unit!r} is unknown' if unit else 'the unit is missing'}, "
-        f"{' or '.join(known_units(signal))} is needed"
+        f"{probably(signal, unit or '')}"
         for signal, (text, unit) in columns.items()
     ]
-    heads = ", ".join(repr(header(signal)) for signal in columns)
     return (
-        f"{file}, {'; '.join(stated)}; rename the column{'' if len(columns) == 1 else 's'} to {heads}, or set "
-        f"{', '.join(columns)} under [log.units] of {HELI_TOML}."
+        f"{file}, {'; '.join(stated)}; set {', '.join(columns)} under [log.units] of {HELI_TOML} to the unit in which "
+        f"the file holds {'it' if len(columns) == 1 else 'them'}."
     )

@@ -17,10 +17,13 @@ from typing import Any, Generic, TypeVar
 import msgspec
 
 from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.files import regular_bytes
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_plant.errors import did_you_mean
 
 CONFIGURATION_NAME = "heli.toml"
+_LARGEST_MB = 1.0
+"""Size up to which a configuration is read [MB]."""
 _TIME_CONSTANT_BOUNDS = (5e-5, 5.0)
 """Time constants of motors [s]: from a tenth of a log's shortest step to far above any bench motor. A value outside
 is in another unit."""
@@ -75,6 +78,8 @@ class _Signals(_Section, Generic[Value], frozen=True):
     pitch: Value | None = None
     elevation: Value | None = None
     travel: Value | None = None
+    v_sum: Value | None = None
+    v_difference: Value | None = None
 
     def given(self) -> dict[str, Value]:
         """Values of the signals that the section names."""
@@ -100,6 +105,8 @@ class _Log(_Section, frozen=True):
     end: float | None = None
     decimal: str = CONTRACT.decimal
     swap_rotors: bool = CONTRACT.swap_rotors
+    clip: bool = CONTRACT.clip
+    largest_file: float = CONTRACT.largest_file
     columns: _Signals[str] = _Signals()
     units: _Signals[str] = _Signals()
     signs: _Signals[int] = _Signals()
@@ -126,13 +133,15 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     """
     advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
     try:
-        content = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
+        content = tomllib.loads(regular_bytes(Path(path), _LARGEST_MB).decode("utf-8-sig"))
     except FileNotFoundError:
         raise ConfigurationError(f"{path} does not exist; {advice}.") from None
     except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
+        raise ConfigurationError(f"{path} cannot be read: {error.strerror}; {advice}.") from error
     except UnicodeDecodeError as error:
         raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
+    except RecursionError as error:
+        raise ConfigurationError(f"{path} is nested too deeply for a configuration; {advice}.") from error
     except tomllib.TOMLDecodeError as error:
         raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
     try:
@@ -151,6 +160,8 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
             decimal=log.decimal,
             encoder_counts=msgspec.structs.astuple(rig.encoder_counts),
             voltage_limit=rig.voltage_limit,
+            clip=log.clip,
+            largest_file=log.largest_file,
         )
         return RigConfiguration(rig.name, rig.motor_time_constant, rig.rest_pitch, format)
     except ConfigurationError as error:

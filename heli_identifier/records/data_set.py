@@ -13,7 +13,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
-from heli_identifier.records.plausibility import STANDING_STILL
+from heli_identifier.records.plausibility import SAME_VOLTAGE, STANDING_STILL, still
 from heli_identifier.records.reading import read_log
 from heli_identifier.records.units import ANGLES, VOLTAGES
 
@@ -129,12 +129,13 @@ def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Refuse a data set in which a voltage never moves, since nothing can be identified from it.
+    """Refuse a data set in which a voltage never moves, or never differs from the other: it identifies nothing.
 
     Raises
     ------
     LogError
-        If there is no log, or one of the voltages is constant within a millivolt in each log.
+        If there is no log, one of the voltages is constant within a millivolt in each log, or both are the same in
+        each.
     """
     if not logs:
         raise LogError("no log was given; name at least one file.")
@@ -144,6 +145,11 @@ def check_excitation(logs: Sequence[Log]) -> None:
                 f"{', '.join(log.path or log.name for log in logs)}: {name} is constant in every log, so "
                 "there is nothing to identify; excite the rig, for instance with the Exciter's square and chirp."
             )
+    if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
+        raise LogError(
+            f"{', '.join(log.path or log.name for log in logs)}: v_front equals v_rear in every sample, so nothing "
+            "drives the pitch; check whether one column was taken for both, or add a log in which they differ."
+        )
 
 
 def check_moving(logs: Sequence[Log]) -> None:
@@ -152,14 +158,16 @@ def check_moving(logs: Sequence[Log]) -> None:
     Raises
     ------
     LogError
-        If an angle is constant throughout one of the logs.
+        If an angle is constant throughout one of the logs, moves by less than an encoder resolves, or holds nothing but
+        noise.
     """
     for log in logs:
-        still = [name for name, angle in zip(ANGLES, log.angles.T, strict=True) if np.ptp(angle) == 0.0]
-        if still:
+        found = [(name, still(angle)) for name, angle in zip(ANGLES, log.angles.T, strict=True)]
+        said = [f"{name} {why}" for name, why in found if why]
+        if said:
             raise LogError(
-                f"{log.path or log.name}: {' and '.join(still)} never change{'s' if len(still) == 1 else ''}: "
-                f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out."
+                f"{log.path or log.name}: {' and '.join(said)}: {STANDING_STILL}, and a diagnosis needs all three axes "
+                "to move; leave the log out."
             )
 
 

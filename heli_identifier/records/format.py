@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from math import isfinite
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records.units import ANGLES, SI_UNIT, SIGNALS, known_units
+from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 
 
 @dataclass(frozen=True)
@@ -17,7 +18,8 @@ class LogFormat:
     Attributes
     ----------
     columns : Mapping[str, str]
-        Header of a signal's column, for signals whose header differs from the contract's.
+        Header of a signal's column, for signals whose header differs from the contract's; v_sum and v_difference
+        stand in place of v_front and v_rear in a log that holds their sum and difference.
     units : Mapping[str, str]
         Unit of a signal; overrides the unit in the header.
     signs : Mapping[str, int]
@@ -32,6 +34,10 @@ class LogFormat:
         Counts per turn of the pitch, elevation and travel encoders.
     voltage_limit : float
         Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so.
+    clip : bool
+        Whether the file holds voltages before the amplifiers limit them; they are then limited on reading.
+    largest_file : float
+        Size up to which a file is read [MB].
 
     Raises
     ------
@@ -48,18 +54,24 @@ class LogFormat:
     decimal: str = "."
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
     voltage_limit: float = 5.0
+    clip: bool = False
+    largest_file: float = 1000.0
 
     def __post_init__(self) -> None:
         for name in ("columns", "units", "signs"):
             for signal in getattr(self, name):
-                if signal not in SIGNALS:
-                    raise ConfigurationError(
-                        f"log.{name}.{signal} is not a signal; choose one of {', '.join(SIGNALS)}."
-                    )
+                if signal not in NAMED:
+                    raise ConfigurationError(f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}.")
         for signal, unit in self.units.items():
-            if unit not in known_units(signal):
+            if understood(signal, unit) is None:
                 raise ConfigurationError(
                     f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
+                )
+        for signal, other in combinations(self.columns, 2):
+            if self.columns[signal] == self.columns[other]:
+                raise ConfigurationError(
+                    f"log.columns.{signal} and log.columns.{other} both name the column {self.columns[signal]!r}; "
+                    "give each signal a column of its own."
                 )
         for signal, sign in self.signs.items():
             if signal == "time" or sign not in (-1, 1):
@@ -79,6 +91,8 @@ class LogFormat:
             )
         if not self.voltage_limit > 0.0:
             raise ConfigurationError(f"rig.voltage_limit = {self.voltage_limit:g} V must be positive.")
+        if not self.largest_file > 0.0:
+            raise ConfigurationError(f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
         """Give +1 or -1, the factor from the file's sign to the project's."""

@@ -3,6 +3,11 @@
 Mechanics bound pitch and elevation to less than a quarter of a turn either way; an encoder that counts within one turn
 may add a turn. Travel is unbounded but slow: at two turns a second the end of an arm of .65 m would see ten times the
 acceleration of gravity. Bench motors run on a few volts, at most some tens.
+
+A logger that folds its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
+honest jump is larger than two turns, and none leaves and comes back within one sample, unless the angle lies at the
+edge at which it is folded: there an encoder's last count makes it jump to and fro. A value that does is a sentinel
+(999), a lost sample written as 0, or a bit that was hit.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +17,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
-from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES, known_units
+from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi
 """Largest pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder."""
@@ -26,9 +31,25 @@ POSSIBLE_SPEED = 4.0 * np.pi
 POSSIBLE_VOLTAGE = 100.0
 """Largest voltage either way [V]."""
 
+SAME_VOLTAGE = 1e-3
+"""Difference of two voltages [V] up to which they are the same."""
+
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
 
+LEAST_MOTION = 1e-3
+"""Range of an angle [rad] below which its axis stood still: less than one count of an encoder of 4096 a turn."""
+
+NOISE_ALONE = 0.5
+"""Von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, from which an angle
+holds nothing but noise. It is 1 of white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) of a motion
+of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far above what an arm of a metre follows."""
+
+EXCURSION = 0.3
+"""Way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way."""
+
+_ASKED_FOR = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
 _TURN = 2.0 * np.pi
+_MOST_TURNS = 2.0  # an encoder that is folded and loses count at once
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
 _OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
@@ -57,14 +78,17 @@ def unwrapped(
     Raises
     ------
     LogError
-        If the angle jumps by more than half a turn, but not by whole turns: the encoder or the logger failed.
+        If the angle jumps by more than half a turn, but not by one or two whole turns, or leaves for one sample: the
+        encoder or the logger failed.
     """
-    jumps = np.diff(angle)
-    large = np.abs(jumps) > _JUMP
+    with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
+        jumps = np.diff(angle)
+        large = np.abs(jumps) > _JUMP
+        off_turn = np.abs(jumps - _TURN * np.round(jumps / _TURN))
+    _check_excursions(angle, jumps, signal, place)
     if not large.any():
         return angle, None
-    off_turn = np.abs(jumps - _TURN * np.round(jumps / _TURN))
-    broken = large & (off_turn > _OFF_TURN)
+    broken = large & ~((off_turn <= _OFF_TURN) & (np.abs(jumps) <= _MOST_TURNS * _TURN + _OFF_TURN))
     if broken.any():
         at = int(broken.argmax())
         raise LogError(
@@ -75,6 +99,50 @@ def unwrapped(
     return np.unwrap(angle), f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"
 
 
+def _check_excursions(
+    angle: NDArray[np.float64], jumps: NDArray[np.float64], signal: str, place: Callable[[int], str]
+) -> None:
+    """Refuse a sample that lies far from both of its neighbours, which lie close to each other.
+
+    Raises
+    ------
+    LogError
+        At the first such sample.
+    """
+    there, back = jumps[:-1], jumps[1:]
+    away = np.minimum(np.abs(there), np.abs(back))
+    with np.errstate(over="ignore", invalid="ignore"):
+        usual = float(np.median(np.abs(jumps)))  # of an angle that is all noise, every sample is an excursion
+        alone = (
+            (there * back < 0.0) & (away > max(EXCURSION, 10.0 * usual)) & (np.abs(angle[2:] - angle[:-2]) < 0.5 * away)
+        )
+        folded = (angle.min() >= -np.pi - 1e-6 and angle.max() <= np.pi + 1e-6) or (
+            angle.min() >= -1e-6 and angle.max() <= _TURN + 1e-6
+        )
+        if folded:  # a turn to and fro at the edge is the encoder's last count
+            alone &= np.abs(away - _TURN) > _OFF_TURN
+    if alone.any():
+        at = int(alone.argmax()) + 1
+        raise LogError(
+            f"{place(at)}: {signal} is {angle[at]:.6g} rad for one sample, {angle[at - 1]:.4g} rad before and "
+            f"{angle[at + 1]:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value "
+            "or cut the log there with --from and --to."
+        )
+
+
+def still(angle: NDArray[np.float64]) -> str | None:
+    """Say why an angle, shape (N,) [rad], shows no motion; None if it shows one."""
+    extent = float(np.ptp(angle))
+    if extent == 0.0:
+        return "never changes"
+    if extent < LEAST_MOTION:
+        return f"moves by {extent:.2g} rad in all, which no encoder resolves"
+    changes, spread = np.diff(angle), float(np.var(angle))
+    if 0.5 * float(np.mean(changes**2)) > NOISE_ALONE * spread:
+        return "holds nothing but noise"
+    return None
+
+
 def check_plausible(
     columns: Sequence[Column], values: Mapping[str, NDArray[np.float64]], rate_hz: float, file: str
 ) -> None:
@@ -83,7 +151,7 @@ def check_plausible(
     Parameters
     ----------
     columns : Sequence[Column]
-        Voltages and angles, and the units in which they were read.
+        Of the voltages, or their sum and difference, and of the angles; with the units in which they were read.
     values : Mapping[str, NDArray]
         Samples of each signal in SI, unwrapped, shape (N,).
     rate_hz : float
@@ -98,16 +166,24 @@ def check_plausible(
     """
     beyond, remedies = [], []
     for column in columns:
-        what, most, bound = _extent(column.signal, values[column.signal], rate_hz)
+        if column.signal not in values:  # sum or difference of the voltages, which were taken apart
+            pair = np.concatenate([values[signal] for signal in VOLTAGES])
+            what, most, bound = "gives voltages up to", float(np.abs(pair).max()), POSSIBLE_VOLTAGE
+        else:
+            what, most, bound = _extent(column.signal, values[column.signal], rate_hz)
         if most > bound:
             unit = SI_UNIT[column.signal]
             beyond.append(f"{column.signal} {what} {most:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
-            others = " or ".join(f'"{name}"' for name in known_units(column.signal) if name != column.unit)
+            others = " or ".join(
+                f'"{name}"' for name in known_units(column.signal) if name != column.unit and name in _ASKED_FOR
+            )
             remedies.append(f"{column.signal} = {others}")
     if beyond:
+        commands = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
+        voltage = any(SI_UNIT[remedy.split(" ")[0]] == "V" for remedy in remedies)
         raise LogError(
             f"{file}: {', '.join(beyond)}, which no rig can; state the unit, {', '.join(remedies)}, under [log.units] "
-            f"of {HELI_TOML}."
+            f"of {HELI_TOML}{commands if voltage else ''}."
         )
 
 
@@ -117,7 +193,7 @@ def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[s
         second = max(1, round(rate_hz))
         turned = np.abs(values[second:] - values[:-second]).max(initial=0.0)
         return "turns within a second by", float(turned), POSSIBLE_SPEED
-    bound = POSSIBLE_VOLTAGE if signal in VOLTAGES else POSSIBLE_ANGLE
+    bound = POSSIBLE_VOLTAGE if signal in (*VOLTAGES, *COMBINED) else POSSIBLE_ANGLE
     return "reaches", float(np.abs(values).max()), bound
 
 
@@ -141,9 +217,13 @@ def value_notes(voltages: NDArray[np.float64], angles: NDArray[np.float64], limi
                 f"{name} exceeds +-{limit:g} V in {beyond.sum()} of {len(values)} samples (up to "
                 f"{np.abs(values).max():.3g} V) and is kept unchanged"
             )
+    if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
+        notes.append(
+            "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"
+        )
     for name, values in zip(ANGLES, angles.T, strict=True):
-        if np.ptp(values) == 0.0:
-            notes.append(f"{name} never changes: {STANDING_STILL}")
+        if why := still(values):
+            notes.append(f"{name} {why}: {STANDING_STILL}")
         elif name != "travel" and np.abs(values).max() > SUSPICIOUS_ANGLE:
             most = np.abs(values).max()
             notes.append(f"{name} reaches {most:.3g} rad, more than half a turn: are these degrees?")

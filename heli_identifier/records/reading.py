@@ -1,7 +1,9 @@
 """From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
 
 import hashlib
+import os
 from collections.abc import Sequence
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
@@ -9,16 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.columns import Column, find_columns
+from heli_identifier.records.columns import Column, find_columns, name_and_unit
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
-from heli_identifier.records.matlab import read_matlab_table
+from heli_identifier.records.opening import log_bytes, table_of
 from heli_identifier.records.plausibility import check_plausible, unwrapped, value_notes
-from heli_identifier.records.table import Table
-from heli_identifier.records.text import read_text_table
+from heli_identifier.records.table import Table, stamped
 from heli_identifier.records.timing import Sampling, check_extent, check_forward, find_sampling, mean_of_held
-from heli_identifier.records.units import ANGLES, SI_UNIT, VOLTAGES
+from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES
 
 
 def read_log(
@@ -32,7 +33,8 @@ def read_log(
     Parameters
     ----------
     path : str or PathLike
-        CSV file, or MATLAB file if it ends in ``.mat``.
+        CSV or other text; by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or MDF file; packed if it
+        ends in ``.gz``.
     format : LogFormat or RigConfiguration
         How the rig writes its logs.
     start, end : float, optional
@@ -51,9 +53,9 @@ def read_log(
     if isinstance(format, RigConfiguration):
         format = format.format
     file = Path(path)
-    data = _bytes(file)
-    table = _table(data, file, format)
-    columns = find_columns(table.headers, format, table.file)
+    data = log_bytes(file, format.largest_file)
+    table = table_of(file, data, format)
+    columns = find_columns(table.headers, with_stamps(table, format), table.file)
     _check_lengths(table, columns)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
     kept, cut = _cut(table, columns[0], start, end)
@@ -76,11 +78,16 @@ def read_log(
     for signal in ANGLES:
         values[signal], note = unwrapped(values[signal], signal, place)
         turns += [note] if note else []
-    check_plausible(columns[1:], values, sampling.rate_hz, table.file)
+    summed = COMBINED[0] in values
     for signal in values:
         values[signal] = values[signal] * format.sign(signal)
+    if summed:
+        total, difference = (values.pop(signal) for signal in COMBINED)
+        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
     if format.swap_rotors:
         values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
+    clipped = _clipped(values, format)
+    check_plausible(columns[1:], values, sampling.rate_hz, table.file)
     voltages = _uniform(time, np.column_stack([values[name] for name in VOLTAGES]), sampling, held=True)
     angles = _uniform(time, np.column_stack([values[name] for name in ANGLES]), sampling)
     notes = (
@@ -88,13 +95,15 @@ def read_log(
         *cut,
         *([f"time counts from 0, which the file calls {time[0]:g} s"] if time[0] != 0.0 else []),
         *_conversions(columns, format),
+        *(["front and rear voltage taken from their sum and difference"] if summed else []),
+        *clipped,
         *left_out,
         *turns,
         *([sampling.note] if sampling.note else []),
         *value_notes(voltages, angles, format.voltage_limit),
     )
     return Log(
-        name=file.stem,
+        name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
         path=str(path),
         sha256=hashlib.sha256(data).hexdigest(),
         rate_hz=sampling.rate_hz,
@@ -106,21 +115,22 @@ def read_log(
     )
 
 
-def _bytes(file: Path) -> bytes:
-    if file.is_dir():
-        raise LogError(f"{file} is a folder; name the log files in it.")
-    try:
-        return file.read_bytes()
-    except FileNotFoundError:
-        raise LogError(f"{file} does not exist; check the path.") from None
-    except OSError as error:
-        raise LogError(f"{file} cannot be read: {error.strerror}.") from error
-
-
-def _table(data: bytes, file: Path, format: LogFormat) -> Table:
-    if file.suffix.lower() == ".mat":
-        return read_matlab_table(data, str(file))
-    return read_text_table(data, str(file), format.decimal)
+def with_stamps(table: Table, format: LogFormat) -> LogFormat:
+    """Give the format with time stamps as the unit of a time whose unit is not stated and whose cells hold stamps."""
+    if "time" in format.units:
+        return format
+    name = format.columns.get("time", "time")
+    for header, values in zip(table.headers, table.columns, strict=True):
+        plain, unit = name_and_unit(header)
+        if (
+            unit is None
+            and name.lower() in (plain.lower(), header.lower())
+            and values.dtype.kind in "OM"
+            and len(values)
+        ):
+            if np.isfinite(stamped(values[:1])).all():
+                return replace(format, units={**format.units, "time": STAMP})
+    return format
 
 
 def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
@@ -158,6 +168,19 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
     note = f"kept {stretch} of the file ({last - first} of {count} rows)"
     return slice(first, last), (note,)
+
+
+def _clipped(values: dict[str, NDArray[np.float64]], format: LogFormat) -> tuple[str, ...]:
+    """Limit the voltages as the amplifiers do, if the file holds them before that."""
+    if not format.clip:
+        return ()
+    notes = []
+    for signal in VOLTAGES:
+        beyond = np.abs(values[signal]) > format.voltage_limit
+        if beyond.any():
+            notes.append(f"{signal} clipped to +-{format.voltage_limit:g} V in {beyond.sum()} samples")
+            values[signal] = np.clip(values[signal], -format.voltage_limit, format.voltage_limit)
+    return tuple(notes)
 
 
 def _conversions(columns: Sequence[Column], format: LogFormat) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
+from heli_identifier.records.units import STAMP
 
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
@@ -64,6 +66,8 @@ class Table:
         LogError
             At the first cell that is empty, not a number or not finite.
         """
+        if column.unit == STAMP:
+            return self.instants(column)[kept]
         values = _floats(self.columns[column.index][kept])
         broken = ~np.isfinite(values)
         if broken.any():
@@ -77,13 +81,61 @@ class Table:
         return values * column.factor
 
     def instants(self, column: Column) -> NDArray[np.float64]:
-        """Give the whole time column [s], shape (N,), with NaN where a cell is not a number."""
-        return _floats(self.columns[column.index]) * column.factor
+        """Give the whole time column [s], shape (N,), with NaN where a cell is not a number.
+
+        Raises
+        ------
+        LogError
+            It should hold time stamps, and a cell holds none.
+        """
+        if column.unit != STAMP:
+            return _floats(self.columns[column.index]) * column.factor
+        seconds = stamped(self.columns[column.index])
+        wrong = ~np.isfinite(seconds)
+        if wrong.any():
+            sample = int(wrong.argmax())
+            raise LogError(
+                f"{self.place(sample)}, column {self.headers[column.index]!r}: the cell holds "
+                f"{self.cell(sample, column.index)!r}, which is no time stamp like 2026-03-01T12:00:00.010; correct it."
+            )
+        return seconds
+
+
+def needed(module: str, package: str, extra: str, file: str, what: str) -> Any:
+    """Import a package that reads a format and is not installed with the others.
+
+    Raises
+    ------
+    LogError
+        It is not installed; says how to get it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise LogError(
+            f"{file} is {what}, for which the package {package} is needed: `pip install 'heli-twin[{extra}]'`."
+        ) from error
 
 
 def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
     """Give integers and floats as float, everything else as objects."""
     return values.astype(float) if values.dtype.kind in "iuf" else values.astype(object)
+
+
+def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:
+    """Give time stamps as seconds since the first, shape (N,); NaN where a cell is none."""
+    import pandas
+
+    if cells.dtype.kind == "M":
+        stamps = cells.astype("datetime64[ns]")
+    else:
+        texts = pandas.Series(cells).astype(str).str.strip()
+        found = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
+        if found.isna().iloc[0]:  # an hour of the day alone
+            found = pandas.to_datetime("2000-01-01T" + texts, format="ISO8601", errors="coerce", utc=True)
+        stamps = found.dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
+    seconds = (stamps - stamps[0]).astype("timedelta64[ns]").astype(float) * 1e-9
+    return np.where(np.isnat(stamps) | np.isnat(stamps[0]), np.nan, seconds)
 
 
 def _floats(cells: NDArray[Any]) -> NDArray[np.float64]:

@@ -1,5 +1,6 @@
 """The commented heli.toml that `heli init` writes: the defaults, and an example of every other key."""
 
+import json
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -8,7 +9,8 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT
-from heli_identifier.records.units import ANGLES, SIGNALS, header, known_units
+from heli_identifier.records.guess import Guess
+from heli_identifier.records.units import ANGLES, NAMED, header, known_units
 
 
 def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
@@ -20,17 +22,33 @@ def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
     )
 
 
-def template_text() -> str:
-    """Give the configuration of a rig whose logs follow the contract, with every key explained."""
-    rig = RigConfiguration()
-    columns = _lines([(f"# {signal}", f'"{header(signal)}"', _MEANINGS[signal]) for signal in SIGNALS])
+def template_text(found: Guess | None = None) -> str:
+    """Give a configuration with every key explained: of what was found in a log, else of the contract."""
+    rig, form = RigConfiguration(), found.format if found else CONTRACT
+    reasons = found.reasons if found else {}
+
+    def entry(section: str, signal: str, example: str, given: object, comment: str) -> tuple[str, object, str]:
+        if given is None:
+            return f"# {signal}", example, comment
+        text = reasons.get(f"{section}.{signal}", comment)
+        return signal, json.dumps(given, ensure_ascii=False) if isinstance(given, str) else given, text
+
+    columns = _lines([entry("columns", s, json.dumps(header(s)), form.columns.get(s), _MEANINGS[s]) for s in NAMED])
     units = _lines(
-        [(f"# {signal}", f'"{known_units(signal)[1]}"', " or ".join(known_units(signal))) for signal in SIGNALS]
+        [entry("units", s, json.dumps(known_units(s)[1]), form.units.get(s), ", ".join(known_units(s))) for s in NAMED]
     )
-    signs = _lines([(f"# {signal}", -1, _SIGNS[signal]) for signal in SIGNALS[1:]])
-    counts = _lines([(angle, CONTRACT.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
+    signs = _lines([entry("signs", s, "-1", form.signs.get(s), _SIGNS[s]) for s in NAMED[1:]])
+    counts = _lines([(angle, form.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
+    start = f"start = {form.start}" if form.start is not None else "# start = 6.0"
+    why = {key: f"\n# {key}: {text}" for key, text in reasons.items()}
+    swap, clip = str(form.swap_rotors).lower(), str(form.clip).lower()
+    guessed = (
+        "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.\n" if found else ""
+    )
+    guessed += "".join(f"# NOT CERTAIN: {text}.\n" for text in (found.doubts if found else ()))
     return f"""\
 # Configuration of one rig. Every key may be left out; a line that begins with # is an example.
+{guessed}\
 
 [rig]
 name = "{rig.name}"
@@ -42,12 +60,15 @@ voltage_limit = {CONTRACT.voltage_limit}  # limit of the amplifiers [V]; a log t
 {counts}
 
 [log]
-# start = 6.0  # first instant kept [s] in the file's own time, to cut off take-off (--from overrides it)
+{start}  # first instant kept [s] in the file's own time, to cut off take-off; --from overrides it{why.get("start", "")}
 # end = 60.0  # last instant kept [s] (--to overrides it)
-decimal = "{CONTRACT.decimal}"  # decimal mark; columns may be separated by comma, semicolon or tab
-swap_rotors = {str(CONTRACT.swap_rotors).lower()}  # true if what the file calls front is the rear rotor
+decimal = "{form.decimal}"  # decimal mark; columns may be separated by comma, semicolon, tab or blanks
+swap_rotors = {swap}  # true if what the file calls front is the rear rotor{why.get("swap_rotors", "")}
+clip = {clip}  # true if the file holds voltages before the amplifiers limit them{why.get("clip", "")}
+largest_file = {CONTRACT.largest_file}  # size up to which a file is read [MB]
 
-# Header of each signal's column, where it is not the one shown here.
+# Header of each signal's column, where it is not the one shown here; "ans(4,:)" is row 4 of the matrix ans of a MATLAB
+# file, "column 4" that of a text file without headers. `heli init LOG` looks into a log and fills this in.
 [log.columns]
 {columns}
 
@@ -68,6 +89,8 @@ _MEANINGS = {
     "pitch": "rotation of the body about the arm",
     "elevation": "rotation of the arm up and down",
     "travel": "rotation of the arm about its post",
+    "v_sum": "v_front + v_rear, in a log that holds these two in place of the voltages",
+    "v_difference": "v_front - v_rear",
 }
 _SIGNS = {
     "v_front": "positive lifts",
@@ -75,16 +98,20 @@ _SIGNS = {
     "pitch": "positive when the front rotor is up",
     "elevation": "positive upwards",
     "travel": "a positive pitch with both rotors lifting makes it decrease",
+    "v_sum": "positive lifts",
+    "v_difference": "positive raises the front rotor",
 }
 
 
-def write_template(path: str | PathLike[str]) -> Path:
+def write_template(path: str | PathLike[str], found: Guess | None = None) -> Path:
     """Write the commented configuration.
 
     Parameters
     ----------
     path : str or PathLike
         File to make. Missing folders above it are made.
+    found : Guess, optional
+        What was found in a log; it is filled in, each entry with its reason.
 
     Raises
     ------
@@ -94,6 +121,6 @@ def write_template(path: str | PathLike[str]) -> Path:
     if Path(path).exists():
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
     try:
-        return write_atomically(path, template_text())
+        return write_atomically(path, template_text(found))
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be written: {error.strerror}.") from error

@@ -1,4 +1,7 @@
-"""A CSV file as a table. Comma, semicolon or tab separates, as the header shows.
+"""A text file as a table: CSV of any program, with or without a preamble.
+
+The lines above the data are sorted by `layout`. Comma, semicolon or tab separates, as the header shows, else blanks.
+The text is UTF-8, or UTF-16 with its mark, or else the encoding of western Windows, whose degree sign is one byte.
 
 A logger that is stopped, or a full disk, may cut the last line anywhere. A line that ends in a line break is whole. A
 last line without one may be whole as well, since many programs omit the last line break. Its cells decide:
@@ -9,21 +12,20 @@ last line without one may be whole as well, since many programs omit the last li
 * Otherwise nobody can know: the line is kept and a note says so.
 """
 
-import csv
 import io
 import re
+import warnings
 
 from heli_identifier.errors import LogError
+from heli_identifier.records.layout import cells_of, found_layout, is_number
 from heli_identifier.records.table import Table, as_numbers
-from heli_identifier.records.units import CONTRACT_HEADERS
 
-_SEPARATORS = (",", ";", "\t")
 _COMPARED = 100
 """Number of lines before the last whose last cells are compared with it."""
 
 
-def read_text_table(data: bytes, file: str, decimal: str) -> Table:
-    """Read the bytes of a CSV file.
+def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str] = frozenset()) -> Table:
+    """Read the bytes of a text file.
 
     Parameters
     ----------
@@ -33,6 +35,8 @@ def read_text_table(data: bytes, file: str, decimal: str) -> Table:
         Name of the file for messages.
     decimal : str
         Decimal mark.
+    mapped : frozenset of str
+        Columns that the configuration names; a file without headers is read if they are called ``column 1``, ...
 
     Returns
     -------
@@ -46,63 +50,78 @@ def read_text_table(data: bytes, file: str, decimal: str) -> Table:
     """
     import pandas
 
-    first_line = _first_line(data.rstrip(), file)
-    separator = max(_SEPARATORS, key=first_line.count)
+    data = _utf8(data, file)
+    layout = found_layout(data, file, decimal, mapped)
     # Blank lines at the end are not rows; blank lines elsewhere are rows with empty cells.
-    data, notes = _whole_lines(data, separator, decimal)
-    headers = tuple(cell.strip() for cell in _cells(first_line, separator))
-    contract = ",".join(CONTRACT_HEADERS)
-    if len(headers) < 2:
-        raise LogError(
-            f"{file} is not a table: its first line is {first_line[:60]!r}, a header of six columns is needed: "
-            f"{contract}."
-        )
-    if all(_is_number(cell, ".") for cell in headers):
-        raise LogError(f"{file} has no header: its first line holds numbers; write {contract} above it.")
+    data, notes = _whole_lines(data, layout.separator, decimal)
+    notes = (*layout.notes, *notes)
+    count = len(layout.headers)
     try:
-        # One column more than there are headers catches rows that are too long.
-        frame = pandas.read_csv(
-            io.BytesIO(data),
-            sep=separator,
-            decimal=decimal,
-            header=None,
-            skiprows=1,
-            names=[str(index) for index in range(len(headers) + 1)],
-            index_col=False,
-            skip_blank_lines=False,
-            skipinitialspace=True,
-            low_memory=False,
-            encoding="utf-8-sig",
-            encoding_errors="replace",
-        )
-    except pandas.errors.ParserError as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
+            # One column more than there are headers catches rows that are too long.
+            frame = pandas.read_csv(
+                io.BytesIO(data),
+                sep=layout.separator if layout.separator != " " else r"\s+",
+                decimal=decimal,
+                header=None,
+                skiprows=layout.above,
+                names=[str(index) for index in range(count + 1)],
+                index_col=False,
+                skip_blank_lines=False,
+                skipinitialspace=True,
+                low_memory=False,
+                encoding="utf-8-sig",
+                encoding_errors="replace",
+            )
+    except pandas.errors.EmptyDataError as error:
+        raise LogError(f"{file} holds a header but no rows; log at least 5 s.") from error
+    except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
         found = re.search(r"line (\d+), saw (\d+)", str(error))
         if found is None:
-            raise LogError(f"{file} is not a table: {str(error).strip()}.") from error
-        raise _overfull(file, int(found[1]), int(found[2]), len(headers)) from error
-    overflow = frame.pop(str(len(headers))).notna().to_numpy()
+            longest = _longest(data, layout.separator, layout.above)
+            raise _overfull(file, *longest, count) from error
+        raise _overfull(file, int(found[1]), int(found[2]), count) from error
+    overflow = frame.pop(str(count)).notna().to_numpy()
     if overflow.any():
-        raise _overfull(file, int(overflow.argmax()) + 2, len(headers) + 1, len(headers))
+        raise _overfull(file, int(overflow.argmax()) + layout.above + 1, count + 1, count)
     if frame.empty:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
 
     def cell(sample: int, column: int) -> str:
-        line = data.decode("utf-8-sig", errors="replace").splitlines()[sample + 1]
-        cells = _cells(line, separator)
+        line = data.decode("utf-8-sig", errors="replace").splitlines()[sample + layout.above]
+        cells = cells_of(line, layout.separator)
         return cells[column].strip() if column < len(cells) else ""
 
     columns = tuple(as_numbers(frame[column].to_numpy()) for column in frame)
-    return Table(file, headers, columns, 2, cell, notes)
+    return Table(file, layout.headers, columns, layout.above + 1, cell, notes)
 
 
-def _first_line(data: bytes, file: str) -> str:
+def _utf8(data: bytes, file: str) -> bytes:
+    """Give a text as UTF-8.
+
+    Raises
+    ------
+    LogError
+        The bytes are no text, or none at all.
+    """
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        raise LogError(f"{file} is UTF-16 text; save it as UTF-8.")
+        try:
+            data = data.decode("utf-16").encode()
+        except UnicodeError as error:
+            raise LogError(f"{file} begins like UTF-16 text but is none; save it as UTF-8.") from error
     if b"\0" in data:
-        raise LogError(f"{file} is not a table: it holds binary data; give a CSV file or a MATLAB .mat file.")
-    if not data:
+        raise LogError(
+            f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or "
+            "one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
+        )
+    if not data.rstrip():
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
-    return data.decode("utf-8-sig", errors="replace").splitlines()[0]
+    try:
+        data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        data = data.decode("cp1252", "replace").encode()
+    return data
 
 
 def _overfull(file: str, row: int, cells: int, headers: int) -> LogError:
@@ -112,13 +131,20 @@ def _overfull(file: str, row: int, cells: int, headers: int) -> LogError:
     )
 
 
+def _longest(data: bytes, separator: str, above: int) -> tuple[int, int]:
+    """Row and number of cells of the longest row."""
+    lines = data.decode("utf-8-sig", "replace").splitlines()[above:]
+    cells, row = max((len(cells_of(line, separator)), -index) for index, line in enumerate(lines))
+    return above + 1 - row, cells
+
+
 def _whole_lines(data: bytes, separator: str, decimal: str) -> tuple[bytes, tuple[str, ...]]:
     """Leave out a last line that was cut and blank lines at the end; give the rest, and a note if there is one."""
     ended = data.endswith((b"\n", b"\r"))
     data = data.rstrip()
     line_break = b"\n" if b"\n" in data else b"\r"
     lines = [line.decode("utf-8", "replace") for line in data.rsplit(line_break, _COMPARED + 1)]
-    others, last = [_cells(line, separator) for line in lines[1:-1]], _cells(lines[-1], separator)
+    others, last = [cells_of(line, separator) for line in lines[1:-1]], cells_of(lines[-1], separator)
     whole = True if ended or not others else _is_whole(last, others, decimal)
     if whole:
         return data, ()
@@ -134,23 +160,11 @@ def _is_whole(last: list[str], others: list[list[str]], decimal: str) -> bool | 
     """Whether a line has all its cells and all of the last one; None if that cannot be known."""
     if len(last) != len(others[-1]):
         return len(last) > len(others[-1])
-    if not all(_is_number(cells[-1], decimal) for cells in others):
+    if not last or not all(cells and is_number(cells[-1], decimal) for cells in others):
         return True  # a column of texts, or the empty cells behind a separator at the line's end: not a signal
-    if not _is_number(last[-1], decimal):
+    if not is_number(last[-1], decimal):
         return False
     decimals = {len(cells[-1].strip().partition(decimal)[2]) for cells in others}
     if len(decimals) > 1 or decimals == {0}:
         return None
     return len(last[-1].strip().partition(decimal)[2]) >= decimals.pop()
-
-
-def _cells(line: str, separator: str) -> list[str]:
-    return next(csv.reader([line], delimiter=separator), [])
-
-
-def _is_number(text: str, decimal: str) -> bool:
-    try:
-        float(text.replace(decimal, "."))
-    except ValueError:
-        return False
-    return True

@@ -2,9 +2,14 @@
 
 | quantity | SI | also read |
 |---|---|---|
-| time | s | ms, us |
+| time | s | ms, us, ns, min, time stamps (ISO 8601) |
 | voltage | V | mV |
-| angle | rad | deg, counts (of the encoder: 2π/counts per turn) |
+| angle | rad | deg, counts (of the encoder: 2π/counts per turn), rev, mrad |
+
+A unit is understood in any case and by its plain names (`degrees`, `°`, `sec`, `Volt`). One that could be two things is
+not: `Grad` is a degree in German and a 400th of a turn in English.
+
+Instead of the two voltages a log may hold their sum v_front + v_rear and their difference v_front - v_rear.
 """
 
 import math
@@ -14,17 +19,61 @@ from types import MappingProxyType
 SIGNALS = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 VOLTAGES = SIGNALS[1:3]
 ANGLES = SIGNALS[3:]
+COMBINED = ("v_sum", "v_difference")
+"""Sum and difference of front and rear voltage, which a log may hold in place of the two."""
+NAMED = (*SIGNALS, *COMBINED)
+"""All that a configuration may name a column of."""
 
 SI_UNIT: Mapping[str, str] = MappingProxyType(
-    {"time": "s", **dict.fromkeys(VOLTAGES, "V"), **dict.fromkeys(ANGLES, "rad")}
+    {"time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys(ANGLES, "rad")}
 )
 
-_FACTORS = {
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6},
-    "V": {"V": 1.0, "mV": 1e-3},
-    "rad": {"rad": 1.0, "deg": math.pi / 180.0},
-}
+STAMP = "ISO 8601"
+"""Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""
+
 ENCODER_UNIT = "counts"
+
+_FACTORS: Mapping[str, Mapping[str, float]] = {
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, STAMP: 1.0},
+    "V": {"V": 1.0, "mV": 1e-3},
+    "rad": {"rad": 1.0, "deg": math.pi / 180.0, ENCODER_UNIT: math.nan, "rev": 2.0 * math.pi, "mrad": 1e-3},
+}
+
+_NAMES: Mapping[str, Mapping[str, str]] = {
+    "s": {
+        "s": "s sec secs second seconds sekunde sekunden seconde secondes",
+        "ms": "ms msec msecs millisecond milliseconds millisekunde millisekunden",
+        "us": "us µs μs usec microsecond microseconds mikrosekunden",
+        "ns": "ns nsec nanosecond nanoseconds",
+        "min": "min minute minutes minuten",
+        STAMP: "iso iso8601 datetime timestamp",
+    },
+    "V": {"V": "v volt volts", "mV": "mv millivolt millivolts"},
+    "rad": {
+        "rad": "rad rads radian radians",
+        "deg": "deg degs degree degrees ° º ˚",
+        ENCODER_UNIT: "counts count cnt cnts ticks tick pulses increments inkremente",
+        "rev": "rev revs revolution revolutions turn turns",
+        "mrad": "mrad milliradian milliradians",
+    },
+}
+_UNDERSTOOD = {
+    si: {name: unit for unit, names in units.items() for name in (unit.lower(), *names.split())}
+    for si, units in _NAMES.items()
+}
+_PROBABLY = {
+    "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
+    "gon": "a 400th of a turn, which is not read: convert the column",
+    "%": "probably a share of some full scale: convert the column",
+    "rad/s": "a rate and no angle: name the column of the angle",
+    "deg/s": "a rate and no angle: name the column of the angle",
+    "°/s": "a rate and no angle: name the column of the angle",
+    "rpm": "a rate and no angle: name the column of the angle",
+    "a": "probably ampere, a current and no voltage: name the column of the voltage",
+    "mv": 'millivolts are written "mV"',
+    "h": "probably hours: convert the column",
+    "hz": "a rate: name the column of the instants",
+}
 
 
 def header(signal: str) -> str:
@@ -37,8 +86,20 @@ CONTRACT_HEADERS = tuple(header(signal) for signal in SIGNALS)
 
 def known_units(signal: str) -> tuple[str, ...]:
     """List the units in which a signal is read, SI first."""
-    units = tuple(_FACTORS[SI_UNIT[signal]])
-    return (*units, ENCODER_UNIT) if signal in ANGLES else units
+    return tuple(_FACTORS[SI_UNIT[signal]])
+
+
+def understood(signal: str, text: str) -> str | None:
+    """Give the unit that a text plainly means for a signal, one of `known_units`; None if it is not plain."""
+    if text.strip() == "MV":  # mega, in which no bench is measured; the author meant something else than he wrote
+        return None
+    return _UNDERSTOOD[SI_UNIT[signal]].get(text.strip().lower())
+
+
+def probably(signal: str, text: str) -> str:
+    """Say what a unit that is not understood probably is, or which ones are."""
+    known = known_units(signal)
+    return _PROBABLY.get(text.strip().lower(), f"{', '.join(known[:-1])} or {known[-1]} is needed")
 
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
@@ -47,7 +108,7 @@ def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
     Parameters
     ----------
     signal : str
-        One of `SIGNALS`.
+        One of `NAMED`.
     unit : str
         One of `known_units(signal)`.
     counts_per_turn : int
@@ -58,6 +119,6 @@ def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
     KeyError
         If the unit is not one of `known_units(signal)`; `find_columns` checks first and names the file.
     """
-    if unit == ENCODER_UNIT and signal in ANGLES:
+    if unit == ENCODER_UNIT:
         return 2.0 * math.pi / counts_per_turn
     return _FACTORS[SI_UNIT[signal]][unit]

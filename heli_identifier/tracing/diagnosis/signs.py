@@ -45,7 +45,7 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     if elevation < 0:
         causes.append("the elevation counts the other way")
         remedies.append("elevation = -1 under [log.signs]")
-    cause, advice = " and ".join(causes), f"set {' and '.join(remedies)} of the rig's configuration"
+    cause, advice = " and ".join(causes), f"set {' and '.join(remedies)} of heli.toml (`heli init` writes one)"
     if pitch < 0 and elevation < 0 and travel >= 0:
         cause += ", or both voltages do"
         advice += " (for the voltages v_front = -1 and v_rear = -1)"

@@ -6,6 +6,7 @@ Whatever takes time to import is imported inside the functions that need it: ``h
 import atexit
 import gc
 import os
+import sys
 
 _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -18,6 +19,22 @@ def main() -> None:
         os.environ.setdefault(name, "1")
     # At its end the interpreter looks for cycles in everything that was ever imported: half a second for nothing.
     atexit.register(gc.freeze)
+    if not sys.warnoptions:  # remarks of libraries to programmers; `python -W` shows them
+        import warnings
+
+        warnings.simplefilter("ignore")
+    from heli_identifier.workbench.commands import streams
+
+    streams.install()
     from heli_identifier.workbench.commands.app import app
 
-    app()
+    code: object = 0
+    try:
+        app()
+    except SystemExit as end:
+        code = end.code
+    problem = streams.flush()
+    if problem is not None:
+        print(f"heli: standard output cannot be written: {problem}.", file=sys.stderr)
+        code = 2
+    sys.exit(code)  # type: ignore[arg-type]

@@ -73,7 +73,7 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli linearise result/parameters.json\n\nheli linearise result/parameters.json --elevation 0.1 -o control",
     ),
     (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
-    (init, "heli init\n\nheli init rigs/north-lab.toml"),
+    (init, "heli init run1.mat\n\nheli init\n\nheli init rigs/north-lab.toml"),
     (paper, "heli paper\n\nheli paper --output figures --json"),
     (demo, "heli demo\n\nheli demo --output somewhere"),
 )

@@ -12,13 +12,65 @@ RIGS = ("rig-a", "rig-b")
 
 
 def init(
-    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Configuration to write.")] = Path("heli.toml"),
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="[FILE | LOG]", help="Configuration to write (.toml), or a log to look into.", show_default=False
+        ),
+    ] = Path("heli.toml"),
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="Configuration to write for a log.")
+    ] = Path("heli.toml"),
 ) -> None:
-    """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag."""
+    """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
+
+    With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
+    physics, each with its reason, to be confirmed.
+    """
     from heli_identifier.records import write_template
 
-    path = write_template(file)
-    typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {file}")
+    if file.suffix == ".toml":
+        path = write_template(file)
+    else:
+        path = _looked_into(file, output)
+    typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {path}")
+
+
+def _looked_into(log: Path, output: Path) -> Path:
+    """Guess the configuration that reads a log, write it, and print the guesses."""
+    from heli_identifier.errors import ConfigurationError, LogError
+    from heli_identifier.records import guess, read_log, suspicions, write_template
+    from heli_identifier.workbench.commands.terminal import note, print_table, warn
+
+    if output.exists():
+        raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
+    found = guess(log)
+    path = write_template(output, found)
+    form, reasons = found.format, found.reasons
+    rows = [
+        (
+            signal,
+            header,
+            form.units[signal],
+            str(form.sign(signal)) if signal != "time" else "",
+            "; ".join(
+                reasons[key] for key in (f"columns.{signal}", f"units.{signal}", f"signs.{signal}") if key in reasons
+            ),
+        )
+        for signal, header in form.columns.items()
+    ]
+    print_table(f"Guessed from {log}; confirm each", ("signal", "column", "unit", "sign >", "because"), rows)
+    for key in ("swap_rotors", "clip", "start", "decimal"):
+        if key in reasons:
+            note(f"{key}: {reasons[key]}")
+    for text in found.doubts:
+        warn(text)
+    try:
+        for text in suspicions(read_log(log, form)):
+            warn(text)
+    except LogError as error:
+        warn(f"with these guesses the log is refused: {error}")
+    return path
 
 
 def demo(
@@ -27,11 +79,13 @@ def demo(
     ] = Path("build"),
 ) -> None:
     """Build the five units, then diagnose two rigs whose logs come with the package."""
+    import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
     from time import perf_counter
 
     from fmu_src import UNITS
+    from heli_identifier.workbench.commands.guard import bound_to_parent, unheard
     from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build
@@ -39,8 +93,10 @@ def demo(
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
     # The rigs go side by side, each in a process of its own; a search alone leaves half of two cores idle.
-    with ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn")) as pool, progress_bar() as progress:
-        running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
+    alone = {"mp_context": get_context("spawn"), "initializer": bound_to_parent}
+    with ProcessPoolExecutor(len(RIGS), **alone) as pool, progress_bar() as progress:
+        with unheard(signal.SIGINT):  # Ctrl-C is for this process, which then ends the others
+            running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
         progress("building the units", 0.0)
         with whole_folder(output) as draft:
             for name in UNITS:

@@ -58,6 +58,9 @@ def design(
         print_json(as_documents(listed, entries))
     else:
         print_table("Experiments, best first", *as_rows(listed, entries))
+        typer.echo(
+            "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
+        )
         typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
         if len(entries) > 1:
             typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")

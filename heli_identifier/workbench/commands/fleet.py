@@ -37,6 +37,7 @@ def fleet(
 
     Writes fleet.json and fleet.html, with a forest plot of every effect.
     """
+    from heli_identifier.files import write_atomically
     from heli_identifier.records import CONFIGURATION_NAME
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
@@ -59,8 +60,8 @@ def fleet(
 
         ran = from_command_line()
         document = fleet_document(found, ran)
-        (draft / "fleet.json").write_text(document_text(document), encoding="utf-8")
-        (draft / "fleet.html").write_text(page.fleet_page(found, ran), encoding="utf-8")
+        write_atomically(draft / "fleet.json", document_text(document))
+        write_atomically(draft / "fleet.html", page.fleet_page(found, ran))
     if json:
         print_json(document)
         return

@@ -1,6 +1,7 @@
 """Errors of a command: those raised on purpose as one sentence with exit code 2, any other with its traceback and 70.
 
-Exit code 1 is left to commands that give it as an answer. A command that is asked to end leaves no files behind.
+Exit code 1 is left to commands that give it as an answer. A command that is asked to end (SIGTERM, SIGHUP, Ctrl-C)
+leaves no files and no processes behind.
 """
 
 import signal
@@ -27,14 +28,14 @@ BAD_INPUT = 2
 MISTAKE = 70
 """Exit code of a programming error: EX_SOFTWARE of sysexits.h."""
 
-TERMINATED = 128 + signal.SIGTERM
-"""Exit code of a command that was asked to end, as a shell gives it."""
+ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
+"""Signals that ask a command to end. Its exit code is then 128 and the signal's number, as a shell gives it."""
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
     """Make a command print the sentence of an error that is raised on purpose; any other error prints its traceback.
 
-    A closed pipe is left to typer, which ends quietly.
+    What is printed to a closed pipe is no error (:mod:`heli_identifier.workbench.commands.streams`).
     """
 
     @wraps(command)
@@ -44,8 +45,10 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
             raise fail(str(error)) from error
-        except (typer.Exit, typer.Abort, BrokenPipeError):
+        except (typer.Exit, typer.Abort):
             raise
+        except MemoryError as error:
+            raise fail("there is not enough memory for this; give less data or ask for less of it") from error
         except OSError as error:
             said = error.strerror or str(error) or type(error).__name__
             raise fail(said if error.filename is None else f"{error.filename}: {said}") from error
@@ -59,23 +62,46 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Let SIGTERM end the block as an exception does, so that drafts of results are removed."""
+    """Let SIGTERM, SIGHUP and Ctrl-C end the block as an exception does, so that drafts of results are removed."""
     if current_thread() is not main_thread():  # Python handles signals only there
         yield
         return
-    before = signal.signal(signal.SIGTERM, _leave)
+    # A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
+    before = {number: signal.getsignal(number) for number in ENDING if signal.getsignal(number) != signal.SIG_IGN}
+    for number in before:
+        signal.signal(number, _leave)
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
-def _leave(_number: int, _frame: object) -> NoReturn:
+def _leave(number: int, _frame: object) -> NoReturn:
     """End the processes that were started, which others may be waiting for, and leave."""
+    for other in ENDING:  # a second one would end the cleaning up
+        signal.signal(other, signal.SIG_IGN)
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else ():
         child.terminate()
-    raise SystemExit(TERMINATED)
+    raise SystemExit(128 + number)
+
+
+@contextmanager
+def unheard(number: signal.Signals) -> Iterator[None]:
+    """Hold a signal back in the block; processes that are started in it never hear it."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, [number])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [number])
+
+
+def bound_to_parent() -> None:
+    """Let a process that was started for a command end with it, however it ends."""
+    from fmu_src.master import die_with_parent
+
+    die_with_parent()
 
 
 def fail(sentence: str) -> typer.Exit:

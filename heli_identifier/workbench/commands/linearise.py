@@ -23,6 +23,7 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
+    from heli_identifier.files import write_atomically
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
@@ -40,8 +41,8 @@ def linearise(
             made = design(given, pitch, elevation, progress=progress)
         origin = from_command_line()
         document = design_document(made, origin)
-        (draft / "linear_model.json").write_text(document_text(document), encoding="utf-8")
-        (draft / "linear_model.mat").write_bytes(matlab_bytes(made))
+        write_atomically(draft / "linear_model.json", document_text(document))
+        write_atomically(draft / "linear_model.mat", matlab_bytes(made))
         controller_parameters(made, origin).write(draft / "controller.json")
         write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
     if json:

@@ -12,8 +12,9 @@ from heli_identifier.records import (
     read_configuration,
     read_log,
     read_logs,
+    suspicions,
 )
-from heli_identifier.workbench.commands.terminal import note
+from heli_identifier.workbench.commands.terminal import note, warn
 
 TRAINING_SHARE = 2.0 / 3.0
 """Share of a single log that is fitted to; the rest is held out."""
@@ -31,10 +32,13 @@ def found_configuration(path: Path | None) -> RigConfiguration:
 
 
 def print_notes(logs: Sequence[Log]) -> None:
-    """Print what was converted or repaired on reading."""
+    """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
     for log in logs:
         for text in log.notes:
             note(f"{log.path}: {text}")
+    for log in logs:
+        for text in suspicions(log):
+            warn(f"{log.path}: {text}")
 
 
 def split_logs(

@@ -30,7 +30,9 @@ def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     """Print a document on standard output."""
     import json
 
-    typer.echo(json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False))
+    # A stream of another encoding cannot show every character; JSON can escape it, so that nothing is lost.
+    escaped = (sys.stdout.encoding or "ascii").lower().replace("-", "") != "utf8"
+    typer.echo(json.dumps(document, indent=1, ensure_ascii=escaped, allow_nan=False))
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

@@ -14,12 +14,16 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import ErrorFigure
 from heli_identifier.workbench.delivery.parameter_set import SCHEMA, Expectation, ParameterSet
 from heli_plant.effects import AXES
 
 Kind = TypeVar("Kind")
+
+LARGEST_MB = 50.0
+"""Size up to which a parameters.json is read [MB]; it has some kilobytes."""
 
 
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
@@ -33,14 +37,17 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     Raises
     ------
     ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, an entry is missing, of the wrong type or not finite,
-        or the unit has no such parameter or does not take its value; file and entry are named.
+        The file cannot be read, is no JSON or not of the schema, an entry is missing, there twice, of the wrong type or
+        not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
+        not take its value; file and entry are named.
     """
     file = Path(path)
     if file.is_dir():
         raise ConfigurationError(f"{path} is a folder; name the parameters.json in it.")
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(regular_bytes(file, LARGEST_MB).decode("utf-8"), object_pairs_hook=_once)
+    except _Repeated as error:
+        raise ConfigurationError(f"{path} is damaged: the key {str(error)!r} stands there twice; keep one.") from error
     except FileNotFoundError:
         raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a parameters.json.") from None
     except OSError as error:
@@ -62,6 +69,26 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
 
 Finite = Annotated[float, msgspec.Meta(ge=-float_info.max, le=float_info.max)]
 """What Python reads as JSON may hold NaN and Infinity."""
+
+
+class _Repeated(Exception):
+    """A key stands twice in one object of the file."""
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Make an object of its entries.
+
+    Raises
+    ------
+    _Repeated
+        Two have the same key; JSON would keep the last without a word.
+    """
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _Repeated(key)
+        found[key] = value
+    return found
 
 
 class _Document(msgspec.Struct):
@@ -143,9 +170,19 @@ def _check_unit(file: Path, parameters: ParameterSet) -> None:
     own = names[parameters.unit]
     foreign = [name for name in parameters.values if name not in own]
     if not foreign:
-        for name, value in parameters.start_values.items():
-            if problem := problem_with(own[name], value):
+        for name, value in parameters.values.items():
+            unit = own[name].unit or "1"
+            if (value.unit or "1") != unit:
+                raise ConfigurationError(
+                    f"{file}: {name} is stated in {value.unit!r}, the {parameters.unit} takes it in {unit!r}; convert "
+                    "value and standard error."
+                )
+            if problem := problem_with(own[name], value.value):
                 raise ConfigurationError(f"{file}: {problem}.")
+        try:
+            parameters.check_complete()
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{file}: {error}") from error
         return
     owners = [unit for unit in UNITS if parameters.values.keys() <= names[unit].keys()]
     whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""

@@ -32,6 +32,9 @@ PLANT = "HelicopterPlant"
 IDENTIFIED = tuple(BY_FIELD[field_].name for field_ in ModelParameters._fields)
 """Structured names of what a diagnosis identifies of every rig."""
 
+REQUIRED = (*IDENTIFIED, "motor.time_constant", "motor.voltage_limit")
+"""Structured names of what makes a plant of a rig; the plant's defaults for them are those of another rig."""
+
 
 @dataclass(frozen=True)
 class Expectation:
@@ -78,15 +81,25 @@ class ParameterSet(Tabular):
         """
         if self.unit != PLANT:
             raise ConfigurationError(f"these are parameters of the {self.unit}, those of the {PLANT} are needed.")
-        missing = [name for name in IDENTIFIED if name not in self.values]
-        if missing:
-            raise ConfigurationError(
-                f"the plant's parameters lack {', '.join(missing)}; values of another rig are not taken for them."
-            )
+        self.check_complete()
         try:
             return from_names(self.start_values)
         except ParameterError as error:
             raise ConfigurationError(f"{error}.") from error
+
+    def check_complete(self) -> None:
+        """Refuse parameters of a plant that would leave some of them to the defaults, which are those of another rig.
+
+        Raises
+        ------
+        ConfigurationError
+            They are those of the plant, and one of :data:`REQUIRED` is not among them.
+        """
+        missing = [name for name in REQUIRED if name not in self.values] if self.unit == PLANT else []
+        if missing:
+            raise ConfigurationError(
+                f"the plant's parameters lack {', '.join(missing)}; values of another rig are not taken for them."
+            )
 
     def limits(self, factor: float) -> dict[str, float]:
         """Give the largest error [rad] of the 1 s prediction that each axis may have.

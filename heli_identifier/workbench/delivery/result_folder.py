@@ -4,12 +4,13 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
+from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import IdentifierError
+from heli_identifier.files import write_atomically
 from heli_identifier.records import write_log
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
@@ -49,8 +50,8 @@ def write_results(
         page = report_page(diagnosis, provenance, rig)
         checked.result()
     parameters.write(folder / "parameters.json")
-    (folder / "report.html").write_text(page, encoding="utf-8")
-    (folder / "diagnosis.json").write_text(document_text(diagnosis_document(diagnosis, provenance)), encoding="utf-8")
+    write_atomically(folder / "report.html", page)
+    write_atomically(folder / "diagnosis.json", document_text(diagnosis_document(diagnosis, provenance)))
 
 
 def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
@@ -88,8 +89,8 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
 
     log = replace(series.log, extra={})
     start = {f"plant.{START[field]}": value for field, value in series.start.items() if field in START}
-    with TemporaryDirectory(prefix="heli-free-run-") as folder:
-        path = write_log(log, Path(folder) / "log.csv")
+    with draft_folder() as folder:
+        path = write_log(log, folder / "log.csv")
         result = run_apart(
             "plant_beside_log",
             (log.samples - 1) * log.step,

@@ -2,15 +2,15 @@
 
 Everything is written into a hidden folder beside the target first. Only when the last file is done are the files
 moved to their places, each by one rename; should a rename fail, those before it are taken back. Files of other names
-that the target already holds stay as they are.
+that the target already holds stay as they are. A link is followed. Nothing but a regular file is ever replaced.
 """
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
+from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import ConfigurationError
 
 
@@ -34,35 +34,48 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
         The target is no folder or cannot be written to; raised before the block runs, so that no long computation
         ends in vain.
     """
-    folder = Path(target).absolute()
+    folder = Path(os.path.realpath(target))
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if not existing.is_dir():
         raise ConfigurationError(f"{existing} is a file, a folder is needed there; name another output folder.")
-    try:
-        draft = TemporaryDirectory(dir=existing, prefix=f".{folder.name}-", ignore_cleanup_errors=True)
-    except OSError as error:
-        raise ConfigurationError(f"{existing} cannot be written to: {error.strerror}; name another folder.") from error
-    with draft as path:
-        yield Path(path)
-        folder.mkdir(parents=True, exist_ok=True)
-        _move_all(Path(path), folder)
+    with ExitStack() as stack:
+        try:
+            draft = stack.enter_context(draft_folder(existing))
+        except OSError as error:
+            raise ConfigurationError(
+                f"{existing} cannot be written to: {error.strerror}; name another folder."
+            ) from error
+        yield draft
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
+        _move_all(draft, folder)
 
 
 def _move_all(draft: Path, folder: Path) -> None:
     """Move every file of ``draft`` into ``folder``, or none."""
+    moves = [(file, Path(os.path.realpath(folder / file.name))) for file in sorted(draft.iterdir())]
+    for _, place in moves:
+        if place.exists() and not place.is_file():
+            kind = "a folder" if place.is_dir() else "no regular file"
+            raise ConfigurationError(
+                f"{place} is {kind} and is not replaced by a file of results; nothing was changed, name another folder."
+            )
     replaced = draft / ".replaced"
     replaced.mkdir()
     done: list[tuple[Path, Path]] = []
     try:
-        for file in sorted(path for path in draft.iterdir() if path != replaced):
-            place, old = folder / file.name, replaced / file.name
+        for file, place in moves:
+            old = replaced / file.name
             if place.exists():
-                place.rename(old)
+                os.link(place, old)  # the old file stays in its place until the new one replaces it
             done.append((place, old))
             file.rename(place)
     except OSError as error:
         for place, old in done:
-            place.unlink(missing_ok=True)
             if old.exists():
                 old.rename(place)
+            else:
+                place.unlink(missing_ok=True)
         raise ConfigurationError(f"{folder} cannot be written to: {error.strerror}; nothing was changed.") from error

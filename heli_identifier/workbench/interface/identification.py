@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
 from heli_identifier.tracing import sign_notes
@@ -109,7 +110,7 @@ class Identification(Tabular):
 
         with whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")
-            (draft / "history.csv").write_text(history_text(self.histories), encoding="utf-8")
+            write_atomically(draft / "history.csv", history_text(self.histories))
             write_figure(history_figure(self.histories, self.together), draft / "history.svg")
         return Path(folder)
 

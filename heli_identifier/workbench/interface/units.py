@@ -30,7 +30,7 @@ def build(
     Raises
     ------
     ConfigurationError
-        The parameters are another unit's.
+        The parameters are another unit's, or lack some of the plant's.
     BuildError
         There is no such unit, or it does not take a parameter or its value.
     """
@@ -39,5 +39,6 @@ def build(
     if isinstance(parameters, ParameterSet):
         if parameters.unit != unit:
             raise ConfigurationError(f"these are parameters of the {parameters.unit}, those of the {unit} are needed.")
+        parameters.check_complete()
         parameters = parameters.start_values
     return build_unit(unit, Path(folder), parameters)

@@ -7,8 +7,8 @@ experiments differ runs the compiled twins of the same plant and identifier.
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
+from heli_identifier.drafts import draft_folder
 from heli_identifier.workbench.delivery.staging import whole_folder
 from heli_identifier.workbench.paper.closed_loop import closed_loop
 from heli_identifier.workbench.paper.findings import sentences
@@ -104,7 +104,7 @@ def reproduce(output: Path, progress: Progress | None = None, extent: Extent | N
 
     began = time.monotonic()
     extent = extent or Extent()
-    with whole_folder(output) as folder, TemporaryDirectory(prefix="heli-paper-") as built:
+    with whole_folder(output) as folder, draft_folder() as built:
         fmus = {unit: build(unit, built) for unit in UNITS}
         pitch_runs, joint_runs = _runs(extent, fmus, progress)
         write_table_1(pitch_runs, folder)

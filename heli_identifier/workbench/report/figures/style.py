@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from html import escape
 from os import PathLike
+from pathlib import Path
 from typing import Any, ParamSpec
 
 import matplotlib as mpl
@@ -19,6 +20,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from heli_identifier.files import write_atomically
 from heli_identifier.workbench.report.figures.margins import keep_inside
 
 P = ParamSpec("P")
@@ -169,8 +171,10 @@ def figure_text(figure: Figure) -> str:
 def write_figure(figure: Figure, path: str | PathLike[str]) -> None:
     """Write a figure as a file of its own, in the light theme; its ending decides between SVG, PDF and PNG."""
     figure.patch.set_visible(True)
+    drawn = io.BytesIO()
     with mpl.rc_context(_STYLE):
-        figure.savefig(path, facecolor="white", dpi=180)
+        figure.savefig(drawn, facecolor="white", dpi=180, format=Path(path).suffix[1:].lower())
+    write_atomically(path, drawn.getvalue())
 
 
 def inline_svg(figure: Figure, name: str, description: str) -> str:

@@ -1,0 +1,300 @@
+"""What an unknown log probably holds: its columns, units and signs, each with the reason.
+
+A name that is plain decides. Where there is none, as in the unnamed matrices of Simulink and QUARC, physics does
+(`assignment`). The time is the column that increases evenly; the unit of an angle follows from the size of its steps,
+which are those of an encoder, or from its range.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.errors import LogError
+from heli_identifier.records.assignment import CERTAIN, assigned, encoder_step, responses
+from heli_identifier.records.columns import name_and_unit
+from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.layout import NUMBERED
+from heli_identifier.records.opening import log_bytes, table_of
+from heli_identifier.records.response import Gain, coarse
+from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
+from heli_identifier.records.table import Table, stamped
+from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES, understood
+
+_NAMES = {
+    "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
+    "v_front": r"v_?f(ront)?|u_?f(ront)?|(voltage|volt|u|motor)_?front|front(_?(voltage|motor|v))?|v_?vorne|vorne",
+    "v_rear": r"[uv]_?(r(ear)?|b(ack)?)|(voltage|volt|u|motor)_?(rear|back)|(rear|back)(_?(voltage|motor|v))?|hinten",
+    "v_sum": r"v_?s(um)?|u_?s(um)?|sum",
+    "v_difference": r"v_?d(iff(erence)?)?|u_?d(iff(erence)?)?|diff(erence)?",
+    "pitch": r"p|pitch(_angle)?|theta|nick|nicken",
+    "elevation": r"e|elev(ation)?(_angle)?|eps(ilon)?|hub|heben",
+    "travel": r"travel(_angle)?|lambda|dreh|yaw|drehen",
+}
+_COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
+"""Counts a turn that encoders have."""
+_SURE = 4.0
+"""Score from which the sign of the travel's gain is known."""
+_RATES_HZ = (45.0, 2100.0)
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A probable configuration of the log.
+
+    Attributes
+    ----------
+    format : LogFormat
+        What reads it.
+    reasons : dict of str to str
+        Why, by key of the configuration: ``columns.pitch``, ``units.pitch``, ``signs.travel``, ``decimal``, ...
+    doubts : tuple of str
+        What has to be looked at before the guess is used.
+    """
+
+    format: LogFormat
+    reasons: dict[str, str] = field(default_factory=dict)
+    doubts: tuple[str, ...] = ()
+
+
+def guess(path: str | PathLike[str]) -> Guess:
+    """Look into a log.
+
+    Raises
+    ------
+    LogError
+        It is no table, or too little of it is understood to guess.
+    """
+    table, decimal = _table(Path(path))
+    columns = {
+        i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
+    }
+    known = _by_name(table.headers)
+    reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
+    time, unit, rate_hz, reasons_of_time = _time(table, columns, known)
+    reasons |= reasons_of_time
+    length = len(table.columns[time])
+    others = [i for i, v in columns.items() if i != time and len(v) == length and not _is_clock(v)]
+    if len(others) < 5:
+        raise LogError(
+            f"{table.file} holds {len(others)} columns of numbers beside the time, found "
+            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
+        )
+    values = np.nan_to_num(np.column_stack([columns[i] for i in others]))
+    place = {index: number for number, index in enumerate(others)}
+    named = {signal: place[index] for signal, index in known.items() if index in place}
+    for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
+        if all(signal in named for signal in pair):
+            named = {signal: index for signal, index in named.items() if signal not in other}
+            break
+    found = assigned(values, rate_hz, named)
+    if found is None:
+        raise LogError(
+            f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
+            "[log.columns]: `heli init` writes a heli.toml with every key explained."
+        )
+    chosen = {"time": time} | {signal: others[index] for signal, index in found.columns.items()}
+    begins, start, why = _start(table.columns[time], unit, columns[others[found.columns["elevation"]]])
+    gains = _flown(values[begins:], rate_hz, found.columns)
+    pitch, elevation, travel = gains
+    doubts = [] if travel.share >= CERTAIN else [
+        f"the voltages explain {100.0 * travel.share:.0f} % of the travel's acceleration only: look at every column"
+    ]  # fmt: skip
+    if abs(pitch.score) <= PITCH_SURE:
+        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
+    shares = {"pitch": pitch.share, "elevation": elevation.share, "travel": travel.share}
+    by_physics = [signal for signal in chosen if signal != "time" and f"columns.{signal}" not in reasons]
+    for signal in by_physics:
+        axis = {"v_front": "travel", "v_rear": "travel", "v_sum": "travel", "v_difference": "pitch"}.get(signal, signal)
+        share = f"{100.0 * shares[axis]:.0f} %"
+        reasons[f"columns.{signal}"] = (
+            f"the voltages explain {share} of its acceleration"
+            if signal in ANGLES
+            else f"explains {share} of the {axis}'s acceleration"
+        )
+    units = {"time": unit}
+    counts = list(CONTRACT.encoder_counts)
+    for signal, index in chosen.items():
+        if signal == "time":
+            continue
+        stated = name_and_unit(table.headers[index])[1]
+        plain = understood(signal, stated) if stated else None
+        if plain:
+            units[signal], reasons[f"units.{signal}"] = plain, f"its header says [{stated}]"
+        elif SI_UNIT[signal] == "V":
+            most = float(np.abs(values[:, place[index]]).max())
+            units[signal] = "mV" if 200.0 < most < 5e4 and np.median(np.abs(values[:, place[index]])) > 100.0 else "V"
+            reasons[f"units.{signal}"] = f"reaches {most:.3g}"
+        else:
+            units[signal], reasons[f"units.{signal}"], turn = _angle_unit(columns[index])
+            if turn is not None:
+                counts[ANGLES.index(signal)] = turn
+    signs, swap, said = _signs(found.columns, gains)
+    reasons |= said
+    front, rear = _voltages(values, found.columns, units)
+    limit = CONTRACT.voltage_limit
+    clip = bool(max(np.abs(front).max(), np.abs(rear).max()) > 1.001 * limit)
+    if clip:
+        reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
+    if start is not None:
+        reasons["start"] = why
+    if decimal == ",":
+        reasons["decimal"] = "cells hold decimal commas"
+    headers = {signal: table.headers[index] for signal, index in chosen.items()}
+    form = LogFormat(
+        columns=headers, units=units, signs=signs, swap_rotors=swap, start=start, decimal=decimal, clip=clip,
+        encoder_counts=(counts[0], counts[1], counts[2]),
+    )  # fmt: skip
+    return Guess(form, reasons, tuple(doubts))
+
+
+def _table(path: Path) -> tuple[Table, str]:
+    """Read a file as a table, with the decimal mark that makes numbers of its cells."""
+    data = log_bytes(path, CONTRACT.largest_file)
+    numbered = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
+    table = table_of(path, data, numbered)
+    texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
+    commas = [v for v in texts if re.fullmatch(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", str(v[len(v) // 2]), re.IGNORECASE)]
+    if len(commas) < 3:
+        return table, "."
+    return table_of(path, data, LogFormat(columns=numbered.columns, decimal=",")), ","
+
+
+def _by_name(headers: Sequence[str]) -> dict[str, int]:
+    """Signals by plain names; a name that two columns share decides nothing."""
+    names = [re.sub(r"[\s-]+", "_", name_and_unit(text)[0].lower()) for text in headers]
+    found = {}
+    for signal, pattern in _NAMES.items():
+        exact = [i for i, name in enumerate(names) if name == signal]
+        alike = exact or [i for i, name in enumerate(names) if re.fullmatch(pattern, name)]
+        if len(alike) == 1:
+            found[signal] = alike[0]
+    return found
+
+
+def _is_clock(values: NDArray[np.float64]) -> bool:
+    steps = np.diff(values)
+    return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
+
+
+def _time(
+    table: Table, columns: dict[int, NDArray[np.float64]], known: dict[str, int]
+) -> tuple[int, str, float, dict[str, str]]:
+    """Column and unit of the time, the rate [Hz], and why.
+
+    Raises
+    ------
+    LogError
+        No column increases evenly.
+    """
+    stamps = known.get("time")
+    if stamps is not None and table.columns[stamps].dtype.kind in "OM":
+        seconds = stamped(table.columns[stamps])
+        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
+            rate = (len(seconds) - 1) / seconds[-1]
+            return stamps, STAMP, rate, {"units.time": "its cells are time stamps"}
+    even = [i for i, v in columns.items() if _is_clock(v)]
+    first = known["time"] if known.get("time") in even else (even[0] if even else None)
+    if first is None:
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
+    step = float(np.median(np.diff(columns[first])))
+    reasons = {} if known.get("time") == first else {"columns.time": "increases evenly from row to row"}
+    stated = name_and_unit(table.headers[first])[1]
+    plain = understood("time", stated) if stated else None
+    if plain:
+        scale = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(plain, 1.0)
+        return first, plain, 1.0 / (step * scale), reasons | {"units.time": f"its header says [{stated}]"}
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        rate = 1.0 / (step * scale)
+        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+            return first, unit, rate, reasons | {"units.time": f"its steps of {step:.4g} are then {rate:.4g} Hz"}
+    raise LogError(
+        f"{table.file}: the time, {table.headers[first]!r}, has steps of {step:g}, which make no rate of 50 Hz to "
+        "2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
+    )
+
+
+def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
+    """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
+    step = encoder_step(values)
+    if step is not None:
+        if abs(step - 1.0) < 1e-6:
+            return "counts", "it changes by whole numbers", None
+        for count in _COUNTS:
+            for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
+                if abs(step * count / turn - 1.0) < 2e-3:
+                    return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
+    most = float(np.abs(values).max())
+    unit = "deg" if most > np.pi else "rad"
+    return unit, f"it reaches {most:.3g}, {'more' if unit == 'deg' else 'less'} than half a turn in rad", None
+
+
+def _signs(columns: dict[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[dict[str, int], bool, dict[str, str]]:
+    """Signs that make the gains k_x > 0, k_z > 0 and k_y < 0, those of the model, and why."""
+    # A sign is changed only if it is beyond doubt; a gain that a closed loop hides is taken as the model's.
+    sure = zip(gains, (PITCH_SURE, ELEVATION_SURE, _SURE), strict=True)
+    k_x, k_z, k_y = (found.value if abs(found.score) > least else 0.0 for found, least in sure)
+    signs: dict[str, int] = {}
+    reasons: dict[str, str] = {}
+    swap = False
+    if k_z < 0.0:
+        signs["elevation"] = -1
+        reasons["signs.elevation"] = "a larger sum of the voltages lowers it in the file"
+    if k_x < 0.0 and k_y < 0.0:
+        if "v_front" in columns:
+            swap = True
+            reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
+        else:
+            signs["v_difference"] = -1
+            reasons["signs.v_difference"] = "it lowers the pitch, and the travel follows the pitch"
+    elif k_x < 0.0:
+        signs["pitch"] = -1
+        reasons["signs.pitch"] = "a larger front voltage lowers it in the file"
+    elif k_y > 0.0:
+        signs["travel"] = -1
+        reasons["signs.travel"] = "a positive pitch with both rotors lifting makes it increase; a convention"
+    return signs, swap, reasons
+
+
+def _voltages(
+    values: NDArray[np.float64], columns: dict[str, int], units: dict[str, str]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Front and rear voltage [V], shape (N,) each."""
+    pair = VOLTAGES if "v_front" in columns else COMBINED
+    one, other = (values[:, columns[s]] * (1e-3 if units.get(s) == "mV" else 1.0) for s in pair)
+    return (one, other) if pair == VOLTAGES else (0.5 * (one + other), 0.5 * (one - other))
+
+
+def _flown(values: NDArray[np.float64], rate_hz: float, columns: dict[str, int]) -> tuple[Gain, Gain, Gain]:
+    """Responses of the angles to the voltages as the amplifiers limit them, with the signs of the file."""
+    front, rear = _voltages(values, columns, {})
+    millivolts = 1e3 if np.median(np.abs(front) + np.abs(rear)) > 200.0 else 1.0
+    limit = millivolts * CONTRACT.voltage_limit
+    limited = np.clip(np.column_stack((front, rear)), -limit, limit)
+    flown, step = coarse(np.column_stack((limited, *(values[:, columns[angle]] for angle in ANGLES))), rate_hz)
+    return responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
+
+
+def _start(time: NDArray[Any], unit: str, elevation: NDArray[np.float64]) -> tuple[int, float | None, str]:
+    """Give row and instant [s] at which take-off is over and why, if the log begins with the arm at rest."""
+    if unit == STAMP:
+        return 0, None, ""
+    seconds = time * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}[unit]
+    extent = float(np.ptp(elevation))
+    away = np.abs(elevation - elevation[0]) > 0.05 * extent
+    lifted = int(away.argmax())
+    resting = seconds[lifted] - seconds[0]
+    at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
+    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - seconds[lifted] < 12.0:
+        return 0, None, ""
+    start = float(np.ceil(seconds[lifted] + 4.0))
+    return (
+        int((seconds >= start).argmax()),
+        start,
+        f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off",
+    )

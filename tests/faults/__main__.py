@@ -1,0 +1,5 @@
+"""Write docs/reliability.md."""
+
+from tests.faults.page import main
+
+main()

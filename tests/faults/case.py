@@ -1,0 +1,111 @@
+"""One fault: what is made wrong, the command that meets it, and the answer that is wanted."""
+
+import contextlib
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from typer.testing import CliRunner
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault.
+
+    Attributes
+    ----------
+    what : str
+        The fault, as the page names it.
+    make : callable
+        Makes the files in the folder that it is given.
+    command : str
+        A command that begins with ``heli``; a script of bash if ``shell``.
+    said : str
+        A part of the sentence that is wanted.
+    code : int
+        The exit code that is wanted.
+    makes : tuple of str
+        Names of what the command may leave in the folder.
+    shell : bool
+        Whether it needs a process of its own: pipes, signals, limits.
+    """
+
+    what: str
+    make: Callable[[Path], object]
+    command: str
+    said: str
+    code: int = 2
+    makes: tuple[str, ...] = ()
+    shell: bool = False
+
+
+class Answer(NamedTuple):
+    """What came of it: exit code, the sentence, everything printed, and what is left behind."""
+
+    code: int
+    sentence: str
+    printed: str
+    left: tuple[str, ...]
+
+
+def tried(fault: Fault, folder: Path) -> Answer:
+    """Try a fault in ``folder``, which is empty."""
+    work, temporary = folder / "work", folder / "temporary"
+    work.mkdir(parents=True)
+    temporary.mkdir()
+    fault.make(work)
+    before = set(os.listdir(work))
+    code, printed = (_by_bash if fault.shell else _in_process)(fault.command, work, temporary)
+    left = {*os.listdir(work)} - before - {*fault.makes} | {*os.listdir(temporary)}
+    sentence = _sentence(printed, fault.said).replace(f"{work.resolve()}/", "")
+    sentence = re.sub(rf"{temporary.resolve()}/\S*/", "TMPDIR/.../", sentence)
+    return Answer(code, sentence, printed, tuple(sorted(left)))
+
+
+def _in_process(command: str, work: Path, temporary: Path) -> tuple[int, str]:
+    from heli_identifier.workbench.commands.app import app
+
+    _, *words = shlex.split(command)
+    outer, tempfile.tempdir = tempfile.tempdir, str(temporary)
+    try:
+        with contextlib.chdir(work):
+            result = CliRunner().invoke(app, words)
+    finally:
+        tempfile.tempdir = outer
+    return result.exit_code, result.output
+
+
+def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
+    heli = work.parent / "bin" / "heli"
+    heli.parent.mkdir()
+    code = "from heli_command import main; main()"
+    heli.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(code)} "$@"\n')
+    heli.chmod(0o755)
+    path = f"{heli.parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["bash", "-c", script],
+        cwd=work,
+        env={**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        timeout=180,
+        check=False,
+    )
+    return done.returncode, (done.stdout + done.stderr).decode("utf-8", "replace")
+
+
+def _sentence(printed: str, said: str) -> str:
+    """Give the line that says it; a refusal is one line."""
+    lines = [" ".join(line.split()) for line in io.StringIO(printed)]
+    found = [line for line in lines if said in line]
+    return next((line for line in found if line.startswith("heli:")), found[0] if found else "")

@@ -1,0 +1,110 @@
+"""Good files, of which the faults are made by one change each."""
+
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+from scipy.io import savemat
+
+from fmu_src import build
+from heli_identifier.records import demo_logs
+from heli_identifier.workbench.delivery.parameter_set import SCHEMA, plant_values
+from heli_plant.parameters import TABLE_2
+
+_LINES = demo_logs("rig-c")[1][0].read_text().splitlines()[:2001]
+HEADER, ROWS = _LINES[0], _LINES[1:]
+HEADERS = HEADER.split(",")
+TIME, FRONT, REAR, PITCH, ELEVATION, TRAVEL = range(6)
+
+
+def columns():
+    """Give 20 s of a good log, shape (6, 2000)."""
+    return np.loadtxt(io.StringIO("\n".join(ROWS)), delimiter=",").T
+
+
+def text(values, headers=HEADERS, separator=","):
+    """Give columns as the text of a log."""
+    rows = [separator.join(map(repr, row)) for row in np.transpose(values).tolist()]
+    return "\n".join([separator.join(headers), *rows, ""])
+
+
+def write(content, name="log.csv"):
+    """Give a function that writes a file."""
+    data = content.encode() if isinstance(content, str) else content
+    return lambda folder: (folder / name).write_bytes(data)
+
+
+def changed(change, headers=HEADERS):
+    """Give a function that writes a log with its columns changed in place."""
+
+    def make(folder):
+        values = columns()
+        change(values)
+        (folder / "log.csv").write_text(text(values, headers))
+
+    return make
+
+
+def headed(**names):
+    """Give a function that writes a log with other headers, by the old name."""
+    headers = [names.get(header.split(" ")[0], header) for header in HEADERS]
+    return lambda folder: (folder / "log.csv").write_text(text(columns(), headers), encoding="utf-8")
+
+
+def good(folder: Path):
+    """Write a good log."""
+    (folder / "log.csv").write_text("\n".join([HEADER, *ROWS, ""]))
+
+
+def nothing(folder):
+    """Make no file."""
+
+
+def configured(toml, make=good):
+    """Give a function that writes a heli.toml beside a log."""
+
+    def both(folder):
+        make(folder)
+        (folder / "heli.toml").write_text(toml)
+
+    return both
+
+
+def matlab(**variables):
+    """Give a function that writes a MATLAB file."""
+    return lambda folder: savemat(folder / "log.mat", variables)
+
+
+def as_struct():
+    """Give the six signals as a struct."""
+    names = ("time_s", "v_front_V", "v_rear_V", "pitch_rad", "elevation_rad", "travel_rad")
+    return dict(zip(names, columns(), strict=True))
+
+
+def document(change=lambda d: None):
+    """Give a parameters.json of a plant, changed."""
+    values = {
+        name: {"value": e.value, "standard_error": None, "unit": e.unit}
+        for name, e in plant_values(TABLE_2, {}).items()
+    }
+    figures = {"prediction_1s_rad": {"value": 1e-2, "low": 9e-3, "high": 2e-2}, "noise_floor_rad": 1e-3}
+    expected = {axis: dict(figures) for axis in ("pitch", "elevation", "travel")}
+    found = {"schema": SCHEMA, "unit": "HelicopterPlant", "values": values, "expected": expected, "provenance": {}}
+    change(found)
+    return found
+
+
+def parameters(change=lambda d: None, more=good):
+    """Give a function that writes a parameters.json, and a log."""
+
+    def make(folder):
+        more(folder)
+        (folder / "parameters.json").write_text(json.dumps(document(change)))
+
+    return make
+
+
+def plant_unit(folder: Path) -> Path:
+    """Build the plant's unit."""
+    return build("HelicopterPlant", folder)

@@ -1,0 +1,113 @@
+"""Faults of FMU files and of runs."""
+
+import io
+import zipfile
+
+from fmu_src import build
+from tests.faults.case import Fault
+from tests.faults.material import nothing, plant_unit, write
+
+RUN = "heli simulate open_loop -d 1 --fmu plant=it.fmu"
+
+
+def archive(**entries):
+    """Give a function that writes a zip."""
+
+    def make(folder):
+        with zipfile.ZipFile(folder / "it.fmu", "w", zipfile.ZIP_DEFLATED) as file:
+            for name, content in entries.items():
+                file.writestr(name, content)
+
+    return make
+
+
+def rewritten(change):
+    """Give a function that writes the plant's unit with its entries changed."""
+
+    def make(folder):
+        path = plant_unit(folder)
+        with zipfile.ZipFile(path) as file:
+            entries = {name: file.read(name) for name in file.namelist()}
+        path.unlink()
+        change(entries)
+        archive(**entries)(folder)
+
+    return make
+
+
+def described(old, new):
+    """Give a function that writes the plant's unit with a text of its description changed."""
+    return rewritten(
+        lambda entries: entries.update(
+            {"modelDescription.xml": entries["modelDescription.xml"].replace(old.encode(), new.encode())}
+        )
+    )
+
+
+def scripted(code):
+    """Give a function that writes the plant's unit with another script in it."""
+
+    def change(entries):
+        script = entries["resources/slavemodule.txt"].decode()
+        entries[f"resources/{script}.py"] = code.encode() + b"\n" + entries[f"resources/{script}.py"]
+
+    return rewritten(change)
+
+
+def without_binary(entries):
+    for name in [name for name in entries if name.startswith("binaries/")]:
+        del entries[name]
+
+
+def bomb():
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as file:
+        file.writestr("zeros", bytes(300_000_000))
+    return data.getvalue()
+
+
+FILES = (
+    Fault("no zip", write("no", "it.fmu"), RUN, "it is no zip archive"),
+    Fault("an FMU that is missing", nothing, RUN, "the FMU of plant is missing"),
+    Fault("a zip without a model description", archive(a="b"), RUN, "it holds no modelDescription.xml"),
+    Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
+    Fault(
+        "an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive"
+    ),
+    Fault("an absolute entry", archive(**{"/tmp/escaped": "x"}), RUN, "lies outside of the archive"),
+    Fault(
+        "300 MB of zeros in 300 kB", lambda f: (f / "it.fmu").write_bytes(bomb()), RUN, "at most 200 times are unpacked"
+    ),
+    Fault(
+        "entities in the model description",
+        described("<fmiModelDescription", '<!DOCTYPE a [<!ENTITY b "c">]><fmiModelDescription'),
+        RUN,
+        "defines entities",
+    ),
+    Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
+    Fault("no binary for this system", rewritten(without_binary), RUN, "plant.load"),
+    Fault(
+        "another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'"
+    ),
+    Fault("a unit that crashes", scripted("import os; os.kill(os.getpid(), 11)"), RUN, "ended by signal 11"),
+    Fault("a unit that ends the process", scripted("import os; os._exit(0)"), RUN, "ended with code 0 and no result"),
+    Fault("a unit that raises an error", scripted("raise RuntimeError('no')"), RUN, "plant"),
+)
+
+RUNS = (
+    Fault("a run of 1e12 s", nothing, "heli simulate open_loop -d 1e12", "at most 2e+07 are run"),
+    Fault("a step of 1e-12 s", nothing, "heli simulate open_loop -d 1 --step 1e-12", "at most 2e+07 are run"),
+    Fault("a step of 0", nothing, "heli simulate open_loop -d 1 --step 0", "0 < step <= duration is needed"),
+    Fault("a duration of NaN", nothing, "heli simulate open_loop -d nan", "0 < step <= duration is needed"),
+    Fault("a duration below 0", nothing, "heli simulate open_loop -d -1", "0 < step <= duration is needed"),
+    Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 100000 are taken"),
+    Fault("a scenario that there is not", nothing, "heli simulate nowhere", "no scenario"),
+    Fault(
+        "a parameter out of its range",
+        nothing,
+        "heli simulate open_loop -s plant.pitch.damping=11",
+        "must lie in [-10, 10] 1/s",
+    ),
+)
+
+SECTIONS = {"FMU files": FILES, "Runs": RUNS}

@@ -1,0 +1,150 @@
+"""`heli init LOG`: what an unknown log holds is found by its names, and where it has none by physics."""
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+from typer.testing import CliRunner
+
+from heli_identifier.errors import LogError
+from heli_identifier.records import demo_logs, guess, read_configuration, read_log, suspicions
+from heli_identifier.workbench.commands.app import app
+
+TRUE = read_log(demo_logs("rig-b")[0][0])
+RNG = np.random.default_rng(7)
+
+
+def quantised(angle, counts):
+    step = 2.0 * np.pi / counts
+    return step * np.round(angle / step)
+
+
+def rate(angle):
+    """A rate as Simulink's filtered derivative gives it: s/(s/20 + 1), held at the samples."""
+    out, state = np.zeros_like(angle), angle[0]
+    for k, value in enumerate(angle):
+        out[k] = 20.0 * (value - state)
+        state += TRUE.step * out[k]
+    return out
+
+
+def references():
+    """Steps that a controller was asked to follow, which nothing of this log did."""
+    return [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000), np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)]
+
+
+def angles(scale=1.0):
+    pitch, elevation, travel = TRUE.angles.T
+    measured = quantised(travel, 8192), quantised(pitch, 4096), quantised(elevation, 4096)
+    return [scale * column for angle in measured for column in (angle, rate(angle))]
+
+
+FRONT, REAR = TRUE.voltages.T
+SUM, DIFFERENCE = FRONT + REAR, FRONT - REAR
+LAYOUTS = {
+    "thirteen rows in radians, with references, sum, difference and both voltages": (
+        [TRUE.time, *angles(), *references(), DIFFERENCE, SUM, FRONT, REAR],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 12, "v_rear": 13}, "rad", {}, False,
+    ),
+    "nine rows in degrees, with difference and sum": (
+        [TRUE.time, *angles(np.degrees(1.0)), DIFFERENCE, SUM],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_difference": 8, "v_sum": 9}, "deg", {}, False,
+    ),
+    "nine rows, the difference the other way round": (
+        [TRUE.time, *angles(), -DIFFERENCE, SUM],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_difference": 8, "v_sum": 9}, "rad",
+        {"v_difference": -1}, False,
+    ),
+    "the rear rotor before the front one": (
+        [TRUE.time, *angles(), REAR, FRONT],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad", {}, True,
+    ),
+    "a pitch that counts the other way": (
+        [TRUE.time, *angles()[:2], *(-column for column in angles()[2:4]), *angles()[4:], FRONT, REAR],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad", {"pitch": -1}, False,
+    ),
+    "an elevation that counts the other way": (
+        [TRUE.time, *angles()[:4], *(-column for column in angles()[4:]), FRONT, REAR],
+        {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_front": 8, "v_rear": 9}, "rad",
+        {"elevation": -1}, False,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LAYOUTS)
+def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(tmp_path, case):
+    rows, places, unit, signs, swapped = LAYOUTS[case]
+    savemat(tmp_path / "log.mat", {"ans": np.vstack(rows)})
+    found = guess(tmp_path / "log.mat")
+    assert found.format.columns == {signal: f"ans({row},:)" for signal, row in places.items()}
+    assert {found.format.units[angle] for angle in ("pitch", "elevation", "travel")} == {unit}
+    assert (found.format.signs, found.format.swap_rotors) == (signs, swapped)
+    assert found.doubts == ()
+    log = read_log(tmp_path / "log.mat", found.format)
+    assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
+    # An encoder of 4096 counts is off by half a count at most.
+    assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9
+    assert suspicions(log) == ()
+
+
+def test_german_names_milliseconds_and_decimal_commas_are_understood(tmp_path):
+    values = [1e3 * TRUE.time, FRONT, REAR, *np.degrees(TRUE.angles.T)]
+    rows = [";".join(f"{value:.4f}".replace(".", ",") for value in row) for row in np.transpose(values)]
+    (tmp_path / "log.csv").write_text("\n".join(["t;Vorne;Hinten;Nick;Hub;Dreh", *rows, ""]))
+    found = guess(tmp_path / "log.csv")
+    assert found.format.decimal == ","
+    assert found.format.units["time"] == "ms"
+    assert found.format.columns["pitch"] == "Nick"
+    log = read_log(tmp_path / "log.csv", found.format)
+    assert np.abs(log.angles - TRUE.angles).max() < np.radians(1e-4)
+
+
+def test_a_file_without_headers_is_looked_into(tmp_path):
+    rows = [TRUE.time, *angles(), FRONT, REAR]
+    np.savetxt(tmp_path / "log.csv", np.transpose(rows), delimiter=",", fmt="%.9g")
+    assert guess(tmp_path / "log.csv").format.columns == {
+        "time": "column 1", "travel": "column 2", "pitch": "column 4", "elevation": "column 6",
+        "v_front": "column 8", "v_rear": "column 9",
+    }  # fmt: skip
+
+
+def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows, *_ = LAYOUTS["a pitch that counts the other way"]
+    savemat("log.mat", {"ans": np.vstack(rows)})
+    said = CliRunner().invoke(app, ["init", "log.mat"])
+    assert said.exit_code == 0, said.output
+    text = (tmp_path / "heli.toml").read_text()
+    assert 'pitch = "ans(4,:)"' in text
+    assert "a larger front voltage lowers it in the file" in text
+    assert suspicions(read_log("log.mat", read_configuration("heli.toml"))) == ()
+    again = CliRunner().invoke(app, ["init", "log.mat"])
+    assert again.exit_code == 2
+    assert "exists already" in again.output
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda v, a: (v[:, ::-1], a), "the pitch falls where v_front exceeds v_rear"),
+        (lambda v, a: (v, a * [-1.0, 1.0, 1.0]), "the pitch falls where v_front exceeds v_rear"),
+        (lambda v, a: (v, a * [1.0, -1.0, 1.0]), "the elevation falls where the voltages rise"),
+        (lambda v, a: (5.0 * a[:, 1:], a), "neither the pitch nor the elevation is seen to follow"),
+    ],
+    ids=["rotors exchanged", "pitch mirrored", "elevation mirrored", "angles taken for voltages"],
+)
+def test_wrong_columns_and_signs_are_noticed_on_reading(tmp_path, change, said):
+    from dataclasses import replace
+
+    voltages, turned = change(TRUE.voltages, TRUE.angles)
+    (found,) = suspicions(replace(TRUE, voltages=voltages, angles=turned))
+    assert said in found
+    assert suspicions(TRUE) == ()
+
+
+def test_a_log_without_a_time_or_with_too_few_columns_is_refused(tmp_path):
+    savemat(tmp_path / "log.mat", {"ans": np.vstack([*angles(), FRONT, REAR])})
+    with pytest.raises(LogError, match="none is the time"):
+        guess(tmp_path / "log.mat")
+    savemat(tmp_path / "log.mat", {"ans": np.vstack([TRUE.time, FRONT, REAR])})
+    with pytest.raises(LogError, match="two voltages and three angles are needed"):
+        guess(tmp_path / "log.mat")
