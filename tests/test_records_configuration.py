@@ -31,7 +31,9 @@ def test_the_template_shows_every_key_and_all_of_them_can_be_switched_on(tmp_pat
     content = tomllib.loads(template.read_text(encoding="utf-8"))
     angles = {"pitch", "elevation", "travel"}
     signals = {"time", "v_front", "v_rear", "v_sum", "v_difference"} | angles
-    assert set(content["rig"]) == {"name", "motor_time_constant", "rest_pitch", "voltage_limit", "encoder_counts"}
+    assert set(content["rig"]) == {
+            "name", "motor_time_constant", "rest_pitch", "elevation_gain", "voltage_limit", "encoder_counts",
+        }  # fmt: skip
     assert set(content["log"]) == {
         "start",
         "end",

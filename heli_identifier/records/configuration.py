@@ -30,6 +30,9 @@ is in another unit."""
 _REST_PITCH_BOUND = 1.6
 """Largest rest pitch [rad], a quarter of a turn. A larger value is in degrees."""
 
+_ELEVATION_GAIN_BOUNDS = (1e-3, 10.0)
+"""Gains [rad/s^2/V]: a thousandth would not lift any bench helicopter, ten would throw it."""
+
 
 @dataclass(frozen=True)
 class RigConfiguration:
@@ -44,6 +47,9 @@ class RigConfiguration:
         as the effect motor_lag.
     rest_pitch : float or None
         Pitch θ₀ at which gravity exerts no torque [rad]; None if it is to be estimated.
+    elevation_gain : float or None
+        Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None if it is to be estimated.
+        Under a controller the logs hardly determine it.
     format : LogFormat
         How the rig writes its logs, with its encoder counts and voltage limit.
 
@@ -56,12 +62,15 @@ class RigConfiguration:
     name: str = "rig"
     motor_time_constant: float = 0.08
     rest_pitch: float | None = None
+    elevation_gain: float | None = None
     format: LogFormat = CONTRACT
 
     def __post_init__(self) -> None:
         require_range("rig.motor_time_constant", self.motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
         if self.rest_pitch is not None:
             require_range("rig.rest_pitch", self.rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
+        if self.elevation_gain is not None:
+            require_range("rig.elevation_gain", self.elevation_gain, "rad/s^2/V", *_ELEVATION_GAIN_BOUNDS)
 
 
 class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -96,6 +105,7 @@ class _Rig(_Section, frozen=True):
     name: str = RigConfiguration.name
     motor_time_constant: float = RigConfiguration.motor_time_constant
     rest_pitch: float | None = None
+    elevation_gain: float | None = None
     voltage_limit: float = CONTRACT.voltage_limit
     encoder_counts: _EncoderCounts = _EncoderCounts()
 
@@ -163,7 +173,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
             clip=log.clip,
             largest_file=log.largest_file,
         )
-        return RigConfiguration(rig.name, rig.motor_time_constant, rig.rest_pitch, format)
+        return RigConfiguration(rig.name, rig.motor_time_constant, rig.rest_pitch, rig.elevation_gain, format)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 

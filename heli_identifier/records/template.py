@@ -55,6 +55,7 @@ name = "{rig.name}"
 motor_time_constant = {rig.motor_time_constant}  # lag of motor and propeller [s]; a wrong one shows as motor_lag
 voltage_limit = {CONTRACT.voltage_limit}  # limit of the amplifiers [V]; a log that exceeds it is read with a note
 # rest_pitch = -0.14  # pitch at which gravity exerts no torque [rad]; without it, it is estimated
+# elevation_gain = 0.15  # elevation's acceleration per volt on both rotors' sum [rad/s^2/V], if geometry gives it
 
 [rig.encoder_counts]
 {counts}

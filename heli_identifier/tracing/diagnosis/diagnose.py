@@ -210,6 +210,7 @@ def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, ob
         "motor_time_constant_s": settings.motor_time_constant,
         "voltage_limit_V": settings.voltage_limit,
         **({} if settings.rest_pitch is None else {"rest_pitch_rad": settings.rest_pitch}),
+        **({} if settings.elevation_gain is None else {"elevation_gain_rad_s2_V": settings.elevation_gain}),
         **({"keep_events": True} if settings.keep_events else {}),
         "significance": SIGNIFICANCE,
         "threshold": selection.threshold,

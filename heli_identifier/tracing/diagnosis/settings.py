@@ -29,6 +29,8 @@ class DiagnosisSettings:
         Saturation of both voltages [V].
     rest_pitch : float or None
         Pitch theta_0 at rest [rad]; None lets every fit estimate it.
+    elevation_gain : float or None
+        Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it.
     keep_events : bool
         Use also the passages in which something other than the plant acts; by default they are cut out. They are
         listed either way.
@@ -39,6 +41,7 @@ class DiagnosisSettings:
     motor_time_constant: float = 0.08
     voltage_limit: float = 5.0
     rest_pitch: float | None = None
+    elevation_gain: float | None = None
     keep_events: bool = False
 
     @classmethod
@@ -61,13 +64,20 @@ class DiagnosisSettings:
             configuration.motor_time_constant,
             configuration.format.voltage_limit,
             configuration.rest_pitch,
+            configuration.elevation_gain,
         )
 
     @property
     def free(self) -> tuple[str, ...]:
-        """Parameters of the simplified model that are estimated: theta0 only where no rest pitch is given."""
-        return tuple(name for name in ModelParameters._fields if name != "theta0" or self.rest_pitch is None)
+        """Parameters of the simplified model that are estimated: theta0 and k_z only where they are not given."""
+        given = {"theta0": self.rest_pitch, "k_z": self.elevation_gain}
+        return tuple(name for name in ModelParameters._fields if given.get(name) is None)
 
     def base_parameters(self) -> PlantParameters:
         """Parameter set that carries what is given; the fields in ``free`` hold no information."""
-        return PlantParameters(T_m=self.motor_time_constant, v_max=self.voltage_limit, theta0=self.rest_pitch or 0.0)
+        return PlantParameters(
+            T_m=self.motor_time_constant,
+            v_max=self.voltage_limit,
+            theta0=self.rest_pitch or 0.0,
+            k_z=self.elevation_gain or 0.0,
+        )

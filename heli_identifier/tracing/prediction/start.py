@@ -68,18 +68,21 @@ def first_estimate(
     ----------
     records : sequence of Log
     base : PlantParameters
-        What is not estimated: the motor's time constant [s], the voltage limit [V], and theta0 [rad] if it is given.
+        What is not estimated: the motor's time constant [s], the voltage limit [V], and theta0 [rad] and k_z
+        [rad/s^2/V] if they are given.
     free : sequence of str
-        Parameters to estimate: all eleven, or all but theta0.
+        Parameters to estimate: all eleven, or all but theta0 or k_z.
     """
     rest_pitch = None if "theta0" in free else base.theta0
     rows = [_regression(record, base.T_m, rest_pitch) for record in records]
-    pitch, elevation, travel = (
-        np.linalg.lstsq(
-            np.concatenate([row[axis][0] for row in rows]), np.concatenate([row[axis][1] for row in rows]), rcond=None
-        )[0]
+    systems = [
+        (np.concatenate([row[axis][0] for row in rows]), np.concatenate([row[axis][1] for row in rows]))
         for axis in range(3)
-    )
+    ]
+    if "k_z" not in free:
+        regressors, acceleration = systems[1]
+        systems[1] = regressors[:, :-1], acceleration - base.k_z * regressors[:, -1]
+    pitch, elevation, travel = (np.linalg.lstsq(columns, target, rcond=None)[0] for columns, target in systems)
     if rest_pitch is None:
         a_th, theta0 = _stiffness_and_rest(float(pitch[1]), float(pitch[2]))
     else:
@@ -93,7 +96,7 @@ def first_estimate(
         a_e=float(elevation[1]),
         a_1=float(elevation[2]),
         a_lt=float(elevation[3]),
-        k_z=float(elevation[4]),
+        k_z=float(elevation[4]) if "k_z" in free else base.k_z,
         a_wy=float(travel[0]),
         k_y=float(travel[1]),
     )

@@ -1,4 +1,4 @@
-"""A pitch at rest that heli.toml gives is kept by every fit, whatever the logs say; without one it is estimated."""
+"""What heli.toml gives of the model is kept by every fit, whatever the logs say; without it, it is estimated."""
 
 import json
 import os
@@ -45,6 +45,17 @@ def test_without_one_the_rest_pitch_is_estimated(logs):
     assert found.value == pytest.approx(TABLE_2.theta0, abs=4.5 * found.standard_error)
     assert abs(found.value - WRONG) > 10.0 * found.standard_error
     assert "rest_pitch_rad" not in result.settings
+
+
+def test_a_given_elevation_gain_is_kept_and_the_parameters_in_proportion_to_it_follow(logs):
+    gain = 1.2 * TABLE_2.k_z
+    settings = DiagnosisSettings.from_rig(RigConfiguration(elevation_gain=gain))
+    result = diagnose(logs[0], held_out=logs[1], settings=settings)
+    assert result.plant_before.k_z == result.plant_after.k_z == gain
+    assert result.parameters_after["k_z"].standard_error is None
+    assert result.settings["elevation_gain_rad_s2_V"] == gain
+    # in slow motion the elevation's equation is free in scale, so the stiffness goes with the gain, but not all the way
+    assert result.plant_before.a_e > 1.02 * TABLE_2.a_e
 
 
 def test_settings_of_a_rig_hold_all_that_its_configuration_states():
