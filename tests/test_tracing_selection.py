@@ -1,5 +1,7 @@
 """The search on rigs that it shares no code with: the effect by its name and size, and nothing else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -8,7 +10,7 @@ from heli_identifier.records.log import Log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
-from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.prediction.start import first_estimate, lagged_voltages
 from heli_identifier.tracing.search.candidates import companions
 from heli_identifier.tracing.search.model import Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import admissible
@@ -131,6 +133,18 @@ def test_a_refit_starts_inside_the_effects_range_and_near_the_value_that_was_tri
             if entry.grid:
                 assert abs(value) <= 1.2 * abs(candidate.size)
     assert tried
+
+
+def test_a_voltage_that_the_encoder_reads_at_once_is_no_bending_mode():
+    """As a mode it would be faster than the innovations are sampled; under a controller it is the loop's own work."""
+    logs = []
+    for seed in (1, 2):
+        log = noisy(TABLE_2, drive(60.0, seed), seed, name=f"run{seed}")
+        read_at_once = 3e-3 * lagged_voltages(log, TABLE_2.T_m).sum(axis=1)
+        logs.append(replace(log, angles=log.angles + read_at_once[:, None] * np.array((0.0, 1.0, 0.0))))
+    problem = Problem(tuple(reduce_log(log) for log in logs))
+    found = select(problem, first_estimate(problem.records, DiagnosisSettings().base_parameters()))
+    assert ("arm_bending", "elevation") not in named(found)
 
 
 def test_a_delay_below_half_a_sample_is_not_claimed(clean):

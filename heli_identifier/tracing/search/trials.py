@@ -7,12 +7,13 @@ import numpy as np
 
 from heli_identifier.tracing.prediction.fit import Fit, fit
 from heli_identifier.tracing.prediction.linear_refit import linear_refit
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.candidates import Candidate, shape_fields
 from heli_identifier.tracing.search.model import Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import Scan, admissible
 from heli_identifier.tracing.search.settings import LAW_SHARE, SHAPE_PRICE, SHORTLIST
-from heli_plant.effects import AXES, DELAY, LAG, Effect
+from heli_plant.effects import AXES, BENDING, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
 
 
@@ -136,7 +137,16 @@ def passes(candidate: Trial, threshold: float) -> bool:
     effect = candidate.effect
     value = getattr(candidate.fit.parameters, effect.field)
     inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
-    return inside and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
+    possible = inside and is_resolved(candidate.fit, effect)
+    return possible and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
+
+
+def is_resolved(fit_: Fit, effect: Effect) -> bool:
+    """Whether a bending mode is slow enough for the innovations to tell it from a voltage read by the encoder at once.
+
+    Under a controller the voltages answer the encoder's noise, and such a reading can be what the loop makes of it.
+    """
+    return effect.place != BENDING or fit_.parameters.bending_frequency < 0.5 * REDUCED_RATE
 
 
 def smallest(fit_: Fit, effect: Effect) -> float:
