@@ -72,7 +72,7 @@ def print_predictive(diagnosis: Diagnosis) -> None:
         )
     if diagnosis.predictive or diagnosis.possible:
         typer.echo("stability: share of halves of the training data that find the effect or its alternatives")
-        typer.echo("takes off: share of the 1 s error that the largest of the axes would have more without it")
+        typer.echo("takes off: by how much the error of the axis that needs it most grows without it")
 
 
 def print_parameters(diagnosis: Diagnosis) -> None:
