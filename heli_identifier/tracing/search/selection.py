@@ -20,15 +20,19 @@ from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.candidates import candidates, companions, stepping_at
+from heli_identifier.tracing.search.feedback import CLOSED, feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
 from heli_identifier.tracing.search.scan import Scan, extended, scan, scored
 from heli_identifier.tracing.search.settings import (
     COMPANION_SCORE,
+    LEAST_SCORE,
+    LEAST_SCORE_CLOSED,
     MOST_EFFECTS,
     SHARE_BESIDE_NAMED,
     SHARE_BESIDE_SAME_MECHANISM,
     SHARE_BESIDE_UNKNOWN,
+    SHORT_LOGS,
     SIGNIFICANCE,
     UNKNOWN_FACTOR,
     UNKNOWN_LEVEL,
@@ -108,7 +112,14 @@ def score_catalogue(model: Model) -> Round:
     scanned = extended(scanned, stepping_at(sorted(times), parameters))
     surrogates = largest_scores(scanned)
     threshold, suggestive_level = (quantile(surrogates, p * SIGNIFICANCE) for p in (1.0, 10.0))
-    return Round(model, scanned, of_noise, threshold, suggestive_level)
+    return Round(model, scanned, of_noise, max(threshold, least_score(model.fit)), suggestive_level)
+
+
+def least_score(fit_: Fit) -> float:
+    """Score below which no surrogate is trusted: more in closed loop, and where the logs are short."""
+    seconds = sum(record.duration for record in fit_.problem.records)
+    hard = seconds < SHORT_LOGS or feedback_score(fit_) > CLOSED
+    return LEAST_SCORE_CLOSED if hard else LEAST_SCORE
 
 
 def is_material(null: Fit, model: Model, tried: Trial) -> bool:

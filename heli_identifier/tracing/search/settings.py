@@ -9,6 +9,16 @@ LOWEST_FREQUENCY = 0.06
 SIGNIFICANCE = 0.005
 """Probability that a record of the null model has any effect shown."""
 
+LEAST_SCORE = 4.0
+"""Least score that shows an effect in open loop."""
+
+LEAST_SCORE_CLOSED = 5.0
+"""The same in closed loop, where a coloured residual comes back through the voltages, and for short logs, of which few
+blocks make the surrogates."""
+
+SHORT_LOGS = 179.0
+"""Length of all logs together [s] below which they are short: three minutes, less what rounding takes."""
+
 SHORTLIST = 4
 """Candidates that are refitted in a round."""
 
