@@ -7,11 +7,13 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 
 from .adaptation import adapt
 from .candidates import WATCHABLE
-from .estimate import Estimate, ModelParameters
+from .estimate import Estimate, ModelParameters, determined
+from .feedback import CLOSED
 from .identifier import start, step
+from .noise_model import Noise
 from .plan import Plan, prepare
 from .score import Score
-from .settings import IdentifierSettings
+from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -22,16 +24,22 @@ from .signals import (
 from .state import IdentifierOutput, IdentifierState, output_of, restored
 
 __all__ = [
+    "ADAPTATION",
+    "CLOSED",
+    "METHODS",
+    "PREDICTION_ERROR",
     "WATCHABLE",
     "Estimate",
     "IdentifierOutput",
     "IdentifierSettings",
     "IdentifierState",
     "ModelParameters",
+    "Noise",
     "Plan",
     "Score",
     "adapt",
     "advance_signals",
+    "determined",
     "elevation_regression",
     "output_of",
     "pitch_regression",

@@ -9,29 +9,46 @@ from typing import Any, NamedTuple
 
 from .axis import AxisState
 from .estimate import ModelParameters
+from .feedback import Feedback, feedback_score
 from .moments import Moments
+from .noise_model import NoiseModel
 from .plan import Plan
+from .prediction_error import PredictorState
 from .score import NOTHING, Score
 from .signals import Signals
 from .watch import WatchState
+from .whitening import Whitening
+
+Predictors = tuple[PredictorState, PredictorState, PredictorState]
+"""Of pitch, elevation and travel."""
 
 
 class IdentifierState(NamedTuple):
-    """Everything remembered between two samples; ``samples`` counts those after sample 0."""
+    """Everything remembered between two samples.
+
+    ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
+    sample that was taken, where not all of them are (:class:`.plan.Plan`); ``watch`` is None where no effect is
+    watched, ``predictors`` where the method is the adaptation; ``loops`` is what is known about the loops of pitch,
+    elevation and travel.
+    """
 
     samples: int
+    voltages: tuple[float, float]
     signals: Signals
     watch: WatchState | None
     pitch: AxisState
     elevation: AxisState
     travel: AxisState
+    predictors: Predictors | None
+    loops: tuple[Feedback, Feedback, Feedback]
 
 
 class IdentifierOutput(NamedTuple):
     """What is known after a sample.
 
     ``parameters`` and their ``standard_errors`` by name; per axis (pitch, elevation, travel) the adaptation error
-    ``sigma`` [rad/s^2] and the ``excitation`` level [1]; ``adapting`` is false while the adaptation rests; ``scores``
+    ``sigma`` [rad/s^2], the ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]
+    (:mod:`.feedback`); ``adapting`` is false while the adaptation rests; ``scores``
     are those of the watched effects, in the order of the settings.
     """
 
@@ -39,17 +56,34 @@ class IdentifierOutput(NamedTuple):
     standard_errors: ModelParameters
     sigma: tuple[float, float, float]
     excitation: tuple[float, float, float]
+    feedback: tuple[float, float, float]
     adapting: bool
     scores: tuple[Score, ...] = ()
 
 
 def restored(saved: Any) -> IdentifierState:
     """Return the state that ``json.dumps`` wrote and ``json.loads`` read as ``saved``."""
-    samples, signals, watch, *axes = _tuples(saved)
-    pitch, elevation, travel = (_axis(*axis) for axis in axes)
+    samples, voltages, signals, watch, pitch, elevation, travel, predictors, loops = _tuples(saved)
+    first, second, third = loops
     return IdentifierState(
-        samples, Signals(*signals), None if watch is None else WatchState(*watch), pitch, elevation, travel
+        samples,
+        voltages,
+        Signals(*signals),
+        None if watch is None else WatchState(*watch),
+        _axis(*pitch),
+        _axis(*elevation),
+        _axis(*travel),
+        None if predictors is None else _predictors(*predictors),
+        (Feedback(*first), Feedback(*second), Feedback(*third)),
     )
+
+
+def _predictors(pitch, elevation, travel) -> Predictors:
+    return _predictor(*pitch), _predictor(*elevation), _predictor(*travel)
+
+
+def _predictor(memory, noise, whitening) -> PredictorState:
+    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening))
 
 
 def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:
@@ -64,7 +98,7 @@ def _tuples(value: Any) -> Any:
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
-    samples, _, _, pitch, elevation, travel = state
+    samples, _, _, _, pitch, elevation, travel, _, loops = state
     _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
     _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
     _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
@@ -80,7 +114,8 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
         (sigma_1, sigma_2, sigma_3),
         (excitation_1, excitation_2, excitation_3),
-        samples >= plan.hold_samples,
+        (feedback_score(loops[0]), feedback_score(loops[1]), feedback_score(loops[2])),
+        samples // plan.every >= plan.hold_samples,
         _scores_in_order(state, plan) if plan.watch.candidates else (),
     )
 
