@@ -14,6 +14,7 @@ from heli_identifier.online import (
     IdentifierOutput,
     IdentifierSettings,
     IdentifierState,
+    Lag,
     ModelParameters,
     determined,
     prepare,
@@ -63,6 +64,8 @@ _OUTPUTS = (
         _output(f"determined.{name}", "1", f"1: half the 95 % interval of {name} is at most half of its value, else 0")
         for name, _, _ in _ESTIMATED
     ),
+    _output("motor_lag", "s", "lag of both motors: estimated or given", ("motor.time_constant",)),
+    _output("standard_error.motor_lag", "s", "standard error of motor_lag, 0 where it is given"),
     *(
         _output(f"feedback.{axis}", "1", f"score of a closed loop on the {axis}; beyond 3 there is one")
         for axis in AXES
@@ -86,6 +89,7 @@ _SETTINGS = (
     boolean_parameter("pitch.rest_angle_known", False, "use pitch.rest_angle in place of estimating it"),
     real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, if it is known"),
     real_parameter("motor.time_constant", "s", _DEFAULT.motor_time_constant, 0.0, 5.0, "lag of both motors"),
+    boolean_parameter("motor.lag_estimated", False, "estimate the motors' lag along, from motor.time_constant on"),
     real_parameter("motor.voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, 1e3, "saturation of both voltages"),
     real_parameter("excitation.window", "s", _DEFAULT.excitation_window, 1e-3, 1e6, "window of the excitation level"),
     real_parameter("report.interval", "s", _DEFAULT.report_interval, 1e-5, 1e6, "time between two standard errors"),
@@ -151,6 +155,7 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     initial=ModelParameters(*(values[at[f"initial.{name}"]] for name in _NAMES)),
                     watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
                     method=values[at["method"]],
+                    lag_estimated=values[at["motor.lag_estimated"]],
                 )
             )
         except ConfigurationError as problem:
@@ -159,8 +164,9 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
         self.previous: list[float] = []
         self.warned = False
         gain = self.plan.settings.initial_gain
+        lag = Lag(self.plan.settings.motor_time_constant, 0.0)
         errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
-        self._show(IdentifierOutput(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, (0.0,) * 3, False))
+        self._show(IdentifierOutput(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, (0.0,) * 3, lag, False))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
@@ -209,6 +215,7 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
             *estimate.sigma,
             *estimate.excitation,
             *map(_flag, estimate.parameters, estimate.standard_errors, _UNITS),
+            *estimate.lag,
             *estimate.feedback,
             1.0 if closed else 0.0,
         )

@@ -21,7 +21,7 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, output_of, restored
+from .state import IdentifierOutput, IdentifierState, Lag, output_of, restored
 
 __all__ = [
     "ADAPTATION",
@@ -33,6 +33,7 @@ __all__ = [
     "IdentifierOutput",
     "IdentifierSettings",
     "IdentifierState",
+    "Lag",
     "ModelParameters",
     "Noise",
     "Plan",

@@ -15,6 +15,7 @@ from heli_plant.motor import saturate
 
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
 from .feedback import first_feedback, watch_error, watch_innovation
+from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
 from .noise_model import Noise
 from .plan import Plan
 from .prediction_error import PredictorCoefficients, first_predictor, predict_axis, rest_predictor
@@ -41,18 +42,28 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
         pitch_omega: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
     else:
         pitch_omega = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-    signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     of_pitch, of_elevation, of_travel = (len(columns) for columns in plan.watched_columns)
+    predicted = plan.predictor is not None
+    elevation_omega: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
+    if plan.lag is not None:
+        pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
+    pitch_axis = initial_axis(pitch_omega, gain, of_pitch, predicted)
+    elevation_axis = initial_axis(elevation_omega, gain, of_elevation, predicted)
+    if plan.lag is not None:
+        pitch_axis = pitch_axis._replace(factor=(*pitch_axis.factor[:-1], PITCH_PRIOR**2))
+        elevation_axis = elevation_axis._replace(factor=(*elevation_axis.factor[:-1], ELEVATION_PRIOR**2))
+    signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
-    c, z = plan.predictor, _regressions(signals, watch, plan)
-    predicted = c is not None
+    lag = settled_lag(signals) if plan.lag is not None else None
+    c, z = plan.predictor, _regressions(signals, lag, watch, plan)
     return IdentifierState(
         0,
         (signals.v_front, signals.v_rear),
         signals,
+        lag,
         watch,
-        initial_axis(pitch_omega, gain, of_pitch, predicted),
-        initial_axis((at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z), gain, of_elevation, predicted),
+        pitch_axis,
+        elevation_axis,
         initial_axis((at.a_wy, at.k_y), gain, of_travel, predicted),
         None if c is None else _first_predictors(z, plan.settings.noise, c),
         (
@@ -67,14 +78,18 @@ def _first_predictors(z: Regressions, noise: tuple[Noise, Noise, Noise], c: Pred
     return first_predictor(z[0], noise[0], c), first_predictor(z[1], noise[1], c), first_predictor(z[2], noise[2], c)
 
 
-def _regressions(signals: Signals, watch: WatchState | None, plan: Plan) -> Regressions:
+def _regressions(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressions:
     """Return (phi, watched, y) of the three axes."""
     f = plan.signals.filter
     if plan.rest_angle_is_known:
-        y_1, phi_1 = pitch_regression(signals, plan.sine_of_rest, plan.cosine_of_rest, f)
+        y_1, given = pitch_regression(signals, plan.sine_of_rest, plan.cosine_of_rest, f)
+        phi_1: tuple[float, ...] = given
     else:
         y_1, phi_1 = pitch_regression_free(signals, f)
-    y_2, phi_2 = elevation_regression(signals, f)
+    y_2, of_elevation = elevation_regression(signals, f)
+    phi_2: tuple[float, ...] = of_elevation
+    if lag is not None:
+        phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
     y_3, phi_3 = travel_regression(signals, f)
     if watch is None:
         return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
@@ -107,11 +122,13 @@ def step(
             state = state._replace(samples=samples, voltages=sums)
             return state, output_of(state, plan)
         signals = signals._replace(v_front=sum_front / every, v_rear=sum_rear / every)
-    signals = advance_signals(signals, v_front, v_rear, pitch, elevation, travel, plan.signals)
-    watch = state.watch
+    before, lag, watch = signals, state.lag, state.watch
+    signals = advance_signals(before, v_front, v_rear, pitch, elevation, travel, plan.signals)
+    if lag is not None and plan.lag is not None:
+        lag = advance_lag(lag, before, signals, plan.lag, plan.signals.filter)
     if watch is not None:
         watch = advance_watch(watch, signals, plan.watch, plan.signals.filter)
-    z_1, z_2, z_3 = _regressions(signals, watch, plan)
+    z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
     axis_1, axis_2, axis_3, predictors = state.pitch, state.elevation, state.travel, state.predictors
     loop_1, loop_2, loop_3 = state.loops
     difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
@@ -140,7 +157,7 @@ def step(
         axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, count, predictors is not None, plan)
     voltages = signals.v_front, signals.v_rear
     loops = loop_1, loop_2, loop_3
-    state = IdentifierState(samples, voltages, signals, watch, axis_1, axis_2, axis_3, predictors, loops)
+    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops)
     return state, output_of(state, plan)
 
 
@@ -161,7 +178,8 @@ def _evaluated(
     if turn == 0:
         axis_1 = _evaluated_pitch(axis_1, predicted, plan)
     elif turn == 1:
-        axis_2 = evaluate_axis(axis_2, _ALL_FIVE, plan.settings.forgetting, plan.moments.interval, predicted)
+        rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega)
+        axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
     elif turn == 2:
         axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval, predicted)
     return axis_1, axis_2, axis_3
@@ -178,7 +196,7 @@ def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
     """Evaluate the pitch; with theta0 free, by the gradients of a_th = hypot(p, q) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
-        _, p, q, _ = axis.omega
+        _, p, q, *_ = axis.omega
         a = hypot(p, q) or 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
@@ -186,4 +204,14 @@ def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
+    if plan.lag is not None:
+        rows = _with_lag(rows, axis.omega)
     return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+
+
+def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
+    """Return ``rows`` for an Omega that ends with k and k Delta, and the gradient of Delta."""
+    gain, product = omega[-2], omega[-1]
+    gain = gain if gain != 0.0 else 1.0
+    slope = (*([0.0] * (len(omega) - 2)), -product / (gain * gain), 1.0 / gain)
+    return (*[(*row, 0.0) for row in rows], slope)

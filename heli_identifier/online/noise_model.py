@@ -17,7 +17,7 @@ innovation times sqrt(r / (r + phi^T Gamma phi)), which takes that out on averag
 Source: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, sections 3.3 to 3.5.
 """
 
-from math import log, sqrt
+from math import exp, log, sqrt
 from typing import NamedTuple
 
 from .whitening import Whitening
@@ -106,6 +106,11 @@ class NoiseModel(NamedTuple):
     d2: float
     d3: float
     g1: float
+
+    @property
+    def found(self) -> Noise:
+        """Bandwidth and corner [rad/s]."""
+        return Noise(exp(self.log_bandwidth), exp(self.log_corner))
 
 
 def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:

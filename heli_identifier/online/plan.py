@@ -8,6 +8,7 @@ from heli_plant.motor import kept
 from .adaptation import AdaptationCoefficients, adaptation_coefficients
 from .candidates import candidate
 from .feedback import FeedbackCoefficients, feedback_coefficients
+from .lag import LagCoefficients, lag_coefficients
 from .moments import MomentCoefficients, moment_coefficients
 from .noise_model import noise_coefficients
 from .prediction_error import PredictorCoefficients
@@ -52,6 +53,8 @@ class Plan(NamedTuple):
     watch: WatchCoefficients
     predictor: PredictorCoefficients | None
     """None where the method is the adaptation."""
+    lag: LagCoefficients | None
+    """None where the motors' lag is not estimated."""
     feedback: FeedbackCoefficients
     watched_columns: tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
     """For each axis, which of the watched effects are its own."""
@@ -86,6 +89,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         cos(rest),
         watch_coefficients(tuple(candidate(name, axis) for name, axis in settings.watched), h),
         predictor_coefficients(settings, h, f) if predicting else None,
+        lag_coefficients(lag, h, kept(h, lag)) if settings.lag_estimated else None,
         feedback_coefficients(h, *filter_polynomial(omega, settings.filter_damping, h)),
         (pitch, elevation, travel),
     )

@@ -53,6 +53,8 @@ class IdentifierSettings:
     method : str
         ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which stays right where a
         controller closes the loop.
+    lag_estimated : bool
+        Whether the motors' lag is estimated along, beginning with ``motor_time_constant`` (:mod:`.lag`).
     noise : tuple of three Noise
         Where the noise models of pitch, elevation and travel begin (:mod:`.noise_model`).
     watched : tuple of (name, axis)
@@ -79,6 +81,7 @@ class IdentifierSettings:
     initial: ModelParameters = field(default_factory=ModelParameters)
     watched: tuple[tuple[str, str], ...] = ()
     method: str = ADAPTATION
+    lag_estimated: bool = False
     noise: tuple[Noise, Noise, Noise] = (Noise(), Noise(), Noise())
 
     def __post_init__(self) -> None:
