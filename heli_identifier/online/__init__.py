@@ -12,6 +12,7 @@ from .feedback import CLOSED
 from .identifier import start, step
 from .noise_model import Noise
 from .plan import Plan, prepare
+from .prediction_error import noise_of
 from .score import Score
 from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings
 from .signals import (
@@ -42,6 +43,7 @@ __all__ = [
     "advance_signals",
     "determined",
     "elevation_regression",
+    "noise_of",
     "output_of",
     "pitch_regression",
     "pitch_regression_free",

@@ -119,6 +119,8 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
     _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
     _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
+    # Behind the parameters stands the noise model, where there is one.
+    omega_1, omega_2, omega_3 = omega_1[: len(errors_1)], omega_2[: len(errors_2)], omega_3[: len(errors_3)]
     lag = Lag(plan.settings.motor_time_constant, 0.0)
     if plan.lag is not None:
         lag = _lag(plan.lag.time_constant, omega_1, errors_1[-1], omega_2, errors_2[-1])
@@ -156,7 +158,8 @@ def _scores_in_order(state: IdentifierState, plan: Plan) -> tuple[Score, ...]:
     ordered = [NOTHING] * len(plan.watch.candidates)
     axes = (state.pitch, state.elevation, state.travel)
     for axis, columns in zip(axes, plan.watched_columns, strict=True):
-        gain = axis.omega[-2 if plan.lag is not None and axis is not state.travel else -1]
+        reported = axis.omega[: len(axis.standard_errors)]
+        gain = reported[-2 if plan.lag is not None and axis is not state.travel else -1]
         for i, (score, coefficient, visibility) in zip(columns, axis.scores, strict=True):
             if plan.watch.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain
