@@ -151,10 +151,37 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     """
     beta, noise, interval, restoring_noise = coefficients
     sigma = measure(factor, omega, phi, y, noise, beta, direction)
+    restore(factor, len(phi), count, interval, restoring_noise, direction)
+    return sigma
+
+
+def restore(factor, n, count, interval, restoring_noise, direction):
+    """Give one direction of Gamma back the information that the gain limit holds, in place, if its turn has come.
+
+    ``n`` is the number of parameters; the other arguments are those of :func:`adapt` and :func:`measure`.
+    """
     index = count % interval
-    if index < len(phi) and restoring_noise < inf:
-        nowhere = [0.0] * len(phi)
-        unit_vector = [0.0] * len(phi)
+    if index < n and restoring_noise < inf:
+        nowhere = [0.0] * n
+        unit_vector = [0.0] * n
         unit_vector[index] = 1.0
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
-    return sigma
+
+
+def loosen(factor, index, variance):
+    """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
+
+    Rank-one update of U and D by Agee and Turner; D grows, and stays positive. Source: Bierman 1977, theorem V.3.1.
+    """
+    a = [0.0] * index + [1.0]
+    c = variance
+    for j in range(index, -1, -1):
+        start = j * (j + 1) // 2
+        s, d = a[j], factor[start + j]
+        d_next = d + c * s * s
+        beta = c * s / d_next
+        c = c * d / d_next
+        factor[start + j] = d_next
+        for i in range(j):
+            a[i] -= s * factor[start + i]
+            factor[start + i] += beta * a[i]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, adapt, gain_matrix, initial_factor
 from .excitation_level import excitation_level
-from .moments import MomentCoefficients, Moments, add_sample, no_moments
+from .moments import MomentCoefficients, Moments, add_products, add_sample, no_moments
 from .score import NOTHING, Score, scores
 from .uncertainty import standard_errors
 
@@ -18,9 +18,9 @@ from .uncertainty import standard_errors
 class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
-    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z since
-    the ``moments`` last took a mean of it; and, as last evaluated, the standard errors of the axis' reported
-    parameters, the excitation level [1] and the scores of the candidates.
+    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z (of
+    z z^T where prediction errors are minimised) since the ``moments`` last took a mean of it; and, as last evaluated,
+    the standard errors of the axis' reported parameters, the excitation level [1] and the scores of the candidates.
     """
 
     factor: tuple[float, ...]
@@ -42,19 +42,13 @@ def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> 
     return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
-def adapt_axis(
-    axis: AxisState,
-    y: float,
-    phi: tuple[float, ...],
-    watched: tuple[float, ...],
-    count: int,
-    c: AdaptationCoefficients,
-) -> AxisState:
-    """Return ``axis`` after one step of (7); ``watched`` are its candidates' signals, ``count`` numbers the steps."""
+def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, c: AdaptationCoefficients) -> AxisState:
+    """Return ``axis`` after one step of (7) on ``z`` = (phi, candidates, y); ``count`` numbers the steps."""
     factor, omega, _, sums, moments, errors, excitation, last_scores = axis
     factor_now, omega_now = list(factor), list(omega)
-    sigma = adapt(factor_now, omega_now, phi, y, count, c, [0.0] * len(omega))
-    sums = tuple(map(add, sums, (*phi, *watched, y)))
+    n = len(omega)
+    sigma = adapt(factor_now, omega_now, z[:n], z[-1], count, c, [0.0] * n)
+    sums = tuple(map(add, sums, z))
     return AxisState(tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores)
 
 
@@ -65,17 +59,27 @@ def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisSt
     return axis._replace(sums=(0.0,) * len(mean), moments=add_sample(axis.moments, mean, c))
 
 
+def observe_products(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
+    """Return ``axis``, whose sums are those of z z^T over ``samples``, with their mean added to its moments."""
+    share = 1.0 / samples
+    mean = [share * x for x in axis.sums]
+    return axis._replace(sums=(0.0,) * len(mean), moments=add_products(axis.moments, mean, c))
+
+
 def evaluate_axis(
-    axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float
+    axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float, whitened: bool = False
 ) -> AxisState:
     """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated anew.
 
-    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments.
+    The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
+    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments; ``whitened`` says that
+    the axis' residual is white with intensity 1 (:mod:`.prediction_error`).
     """
     moments, omega = axis.moments, axis.omega
-    n, candidates = len(omega), len(axis.scores)
+    n, reported, candidates = len(omega), len(combinations[0]), len(axis.scores)
+    rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
     return axis._replace(
-        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval),
-        excitation=excitation_level(moments.window, n + candidates + 1, n),
-        scores=scores(moments, n, candidates, alpha, interval),
+        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, rows, alpha, interval, whitened),
+        excitation=excitation_level(moments.window, n + candidates + 1, reported),
+        scores=scores(moments, n, candidates, alpha, interval, whitened),
     )

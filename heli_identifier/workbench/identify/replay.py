@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
+    ADAPTATION,
     IdentifierSettings,
     ModelParameters,
     adapt,
@@ -56,7 +58,17 @@ def replay(
         Their ``watched`` effects are ignored.
     every : int
         Number of samples between two rows of the result; the last sample always has a row.
+
+    Raises
+    ------
+    ConfigurationError
+        The method is not the adaptation, or the lag is to be estimated.
     """
+    if settings.method != ADAPTATION or settings.lag_estimated:
+        raise ConfigurationError(
+            f"a replay runs method {ADAPTATION} with a given lag, not {settings.method} with lag_estimated = "
+            f"{settings.lag_estimated}; step the identifier instead"
+        )
     plan = prepare(settings)
     state = start(plan, *voltages[0].tolist(), *angles[0].tolist())
     axes = (state.pitch, state.elevation, state.travel)
