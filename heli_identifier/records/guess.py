@@ -40,6 +40,7 @@ _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 100
 """Counts a turn that encoders have."""
 _SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
+_ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _RATES_HZ = (45.0, 2100.0)
 
 
@@ -85,7 +86,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             f"{table.file} holds {len(others)} columns of numbers beside the time, found "
             f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
         )
-    values = np.nan_to_num(np.column_stack([columns[i] for i in others]))
+    values = np.clip(np.nan_to_num(np.column_stack([columns[i] for i in others])), -_ANYTHING, _ANYTHING)
     place = {index: number for number, index in enumerate(others)}
     named = {signal: place[index] for signal, index in known.items() if index in place}
     for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough

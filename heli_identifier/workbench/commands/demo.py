@@ -93,8 +93,8 @@ def demo(
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
     # The rigs go side by side, each in a process of its own; a search alone leaves half of two cores idle.
-    alone = {"mp_context": get_context("spawn"), "initializer": bound_to_parent}
-    with ProcessPoolExecutor(len(RIGS), **alone) as pool, progress_bar() as progress:
+    processes = ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn"), initializer=bound_to_parent)
+    with processes as pool, progress_bar() as progress:
         with unheard(signal.SIGINT):  # Ctrl-C is for this process, which then ends the others
             running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
         progress("building the units", 0.0)
