@@ -42,7 +42,7 @@ def _looked_into(log: Path, output: Path) -> Path:
     from heli_identifier.records import guess, read_log, suspicions, write_template
     from heli_identifier.workbench.commands.terminal import note, print_table, warn
 
-    if output.exists():
+    if output.is_file() or output.is_dir():
         raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
     found = guess(log)
     path = write_template(output, found)
