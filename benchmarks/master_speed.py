@@ -144,17 +144,18 @@ def _do_step(order: dict, steps: int, unit: str, parameters: dict) -> float:
     from fmu_src.master.tape import Clock, Tape
 
     alarm, clock = [], Clock(STEP)
-    instance = Instance("unit", Path(order["units"][unit]), alarm)
-    instance.initialise(parameters, 0.0, steps * STEP)
-    inputs = [name for name, v in instance.variables.items() if v.causality == "input"]
-    instance.bind(inputs, instance.outputs, np.full(len(inputs), 0.8), np.zeros(len(instance.outputs)), clock)
-    instance.finish_initialisation(0.0)
-    Tape(instance.puts, clock, alarm).play(0.0)
-    tape = Tape(instance.steps, clock, alarm)
-    began = time.perf_counter()
-    for k in range(steps):
-        tape.play(k * STEP)
-    return time.perf_counter() - began
+    with TemporaryDirectory() as folder:
+        instance = Instance("unit", Path(order["units"][unit]), Path(folder) / "unpacked", alarm)
+        instance.initialise(parameters, 0.0, steps * STEP)
+        inputs = [name for name, v in instance.variables.items() if v.causality == "input"]
+        instance.bind(inputs, instance.outputs, np.full(len(inputs), 0.8), np.zeros(len(instance.outputs)), clock)
+        instance.finish_initialisation(0.0)
+        Tape(instance.puts, clock, alarm).play(0.0)
+        tape = Tape(instance.steps, clock, alarm)
+        began = time.perf_counter()
+        for k in range(steps):
+            tape.play(k * STEP)
+        return time.perf_counter() - began
 
 
 def plant_off(order: dict, steps: int) -> float:

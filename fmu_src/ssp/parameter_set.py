@@ -78,7 +78,7 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
         root = ElementTree.fromstring(text)
     except OSError as problem:
         raise BuildError(f"the parameter set {path} cannot be read: {problem.strerror}") from problem
-    except ElementTree.ParseError as problem:
+    except (ElementTree.ParseError, LookupError, ValueError) as problem:  # also an encoding that there is not
         raise BuildError(f"the parameter set {path} cannot be read: {problem}") from problem
     if root.tag != tag("ssv:ParameterSet"):
         raise BuildError(f"{path} is no SSP parameter set: its root element is {root.tag}, not ssv:ParameterSet")

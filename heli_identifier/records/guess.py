@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +18,13 @@ from heli_identifier.errors import LogError
 from heli_identifier.records.assignment import CERTAIN, assigned, encoder_step, responses
 from heli_identifier.records.columns import name_and_unit
 from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.guess_time import is_clock, take_off, time_column
 from heli_identifier.records.layout import NUMBERED
 from heli_identifier.records.opening import log_bytes, table_of
 from heli_identifier.records.response import Gain, coarse
 from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
-from heli_identifier.records.table import Table, stamped
-from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES, understood
+from heli_identifier.records.table import Table
+from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -40,7 +40,7 @@ _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 100
 """Counts a turn that encoders have."""
 _SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
-_RATES_HZ = (45.0, 2100.0)
+_ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 
 
 @dataclass(frozen=True)
@@ -76,16 +76,16 @@ def guess(path: str | PathLike[str]) -> Guess:
     }
     known = _by_name(table.headers)
     reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
-    time, unit, rate_hz, reasons_of_time = _time(table, columns, known)
+    time, unit, rate_hz, reasons_of_time = time_column(table, columns, known)
     reasons |= reasons_of_time
     length = len(table.columns[time])
-    others = [i for i, v in columns.items() if i != time and len(v) == length and not _is_clock(v)]
+    others = [i for i, v in columns.items() if i != time and len(v) == length and not is_clock(v)]
     if len(others) < 5:
         raise LogError(
             f"{table.file} holds {len(others)} columns of numbers beside the time, found "
             f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
         )
-    values = np.nan_to_num(np.column_stack([columns[i] for i in others]))
+    values = np.clip(np.nan_to_num(np.column_stack([columns[i] for i in others])), -_ANYTHING, _ANYTHING)
     place = {index: number for number, index in enumerate(others)}
     named = {signal: place[index] for signal, index in known.items() if index in place}
     for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
@@ -99,7 +99,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             "[log.columns]: `heli init` writes a heli.toml with every key explained."
         )
     chosen = {"time": time} | {signal: others[index] for signal, index in found.columns.items()}
-    begins, start, why = _start(table.columns[time], unit, columns[others[found.columns["elevation"]]])
+    begins, start, why = take_off(table.columns[time], unit, columns[others[found.columns["elevation"]]])
     gains = _flown(values[begins:], rate_hz, found.columns)
     pitch, elevation, travel = gains
     doubts = [] if travel.share >= CERTAIN else [
@@ -177,48 +177,6 @@ def _by_name(headers: Sequence[str]) -> dict[str, int]:
     return found
 
 
-def _is_clock(values: NDArray[np.float64]) -> bool:
-    steps = np.diff(values)
-    return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
-
-
-def _time(
-    table: Table, columns: dict[int, NDArray[np.float64]], known: dict[str, int]
-) -> tuple[int, str, float, dict[str, str]]:
-    """Column and unit of the time, the rate [Hz], and why.
-
-    Raises
-    ------
-    LogError
-        No column increases evenly.
-    """
-    stamps = known.get("time")
-    if stamps is not None and table.columns[stamps].dtype.kind in "OM":
-        seconds = stamped(table.columns[stamps])
-        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
-            rate = (len(seconds) - 1) / seconds[-1]
-            return stamps, STAMP, rate, {"units.time": "its cells are time stamps"}
-    even = [i for i, v in columns.items() if _is_clock(v)]
-    first = known["time"] if known.get("time") in even else (even[0] if even else None)
-    if first is None:
-        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
-    step = float(np.median(np.diff(columns[first])))
-    reasons = {} if known.get("time") == first else {"columns.time": "increases evenly from row to row"}
-    stated = name_and_unit(table.headers[first])[1]
-    plain = understood("time", stated) if stated else None
-    if plain:
-        scale = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}.get(plain, 1.0)
-        return first, plain, 1.0 / (step * scale), reasons | {"units.time": f"its header says [{stated}]"}
-    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
-        rate = 1.0 / (step * scale)
-        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
-            return first, unit, rate, reasons | {"units.time": f"its steps of {step:.4g} are then {rate:.4g} Hz"}
-    raise LogError(
-        f"{table.file}: the time, {table.headers[first]!r}, has steps of {step:g}, which make no rate of 50 Hz to "
-        "2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
-    )
-
-
 def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
     """Give the unit of an angle, why, and the counts of its encoder if its steps tell them."""
     step = encoder_step(values)
@@ -278,23 +236,3 @@ def _flown(values: NDArray[np.float64], rate_hz: float, columns: dict[str, int])
     limited = np.clip(np.column_stack((front, rear)), -limit, limit)
     flown, step = coarse(np.column_stack((limited, *(values[:, columns[angle]] for angle in ANGLES))), rate_hz)
     return responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
-
-
-def _start(time: NDArray[Any], unit: str, elevation: NDArray[np.float64]) -> tuple[int, float | None, str]:
-    """Give row and instant [s] at which take-off is over and why, if the log begins with the arm at rest."""
-    if unit == STAMP:
-        return 0, None, ""
-    seconds = time * {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}[unit]
-    extent = float(np.ptp(elevation))
-    away = np.abs(elevation - elevation[0]) > 0.05 * extent
-    lifted = int(away.argmax())
-    resting = seconds[lifted] - seconds[0]
-    at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
-    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - seconds[lifted] < 12.0:
-        return 0, None, ""
-    start = float(np.ceil(seconds[lifted] + 4.0))
-    return (
-        int((seconds >= start).argmax()),
-        start,
-        f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off",
-    )

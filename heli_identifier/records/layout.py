@@ -110,7 +110,10 @@ def cells_of(line: str, separator: str) -> list[str]:
     """Split a line into its cells."""
     if separator == " ":
         return _BLANKS.split(line.strip()) if line.strip() else []
-    return next(csv.reader([line], delimiter=separator), [])
+    try:
+        return next(csv.reader([line.replace("\r", " ")], delimiter=separator), [])
+    except csv.Error:  # a cell of more than 131072 characters
+        return line.split(separator)
 
 
 def is_number(text: str, decimal: str) -> bool:

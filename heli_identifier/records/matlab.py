@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import LogError
+from heli_identifier.records.apart import check_survives
 from heli_identifier.records.table import Table, as_numbers, needed
 
 _HDF5 = b"\x89HDF"
@@ -78,6 +79,7 @@ def _variables(data: bytes, file: str) -> dict[str, Any]:
     hdf5 = _HDF5 in (data[:4], data[512:516])  # MATLAB puts a header of its own before it
     try:
         if not hdf5:
+            check_survives(lambda: loadmat(io.BytesIO(data), squeeze_me=True), len(data), file)
             variables = loadmat(io.BytesIO(data), squeeze_me=True)
             if "__function_workspace__" not in variables:
                 return variables
@@ -87,12 +89,13 @@ def _variables(data: bytes, file: str) -> dict[str, Any]:
         with draft_folder() as folder:  # it reads files only
             path = folder / "log.mat"
             path.write_bytes(data)
+            check_survives(lambda: matio.load_from_mat(str(path)), len(data), file)
             return matio.load_from_mat(str(path))
     except LogError:
         raise
     except Exception as error:  # the readers raise whatever their parsers do on foreign or truncated bytes
         said = str(error).strip().splitlines() or [type(error).__name__]
-        raise LogError(f"{file} is not a readable MATLAB file ({said[0]}); save it again.") from error
+        raise LogError(f"{file} is not a readable MATLAB file ({said[0][:200]}); save it again.") from error
 
 
 def _collect(name: str, value: Any, vectors: dict[str, NDArray[Any]], objects: list[str], depth: int = 0) -> None:

@@ -33,7 +33,7 @@ def read_spreadsheet(path: Path, data: bytes, file: str, mapped: frozenset[str])
         raise LogError(f"{file} is not a readable Excel workbook: {error}.") from error
     except Exception as error:  # the reader raises whatever its parsers do on a damaged workbook
         said = str(error).strip().splitlines() or [type(error).__name__]
-        raise LogError(f"{file} is not a readable Excel workbook ({said[0]}); save it again.") from error
+        raise LogError(f"{file} is not a readable Excel workbook ({said[0][:200]}); save it again.") from error
     for title, text in sheets.items():
         if text.count("\n") > 2:
             return read_text_table(text.encode(), file if len(sheets) == 1 else f"{file}, sheet {title!r}", ".", mapped)

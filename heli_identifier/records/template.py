@@ -119,7 +119,7 @@ def write_template(path: str | PathLike[str], found: Guess | None = None) -> Pat
     ConfigurationError
         If the file exists already, since it may hold the user's work, or cannot be written.
     """
-    if Path(path).exists():
+    if Path(path).is_file() or Path(path).is_dir():  # a device holds nobody's work
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
     try:
         return write_atomically(path, template_text(found))

@@ -15,11 +15,13 @@ last line without one may be whole as well, since many programs omit the last li
 import io
 import re
 import warnings
+from codecs import getincrementaldecoder
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.layout import cells_of, found_layout, is_number
 from heli_identifier.records.table import Table, as_numbers
 
+_CHUNK = 1 << 20
 _COMPARED = 100
 """Number of lines before the last whose last cells are compared with it."""
 
@@ -115,10 +117,13 @@ def _utf8(data: bytes, file: str) -> bytes:
             f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or "
             "one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
         )
-    if not data.rstrip():
+    if not data[:_CHUNK].strip() and not data.strip():
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
+    decoder = getincrementaldecoder("utf-8")()
     try:
-        data.decode("utf-8-sig")
+        for begin in range(0, len(data), _CHUNK):  # a large log is not held a second time as a text
+            decoder.decode(data[begin : begin + _CHUNK])
+        decoder.decode(b"", final=True)
     except UnicodeDecodeError:
         data = data.decode("cp1252", "replace").encode()
     return data

@@ -201,18 +201,19 @@ SIGNALS = (
             f"SIG{name} in the middle of the demonstration",
             nothing,
             f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; sleep 6; kill -{name} $p; wait $p 2>/dev/null; code=$?; "
-            "sleep 1; echo exit $code, $(pgrep -f multiprocessing.*parent_pid=$p | wc -l) running; "
-            f"{'heli demo --help >/dev/null; heli build Exciter -o out >/dev/null; rm -r out' if name == 'KILL' else 'true'}",
-            f"exit {code}, 0 running",
+            f"sleep 1; {'heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
+            "echo exit $code, $(pgrep -f multiprocessing.*parent_pid=$p | wc -l) running, "
+            "$(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
+            f"exit {code}, 0 running, 0 left",
             0,
             shell=True,
         )
         for name, code in (("INT", 130), ("TERM", 143), ("KILL", 137))
     ),
     Fault(
-        "Ctrl-C in the first .3 s",
+        "Ctrl-C in the first half second",
         nothing,
-        'set -m; for t in .05 .1 .15 .2 .3; do heli simulate closed_loop -d 100000 >out.txt 2>&1 & p=$!; sleep $t; kill -INT $p; wait $p 2>/dev/null; echo -n "$? "; cat out.txt; done; rm out.txt',
+        'set -m; for t in .15 .2 .3 .4 .5; do heli simulate closed_loop -d 100000 >out.txt 2>&1 & p=$!; sleep $t; kill -INT $p; wait $p 2>/dev/null; echo -n "$? "; cat out.txt; done; rm out.txt',
         "130 130 130 130 130",
         0,
         shell=True,

@@ -42,7 +42,7 @@ def _looked_into(log: Path, output: Path) -> Path:
     from heli_identifier.records import guess, read_log, suspicions, write_template
     from heli_identifier.workbench.commands.terminal import note, print_table, warn
 
-    if output.exists():
+    if output.is_file() or output.is_dir():
         raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
     found = guess(log)
     path = write_template(output, found)
@@ -93,8 +93,8 @@ def demo(
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
     # The rigs go side by side, each in a process of its own; a search alone leaves half of two cores idle.
-    pool = ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn"), initializer=bound_to_parent)
-    with pool, progress_bar() as progress:
+    processes = ProcessPoolExecutor(len(RIGS), mp_context=get_context("spawn"), initializer=bound_to_parent)
+    with processes as pool, progress_bar() as progress:
         with unheard(signal.SIGINT):  # Ctrl-C is for this process, which then ends the others
             running = {rig: pool.submit(diagnosed_rig, rig, folder) for rig, folder in folders.items()}
         progress("building the units", 0.0)

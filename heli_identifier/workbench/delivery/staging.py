@@ -10,8 +10,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from heli_identifier.drafts import draft_folder
+from heli_identifier.drafts import draft_folder, sweep
 from heli_identifier.errors import ConfigurationError
+
+_SWEPT = 4
+"""Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
 
 
 @contextmanager
@@ -38,6 +41,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if not existing.is_dir():
         raise ConfigurationError(f"{existing} is a file, a folder is needed there; name another output folder.")
+    for above in (folder, *folder.parents)[:_SWEPT]:
+        sweep(above)
     with ExitStack() as stack:
         try:
             draft = stack.enter_context(draft_folder(existing))

@@ -1,0 +1,84 @@
+"""A parser of a binary format, run first in a process of its own.
+
+The libraries that read MATLAB, HDF5, TDMS or MDF files are written for honest ones. A damaged or hostile file makes
+some of them crash the process (scipy's reader of MATLAB files, for one), run without end, or ask for all memory. So a
+forked copy of this process reads the file first. If it comes through, or ends with an exception, this process may do
+the same.
+"""
+
+import os
+import resource
+import signal
+import time
+from collections.abc import Callable
+
+from heli_identifier.errors import LogError
+
+PATIENCE, PATIENCE_PER_MB = 10.0, 0.1
+"""Longest time that a parser may take [s], and its growth with the size [s/MB], ten times what readers need."""
+
+MEMORY = 8_000_000_000
+"""Memory that a parser may take beyond what this process has [bytes]."""
+
+_OUT_OF_MEMORY = 3
+
+
+def check_survives(read: Callable[[], object], size: int, file: str) -> None:
+    """Refuse a file that ends the process that reads it.
+
+    Parameters
+    ----------
+    read : callable
+        Reads the file; what it gives or raises does not matter here.
+    size : int
+        Size of the file [bytes].
+    file : str
+        Name of the file for messages.
+
+    Raises
+    ------
+    LogError
+        The reader crashed, took longer than `PATIENCE` or more than `MEMORY`.
+    """
+    child = os.fork()
+    if child == 0:
+        _read_and_leave(read)
+    patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
+    ends, pause = time.monotonic() + patience, 0.001
+    while True:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            break
+        if time.monotonic() > ends:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            raise LogError(f"{file} is not readable: its reader came to no end within {patience:.3g} s; save it again.")
+        time.sleep(pause)
+        pause = min(2.0 * pause, 0.05)
+    if os.WIFSIGNALED(status):
+        raise LogError(f"{file} is not readable: it is damaged so that its reader crashes; save it again.")
+    if os.WEXITSTATUS(status) == _OUT_OF_MEMORY:
+        raise LogError(f"{file} is not readable: it asks for more than {MEMORY / 1e9:g} GB of memory; save it again.")
+
+
+def _read_and_leave(read: Callable[[], object]) -> None:
+    """Read in the child, without a word, and end it without any of the parent's cleaning up."""
+    code = 0
+    try:
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+            signal.signal(number, signal.SIG_DFL)
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for descriptor in (0, 1, 2):
+            os.dup2(nothing, descriptor)
+        with open("/proc/self/statm", encoding="ascii") as file:
+            held = int(file.read().split()[0]) * resource.getpagesize()
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        bound = held + MEMORY if hard == resource.RLIM_INFINITY else min(held + MEMORY, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (bound, hard))
+        read()
+    except MemoryError:
+        code = _OUT_OF_MEMORY
+    except BaseException:  # the parent meets it as well, and says it
+        code = 0
+    finally:
+        os._exit(code)

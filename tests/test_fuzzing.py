@@ -1,0 +1,38 @@
+"""Random damage to every kind of file, and the findings of longer runs, which stay here."""
+
+from random import Random
+
+import pytest
+
+from fmu_src.errors import BuildError
+from fmu_src.ssp import read_parameter_set
+from heli_identifier.errors import LogError
+from heli_identifier.records import read_log
+from tests.fuzzing import LOG, READERS, tried
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_a_damaged_file_is_read_or_refused_in_one_sentence(tmp_path, reader):
+    random = Random(16)
+    assert [found for _ in range(150) if (found := tried(reader, tmp_path, random)) is not None] == []
+
+
+def test_a_carriage_return_within_a_line_is_no_error_of_the_program(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(LOG.replace(b",1", b",1\r", 3))
+    with pytest.raises(LogError):
+        read_log(path)
+
+
+def test_a_cell_of_megabytes_is_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"a" * 300_000 + b"," + LOG)
+    with pytest.raises(LogError):
+        read_log(path)
+
+
+def test_an_encoding_that_there_is_not_is_refused(tmp_path):
+    path = tmp_path / "set.ssv"
+    path.write_bytes(b'<?xml version="1.0" encoding="UT-8"?><a/>')
+    with pytest.raises(BuildError, match="unknown encoding"):
+        read_parameter_set(path)

@@ -1,0 +1,33 @@
+"""A reader that crashes, hangs or asks for all memory does not take the command with it."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from heli_identifier.errors import LogError
+from heli_identifier.records import apart
+from heli_identifier.records.apart import check_survives
+
+
+def test_a_reader_that_crashes_is_a_damaged_file():
+    with pytest.raises(LogError, match="log.mat is not readable: it is damaged so that its reader crashes"):
+        check_survives(lambda: os.kill(os.getpid(), signal.SIGSEGV), 1, "log.mat")
+
+
+def test_a_reader_that_asks_for_all_memory_is_refused():
+    with pytest.raises(LogError, match="asks for more than 8 GB of memory"):
+        check_survives(lambda: np.ones(10**10), 1, "log.mat")
+
+
+def test_a_reader_without_end_is_ended(monkeypatch):
+    monkeypatch.setattr(apart, "PATIENCE", 0.2)
+    with pytest.raises(LogError, match=r"its reader came to no end within 0.2 s"):
+        check_survives(lambda: signal.pause(), 1, "log.mat")
+
+
+@pytest.mark.parametrize("read", [lambda: 1, lambda: 1 / 0, lambda: os.write(1, b"noise")])
+def test_a_reader_that_ends_by_itself_passes_without_a_word(capfd, read):
+    check_survives(read, 1, "log.mat")
+    assert capfd.readouterr() == ("", "")
