@@ -9,9 +9,10 @@ nothing later than its angles. The adaptation rests for the first 10/omega_f. By
 before sample 0 on the filters has faded to exp(-7).
 """
 
-from math import cos, hypot, sin
+from math import cos, sin
 
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
+from .linear_algebra import hypotenuse
 from .plan import Plan
 from .signals import (
     advance_signals,
@@ -108,11 +109,11 @@ _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
 def _evaluated_pitch(axis: AxisState, plan: Plan) -> AxisState:
-    """Evaluate the pitch; with theta0 free, by the gradients of a_th = hypot(p, q) and theta0 = atan2(q, p)."""
+    """Evaluate the pitch; with theta0 free, by the gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
         _, p, q, _ = axis.omega
-        a = hypot(p, q) or 1.0
+        a = hypotenuse(p, q) or 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
             (0.0, p / a, q / a, 0.0),

@@ -4,11 +4,12 @@ The state is nested tuples of numbers. ``json.dumps`` writes it, and :func:`rest
 into the same state again, exact to the bit.
 """
 
-from math import atan2, copysign, hypot
+from math import atan2, copysign
 from typing import Any, NamedTuple
 
 from .axis import AxisState
 from .estimate import ModelParameters
+from .linear_algebra import hypotenuse
 from .moments import Moments
 from .plan import Plan
 from .score import NOTHING, Score
@@ -74,7 +75,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         errors_1 = (*errors_1, 0.0)
     else:
         a_wx, p, q, k_x = omega_1
-        a_th, theta0 = hypot(p, q), atan2(q, p)
+        a_th, theta0 = hypotenuse(p, q), atan2(q, p)
     return IdentifierOutput(
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),

@@ -1,0 +1,447 @@
+#include "unit.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double LONGEST_STEP = 1e9; /* [s]; this also keeps infinity out */
+enum { UNTIDY = 1 << 16 };              /* bytes beyond twice the live ones at which the space is tidied up */
+
+Status unit_say(Unit *unit, Status status, const char *format, ...)
+{
+    char message[MESSAGE_SIZE + 256];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(message, sizeof message, format, values);
+    va_end(values);
+    unit->report(unit, status, message);
+    return status;
+}
+
+static char *copied(const char *text)
+{
+    char *copy = malloc(strlen(text) + 1);
+    return copy ? strcpy(copy, text) : NULL;
+}
+
+/* From the first call to the last */
+
+static bool set_starts(Unit *unit)
+{
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        unit->values[i].real = VARIABLES[i].start;
+        free(unit->values[i].text);
+        unit->values[i].text = VARIABLES[i].kind == STRING ? copied(VARIABLES[i].text) : NULL;
+        if (VARIABLES[i].kind == STRING && !unit->values[i].text)
+            return false;
+        unit->refused[i] = false;
+    }
+    unit->refused_count = 0;
+    unit->start_time = 0.0;
+    unit->phase = INSTANTIATED;
+    unit->outdated = unit->failed = unit->initialised = false;
+    return true;
+}
+
+Unit *unit_new(const char *name, Reporter report, void *host)
+{
+    Unit *unit = calloc(1, sizeof *unit);
+    if (!unit)
+        return NULL;
+    unit->values = calloc(VARIABLE_COUNT, sizeof *unit->values);
+    unit->refused = calloc(VARIABLE_COUNT, sizeof *unit->refused);
+    unit->refused_as = calloc(VARIABLE_COUNT, sizeof *unit->refused_as);
+    unit->space = calloc(1, sizeof *unit->space);
+    unit->spare = calloc(1, sizeof *unit->spare);
+    unit->settled = calloc(1, sizeof *unit->settled);
+    unit->model = calloc(1, MODEL_SIZE);
+    unit->name = copied(name ? name : "");
+    unit->report = report;
+    unit->host = host;
+    if (!unit->values || !unit->refused || !unit->refused_as || !unit->space || !unit->spare || !unit->settled ||
+        !unit->model || !unit->name || !set_starts(unit)) {
+        unit_free(unit);
+        return NULL;
+    }
+    return unit;
+}
+
+static void free_space(Space *space)
+{
+    if (space)
+        space_free(space);
+    free(space);
+}
+
+void unit_free(Unit *unit)
+{
+    if (!unit)
+        return;
+    for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
+        free(unit->values[i].text);
+    free(unit->values);
+    free(unit->refused);
+    free(unit->refused_as);
+    free_space(unit->space);
+    free_space(unit->spare);
+    free_space(unit->settled);
+    free(unit->model);
+    free(unit->name);
+    free(unit);
+}
+
+Status unit_reset(Unit *unit)
+{
+    space_empty(unit->space);
+    space_empty(unit->settled);
+    memset(unit->model, 0, MODEL_SIZE);
+    if (!set_starts(unit))
+        return unit_say(unit, ERROR, "reset: there is no memory left");
+    return OK;
+}
+
+/* Compute state and outputs at the start time from the values that are set. */
+static Status prepare(Unit *unit, const char *call)
+{
+    jmp_buf back;
+    unit->initialised = false;
+    unit->space->back = unit->settled->back = &back;
+    unit->space->message[0] = unit->settled->message[0] = '\0';
+    space_empty(unit->space);
+    space_empty(unit->settled);
+    memset(unit->model, 0, MODEL_SIZE);
+    if (setjmp(back)) {
+        const char *reason = unit->space->message[0] ? unit->space->message : unit->settled->message;
+        return unit_say(unit, DISCARD, "%s: %s", call, reason);
+    }
+    model_initialise(unit->model, unit);
+    unit->live = 0;
+    unit->outdated = false;
+    unit->initialised = true;
+    return OK;
+}
+
+static const char *const PHASES[] = {"instantiated", "initialising", "stepping", "terminated"};
+
+static Status wrong_phase(Unit *unit, const char *call)
+{
+    return unit_say(unit, ERROR, "%s is not allowed while the unit is %s", call, PHASES[unit->phase]);
+}
+
+Status unit_setup(Unit *unit, double start_time)
+{
+    if (unit->phase != INSTANTIATED)
+        return wrong_phase(unit, "setting up the experiment");
+    if (!isfinite(start_time))
+        return unit_say(unit, ERROR, "setup: the start time %g s is not finite", start_time);
+    unit->start_time = start_time;
+    return OK;
+}
+
+Status unit_enter_initialisation(Unit *unit)
+{
+    if (unit->phase != INSTANTIATED)
+        return wrong_phase(unit, "entering the initialisation");
+    unit->phase = INITIALISING;
+    unit->outdated = true;
+    return OK;
+}
+
+Status unit_exit_initialisation(Unit *unit)
+{
+    if (unit->phase != INITIALISING)
+        return wrong_phase(unit, "leaving the initialisation");
+    unit->phase = STEPPING;
+    unit->outdated = false;
+    if (prepare(unit, "exitInitializationMode") != OK) {
+        unit->failed = true;
+        return ERROR;
+    }
+    return OK;
+}
+
+Status unit_terminate(Unit *unit)
+{
+    unit->phase = TERMINATED;
+    return OK;
+}
+
+/* Steps */
+
+static Status refuse_step(Unit *unit, double time, double step)
+{
+    if (unit->phase != STEPPING)
+        return unit_say(
+            unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
+            PHASES[unit->phase], time);
+    if (unit->failed)
+        return unit_say(unit, DISCARD, "doStep: the initialisation failed; reset the unit");
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        if (unit->refused[i])
+            return unit_say(
+                unit, DISCARD,
+                "doStep: the step from t = %g s is refused until this is corrected: %s = %g %s must lie in "
+                "[%.6g, %.6g] %s",
+                time, VARIABLES[i].name, unit->refused_as[i], VARIABLES[i].physical_unit, VARIABLES[i].minimum,
+                VARIABLES[i].maximum, VARIABLES[i].physical_unit);
+    }
+    return unit_say(
+        unit, DISCARD, "doStep: communication step = %g s at t = %g s must be positive and below %g s", step, time,
+        LONGEST_STEP);
+}
+
+/* Copy what lives to the spare space and take the rest back. */
+static void tidy(Unit *unit)
+{
+    Space *old = unit->space;
+    space_empty(unit->spare);
+    unit->spare->back = old->back;
+    model_keep(unit->model, unit->spare);
+    unit->space = unit->spare;
+    unit->spare = old;
+    unit->live = unit->space->taken;
+}
+
+Status unit_step(Unit *unit, double time, double step)
+{
+    jmp_buf back;
+    if (unit->phase != STEPPING || unit->refused_count || unit->failed || !(step > 0.0 && step < LONGEST_STEP) ||
+        !isfinite(time))
+        return refuse_step(unit, time, step);
+    unit->space->back = unit->settled->back = &back;
+    if (setjmp(back))
+        return unit_say(unit, DISCARD, "doStep: %s", unit->space->message);
+    if (unit->space->taken > 2 * unit->live + UNTIDY)
+        tidy(unit);
+    model_advance(unit->model, unit, time, step);
+    return OK;
+}
+
+/* Values */
+
+static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
+
+static bool known(Unit *unit, Kind kind, uint32_t reference, Status *status)
+{
+    if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
+        return true;
+    *status = unit_say(unit, ERROR, "no %s variable has value reference %lu", KINDS[kind], (unsigned long)reference);
+    return false;
+}
+
+static bool open_to_set(Unit *unit, uint32_t reference, Status *status)
+{
+    const Variable *variable = &VARIABLES[reference];
+    const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
+    if (variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable)))
+        return true;
+    *status = unit_say(
+        unit, ERROR, "%s %s; the value was ignored", variable->name,
+        variable->causality == OUTPUT ? "is an output" : "is fixed once initialisation has ended");
+    return false;
+}
+
+Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
+{
+    Status status = OK;
+    if (!known(unit, kind, reference, &status) || !open_to_set(unit, reference, &status))
+        return status;
+    const Variable *variable = &VARIABLES[reference];
+    if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
+        unit->refused_count += !unit->refused[reference];
+        unit->refused[reference] = true;
+        unit->refused_as[reference] = value;
+        return unit_say(
+            unit, DISCARD, "set%s: %s = %.17g %s must lie in [%.6g, %.6g] %s; the value was ignored", KINDS[kind],
+            variable->name, value, variable->physical_unit, variable->minimum, variable->maximum,
+            variable->physical_unit);
+    }
+    if (unit->refused[reference]) {
+        unit->refused[reference] = false;
+        unit->refused_count--;
+    }
+    unit->values[reference].real = value;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
+{
+    Status status = OK;
+    if (!known(unit, STRING, reference, &status) || !open_to_set(unit, reference, &status))
+        return status;
+    char *copy = text ? copied(text) : NULL;
+    if (!copy)
+        return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
+    free(unit->values[reference].text);
+    unit->values[reference].text = copy;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
+{
+    Status status = OK;
+    if (!known(unit, kind, reference, &status))
+        return status;
+    if (unit->outdated)
+        status = prepare(unit, "get");
+    *value = unit->values[reference].real;
+    return status;
+}
+
+Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
+{
+    Status status = OK;
+    if (known(unit, STRING, reference, &status))
+        *text = unit->values[reference].text;
+    return status;
+}
+
+/* The state as bytes: a signature, the phase, the values, and the model's memory between steps. */
+
+static void write_state(Unit *unit, Bytes *bytes)
+{
+    const int64_t phase = unit->phase, failed = unit->failed;
+    write_bytes(bytes, UNIT_TOKEN, strlen(UNIT_TOKEN) + 1);
+    write_int64_t(bytes, &phase);
+    write_int64_t(bytes, &failed);
+    write_bool(bytes, &unit->initialised);
+    write_double(bytes, &unit->start_time);
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        write_double(bytes, &unit->values[i].real);
+        write_bool(bytes, &unit->refused[i]);
+        write_double(bytes, &unit->refused_as[i]);
+        if (VARIABLES[i].kind == STRING) {
+            const int64_t length = (int64_t)strlen(unit->values[i].text) + 1;
+            write_int64_t(bytes, &length);
+            write_bytes(bytes, unit->values[i].text, (size_t)length);
+        }
+    }
+    if (unit->initialised)
+        model_write(unit->model, bytes);
+}
+
+size_t unit_state_size(Unit *unit)
+{
+    Bytes bytes = {NULL, 0, 0, unit->space};
+    if (unit->outdated)
+        prepare(unit, "getFMUstate");
+    write_state(unit, &bytes);
+    return bytes.used;
+}
+
+Status unit_save(Unit *unit, unsigned char *at, size_t size)
+{
+    Bytes bytes = {at, size, 0, unit->space};
+    if (unit_state_size(unit) != size)
+        return unit_say(unit, ERROR, "the state has %zu bytes, not %zu", unit_state_size(unit), size);
+    write_state(unit, &bytes);
+    return OK;
+}
+
+/* What a state holds besides the model's memory, read before anything is changed. */
+typedef struct {
+    int64_t phase, failed;
+    bool initialised;
+    double start_time;
+    Value *values;
+    bool *refused;
+    double *refused_as;
+} Saved;
+
+static void read_saved(Bytes *bytes, Space *space, Saved *saved)
+{
+    char token[64] = "";
+    const size_t length = strlen(UNIT_TOKEN) + 1;
+    read_bytes(bytes, token, length < sizeof token ? length : sizeof token);
+    if (memcmp(token, UNIT_TOKEN, length < sizeof token ? length : sizeof token) != 0)
+        refuse(space, "these bytes are no state of this unit");
+    read_int64_t(bytes, &saved->phase);
+    read_int64_t(bytes, &saved->failed);
+    read_bool(bytes, &saved->initialised);
+    read_double(bytes, &saved->start_time);
+    if (saved->phase < INSTANTIATED || saved->phase > TERMINATED)
+        refuse(space, "these bytes are no state of this unit");
+    saved->values = space_take(space, (int64_t)VARIABLE_COUNT, sizeof *saved->values);
+    saved->refused = space_take(space, (int64_t)VARIABLE_COUNT, sizeof *saved->refused);
+    saved->refused_as = space_take(space, (int64_t)VARIABLE_COUNT, sizeof *saved->refused_as);
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        read_double(bytes, &saved->values[i].real);
+        read_bool(bytes, &saved->refused[i]);
+        read_double(bytes, &saved->refused_as[i]);
+        saved->values[i].text = NULL;
+        if (VARIABLES[i].kind == STRING) {
+            int64_t count = 0;
+            read_count(bytes, &count);
+            if (count < 1)
+                refuse(space, "these bytes are no state of this unit");
+            saved->values[i].text = space_take(space, count, 1);
+            read_bytes(bytes, saved->values[i].text, (size_t)count);
+            saved->values[i].text[count - 1] = '\0';
+        }
+    }
+}
+
+/* Set the values; return whether a parameter or the start time differs from what the model was initialised with. */
+static bool take_values(Unit *unit, const Saved *saved)
+{
+    bool other = unit->start_time != saved->start_time || !unit->initialised;
+    unit->refused_count = 0;
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        const bool fixed = VARIABLES[i].causality == PARAMETER && !VARIABLES[i].tunable;
+        other |= fixed && unit->values[i].real != saved->values[i].real;
+        if (VARIABLES[i].kind == STRING && strcmp(unit->values[i].text, saved->values[i].text) != 0) {
+            char *copy = copied(saved->values[i].text);
+            if (!copy)
+                refuse(unit->space, "there is no memory left");
+            free(unit->values[i].text);
+            unit->values[i].text = copy;
+            other = true;
+        }
+        unit->values[i].real = saved->values[i].real;
+        unit->refused[i] = saved->refused[i];
+        unit->refused_as[i] = saved->refused_as[i];
+        unit->refused_count += saved->refused[i];
+    }
+    unit->start_time = saved->start_time;
+    return other;
+}
+
+Status unit_restore(Unit *unit, const unsigned char *at, size_t size)
+{
+    jmp_buf back;
+    Bytes bytes = {(unsigned char *)at, size, 0, unit->spare};
+    Saved saved = {0};
+    space_empty(unit->spare);
+    unit->spare->back = &back;
+    if (setjmp(back))
+        return unit_say(unit, DISCARD, "setFMUstate: %s; nothing was changed", unit->spare->message);
+    read_saved(&bytes, unit->spare, &saved);
+    if (saved.initialised) { /* read once for nothing: bytes that hold no memory must change nothing */
+        Bytes trial = bytes;
+        model_read(memset(space_take(unit->spare, 1, MODEL_SIZE), 0, MODEL_SIZE), &trial);
+    }
+    unit->space->back = unit->settled->back = &back;
+    const bool other = take_values(unit, &saved);
+    unit->phase = (Phase)saved.phase;
+    unit->failed = saved.failed != 0;
+    unit->outdated = unit->phase == INITIALISING;
+    if (!saved.initialised)
+        return OK;
+    if (other) {
+        if (prepare(unit, "setFMUstate") != OK)
+            return ERROR;
+        for (size_t i = 0; i < VARIABLE_COUNT; i++) /* the initialisation has set the outputs of the start time */
+            unit->values[i].real = saved.values[i].real;
+    }
+    unit->spare->back = &back;
+    model_read(unit->model, &bytes); /* its lists lie in the spare space */
+    Space *old = unit->space;
+    unit->space = unit->spare;
+    unit->spare = old;
+    unit->live = unit->space->taken;
+    return OK;
+}
