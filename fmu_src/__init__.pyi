@@ -1,6 +1,5 @@
 from .builder import UNITS, build, build_all, unit_class
 from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
-from .native.builder import build_native
 from .units.signals import AXES
 from .variables import Value, Variable, problem_with
 from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Connection, Scenario, scenario
@@ -23,7 +22,6 @@ __all__ = [
     "WiringError",
     "build",
     "build_all",
-    "build_native",
     "problem_with",
     "scenario",
     "unit_class",

@@ -49,12 +49,12 @@ def library(folder, entries, more="", flags=("-O2",), translation=None):
     return ctypes.CDLL(str(folder / "model.so"))
 
 
-def lockstep(folder, first, second, **order):
+def lockstep(folder, first, second, program="lockstep.py", **order):
     """Run two FMUs side by side in a process of their own."""
     path = folder / "order.json"
     path.write_text(json.dumps(order))
     done = subprocess.run(
-        [sys.executable, str(HOSTS / "lockstep.py"), str(first), str(second), str(path)],
+        [sys.executable, str(HOSTS / program), str(first), str(second), str(path)],
         capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

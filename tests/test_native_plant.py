@@ -106,7 +106,7 @@ INPUTS = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0], "mass_position": [-0.2,
 def test_the_native_unit_shows_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, parameters):
     """Steps of .2 to 30 ms, one third of them of random length; states are saved, serialised and restored between."""
     needs_a_compiler()
-    from fmu_src import build_native
+    from fmu_src.native import build_native
 
     twin = build_native("HelicopterPlant", tmp_path / "native")
     run = lockstep(
@@ -118,7 +118,7 @@ def test_the_native_unit_shows_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, pa
 
 def test_start_values_are_built_into_the_native_unit(tmp_path):
     needs_a_compiler()
-    from fmu_src import build_native
+    from fmu_src.native import build_native
 
     changed = {"pitch.gain": 0.25, "effects.dry_friction.pitch": 0.05}
     run = lockstep(

@@ -34,11 +34,14 @@ def _model(unit: str) -> tuple[Definition, str, str]:
         entries.append(translation.entry(function, *bound))
     for kind in (*definition.settings, *definition.memory):
         translation.use(Struct(kind))
-    more = persistence([Struct(kind) for kind in definition.memory], translation) + definition.more
+    external = set(definition.externals.values())
+    written = [f"{unit.head};" for unit in translation.units.values() if unit.name in external]
+    memory = persistence([Struct(kind) for kind in definition.memory], translation)
+    more = "\n".join([*written, memory, definition.more])
     return (
         definition,
         header(translation, "MODEL_H", entries, more),
-        source(entries, "model.h", definition.externals.values()),
+        source(entries, "model.h", external),
     )
 
 

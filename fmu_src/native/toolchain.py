@@ -62,6 +62,20 @@ def compiler(target: Platform) -> list[str] | None:
     return None
 
 
+def without_compiler() -> str | None:
+    """Return one sentence on the platforms that there is no compiler for, or None."""
+    missing = [target.fmi2 for target in PLATFORMS if compiler(target) is None]
+    if not missing:
+        return None
+    return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {ADVICE}."
+
+
+def runs_here() -> bool:
+    """Whether the units are built for this machine."""
+    here = {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
+    return here is not None and compiler(here) is not None
+
+
 def compiled(
     sources: Mapping[str, str], files: Sequence[str], target: Platform, library: str, flags: Sequence[str] = ()
 ) -> bytes:

@@ -9,12 +9,14 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierOutput,
     IdentifierSettings,
-    IdentifierState,
     ModelParameters,
+    Sampled,
+    before_samples,
+    begin_sampling,
     prepare,
     restored,
-    start,
-    step,
+    take_samples,
+    total,
 )
 from heli_plant.parameters import BY_FIELD
 
@@ -31,8 +33,6 @@ SLOTS = 3
 """Number of effects of the catalogue that can be watched on each axis."""
 _INPUTS = 5
 """Two voltages and three angles, the first of ``variables``; the outputs follow them."""
-_INSTANT = 1e-6
-"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
 
 def _output(name: str, unit: str, description: str, depends_on: tuple[str, ...] = ()) -> Variable:
@@ -127,11 +127,8 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
             )
         except ConfigurationError as problem:
             raise Refusal(str(problem)) from problem
-        self.state: IdentifierState | None = None
-        self.previous: list[float] = []
-        gain = self.plan.settings.initial_gain
-        errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
-        self._show(IdentifierOutput(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, False))
+        self.sampled: Sampled | None = None
+        self._show(before_samples(self.plan))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
@@ -143,34 +140,19 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
 
     def advance(self, time: float, step_size: float) -> None:
         """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
-        now = self.values[:_INPUTS]
-        state, plan = self.state, self.plan
-        if state is None:
-            self.state, self.first, self.before, self.previous = start(plan, *now), time, time, now
+        v_front, v_rear, pitch, elevation, travel = now = tuple(self.values[:_INPUTS])
+        if self.sampled is None:
+            self.sampled = begin_sampling(time, (v_front, v_rear, pitch, elevation, travel), self.plan)
             return
-        period = plan.settings.sample_time
-        instant = _INSTANT * period
-        estimate = None
-        due = self.first + (state.samples + 1) * period
-        while due <= time + instant:
-            sample = now if due >= time - instant else self._between(due, time, now)
-            v_front, v_rear, pitch, elevation, travel = sample
-            state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
-            due = self.first + (state.samples + 1) * period
+        sampled, estimate = take_samples(self.sampled, time, (v_front, v_rear, pitch, elevation, travel), self.plan)
         if estimate is not None:
-            if not isfinite(sum(estimate.parameters)):
+            if not isfinite(total(estimate.parameters)):
                 raise Refusal(
                     f"the estimate is no longer finite in the step from t = {time:g} s; "
-                    f"the inputs (voltages [V] and angles [rad]) were {now}"
+                    f"the inputs (voltages [V] and angles [rad]) were {list(now)}"
                 )
             self._show(estimate)
-        self.state, self.before, self.previous = state, time, now
-
-    def _between(self, due: float, time: float, now: list[float]) -> list[float]:
-        """Return voltages and angles at ``due`` [s], between the previous communication point and ``time`` [s]."""
-        share = (due - self.before) / (time - self.before)
-        angles = [a + share * (b - a) for a, b in zip(self.previous[2:], now[2:], strict=True)]
-        return [*self.previous[:2], *angles]
+        self.sampled = sampled
 
     def _show(self, estimate: IdentifierOutput) -> None:
         shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
@@ -182,11 +164,12 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
-        """State of filters and adaptation, time and inputs of the previous point, time of sample 0."""
-        return None if self.state is None else [self.state, self.before, self.previous, self.first]
+        """State of filters and adaptation, time of sample 0, time and inputs of the previous point."""
+        return self.sampled
 
     def thaw(self, frozen: Any) -> None:
         """Restore it from tuples or, after serialisation, from lists."""
+        self.sampled = None
         if frozen is not None:
-            state, self.before, previous, self.first = frozen
-            self.state, self.previous = restored(state), list(previous)
+            state, first, before, previous = frozen
+            self.sampled = Sampled(restored(state), first, before, tuple(previous))

@@ -6,10 +6,12 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 """
 
 from .adaptation import adapt
-from .candidates import WATCHABLE
+from .candidates import WATCHABLE, Candidate, candidate
 from .estimate import Estimate, ModelParameters
 from .identifier import start, step
+from .linear_algebra import total
 from .plan import Plan, prepare
+from .sampled import Sampled, begin_sampling, take_samples
 from .score import Score
 from .settings import IdentifierSettings
 from .signals import (
@@ -19,19 +21,24 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, output_of, restored
+from .state import IdentifierOutput, IdentifierState, before_samples, output_of, restored
 
 __all__ = [
     "WATCHABLE",
+    "Candidate",
     "Estimate",
     "IdentifierOutput",
     "IdentifierSettings",
     "IdentifierState",
     "ModelParameters",
     "Plan",
+    "Sampled",
     "Score",
     "adapt",
     "advance_signals",
+    "before_samples",
+    "begin_sampling",
+    "candidate",
     "elevation_regression",
     "output_of",
     "pitch_regression",
@@ -40,5 +47,7 @@ __all__ = [
     "restored",
     "start",
     "step",
+    "take_samples",
+    "total",
     "travel_regression",
 ]

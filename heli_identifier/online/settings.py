@@ -87,7 +87,7 @@ class IdentifierSettings:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
         require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
-        for name, value in self.initial._asdict().items():
+        for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")
         for name, axis in self.watched:
             candidate(name, axis)

@@ -4,7 +4,7 @@ The state is nested tuples of numbers. ``json.dumps`` writes it, and :func:`rest
 into the same state again, exact to the bit.
 """
 
-from math import atan2, copysign
+from math import atan2, copysign, sqrt
 from typing import Any, NamedTuple
 
 from .axis import AxisState
@@ -61,6 +61,13 @@ def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> Ax
 def _tuples(value: Any) -> Any:
     """Return ``value`` with every list in it, at any depth, as a tuple."""
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
+
+
+def before_samples(plan: Plan) -> IdentifierOutput:
+    """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
+    error = sqrt(plan.settings.initial_gain)
+    errors = ModelParameters(error, error, error, error, error, error, error, error, error, error, error)
+    return IdentifierOutput(plan.settings.initial, errors, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False)
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:

@@ -74,22 +74,27 @@ void refuse(Space *space, const char *format, ...)
 }
 
 /* Python writes 1e-05 and 1e+16 with an exponent and all between with a point. */
-const char *shortest(Space *space, double value)
+void write_shortest(char text[NUMBER_SIZE], double value)
 {
-    char *text = space_take(space, 40, 1);
     if (!isfinite(value)) {
-        snprintf(text, 40, "%s", isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf");
-        return text;
+        snprintf(text, NUMBER_SIZE, "%s", isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf");
+        return;
     }
     int digits = 0;
     do
-        snprintf(text, 40, "%.*e", digits, value);
+        snprintf(text, NUMBER_SIZE, "%.*e", digits, value);
     while (++digits < 17 && strtod(text, NULL) != value);
     const int exponent = atoi(strchr(text, 'e') + 1);
     if (exponent >= -4 && exponent < 16) {
         const int decimals = digits - 1 - exponent;
-        snprintf(text, 40, "%.*f", decimals > 1 ? decimals : 1, value);
+        snprintf(text, NUMBER_SIZE, "%.*f", decimals > 1 ? decimals : 1, value);
     }
+}
+
+const char *shortest(Space *space, double value)
+{
+    char *text = space_take(space, NUMBER_SIZE, 1);
+    write_shortest(text, value);
     return text;
 }
 

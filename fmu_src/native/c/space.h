@@ -39,7 +39,10 @@ _Noreturn
 #endif
 void refuse(Space *space, const char *format, ...);
 
-/* Return the shortest text that reads back as the same number, as repr() does. */
+enum { NUMBER_SIZE = 40 };
+
+/* Write the shortest text that reads back as the same number, as repr() does. */
+void write_shortest(char text[NUMBER_SIZE], double value);
 const char *shortest(Space *space, double value);
 
 /* Elements that a growing list of ``count`` has room for, and whether it has to be moved before it grows. */

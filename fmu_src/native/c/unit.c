@@ -39,7 +39,7 @@ static bool set_starts(Unit *unit)
         unit->refused[i] = false;
     }
     unit->refused_count = 0;
-    unit->start_time = 0.0;
+    unit->start_time = unit->time = 0.0;
     unit->phase = INSTANTIATED;
     unit->outdated = unit->failed = unit->initialised = false;
     return true;
@@ -136,7 +136,7 @@ Status unit_setup(Unit *unit, double start_time)
         return wrong_phase(unit, "setting up the experiment");
     if (!isfinite(start_time))
         return unit_say(unit, ERROR, "setup: the start time %g s is not finite", start_time);
-    unit->start_time = start_time;
+    unit->start_time = unit->time = start_time;
     return OK;
 }
 
@@ -170,8 +170,25 @@ Status unit_terminate(Unit *unit)
 
 /* Steps */
 
+/* Write why a value is refused. */
+static const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE])
+{
+    const Variable *variable = &VARIABLES[reference];
+    const char *blank = variable->physical_unit[0] ? " " : "";
+    char text[NUMBER_SIZE];
+    if (variable->kind == REAL)
+        write_shortest(text, value);
+    else
+        snprintf(text, sizeof text, "%.0f", value);
+    snprintf(
+        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name, text, blank,
+        variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
+    return reason;
+}
+
 static Status refuse_step(Unit *unit, double time, double step)
 {
+    char reason[MESSAGE_SIZE];
     if (unit->phase != STEPPING)
         return unit_say(
             unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
@@ -181,11 +198,8 @@ static Status refuse_step(Unit *unit, double time, double step)
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         if (unit->refused[i])
             return unit_say(
-                unit, DISCARD,
-                "doStep: the step from t = %g s is refused until this is corrected: %s = %g %s must lie in "
-                "[%.6g, %.6g] %s",
-                time, VARIABLES[i].name, unit->refused_as[i], VARIABLES[i].physical_unit, VARIABLES[i].minimum,
-                VARIABLES[i].maximum, VARIABLES[i].physical_unit);
+                unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time,
+                out_of_range(i, unit->refused_as[i], reason));
     }
     return unit_say(
         unit, DISCARD, "doStep: communication step = %g s at t = %g s must be positive and below %g s", step, time,
@@ -216,6 +230,7 @@ Status unit_step(Unit *unit, double time, double step)
     if (unit->space->taken > 2 * unit->live + UNTIDY)
         tidy(unit);
     model_advance(unit->model, unit, time, step);
+    unit->time = time + step;
     return OK;
 }
 
@@ -253,10 +268,8 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
         unit->refused_count += !unit->refused[reference];
         unit->refused[reference] = true;
         unit->refused_as[reference] = value;
-        return unit_say(
-            unit, DISCARD, "set%s: %s = %.17g %s must lie in [%.6g, %.6g] %s; the value was ignored", KINDS[kind],
-            variable->name, value, variable->physical_unit, variable->minimum, variable->maximum,
-            variable->physical_unit);
+        char reason[MESSAGE_SIZE];
+        return unit_say(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
     }
     if (unit->refused[reference]) {
         unit->refused[reference] = false;
@@ -310,6 +323,7 @@ static void write_state(Unit *unit, Bytes *bytes)
     write_int64_t(bytes, &failed);
     write_bool(bytes, &unit->initialised);
     write_double(bytes, &unit->start_time);
+    write_double(bytes, &unit->time);
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         write_double(bytes, &unit->values[i].real);
         write_bool(bytes, &unit->refused[i]);
@@ -346,7 +360,7 @@ Status unit_save(Unit *unit, unsigned char *at, size_t size)
 typedef struct {
     int64_t phase, failed;
     bool initialised;
-    double start_time;
+    double start_time, time;
     Value *values;
     bool *refused;
     double *refused_as;
@@ -363,6 +377,7 @@ static void read_saved(Bytes *bytes, Space *space, Saved *saved)
     read_int64_t(bytes, &saved->failed);
     read_bool(bytes, &saved->initialised);
     read_double(bytes, &saved->start_time);
+    read_double(bytes, &saved->time);
     if (saved->phase < INSTANTIATED || saved->phase > TERMINATED)
         refuse(space, "these bytes are no state of this unit");
     saved->values = space_take(space, (int64_t)VARIABLE_COUNT, sizeof *saved->values);
@@ -426,6 +441,7 @@ Status unit_restore(Unit *unit, const unsigned char *at, size_t size)
     }
     unit->space->back = unit->settled->back = &back;
     const bool other = take_values(unit, &saved);
+    unit->time = saved.time;
     unit->phase = (Phase)saved.phase;
     unit->failed = saved.failed != 0;
     unit->outdated = unit->phase == INITIALISING;

@@ -42,7 +42,7 @@ typedef void (*Reporter)(Unit *unit, Status status, const char *message);
 
 struct Unit {
     Phase phase;
-    double start_time;
+    double start_time, time; /* [s] */
     Value *values;
     bool *refused;      /* variables whose last value was bad */
     double *refused_as; /* that value */

@@ -80,6 +80,8 @@ class Body:
         self.types: dict[str, CType] = {}
         self.grown: set[str] = set()
         """Variables that something is appended to."""
+        self.changed: set[str] = set()
+        """Lists, variables and parameters, of which an element is changed."""
         self.renamed: dict[str, str] = {}
         """Parameters that are assigned to: the variable in C."""
         self.returns: CType | None = None
@@ -272,6 +274,9 @@ class Body:
         if isinstance(wanted, Listing):
             if wanted.item == UNKNOWN:
                 wanted = Listing(element(Row(tuple(item.type for item in items))))
+            self.program.use(wanted)
+            if not items:
+                return Expr(wanted, f"({wanted.name}){{0}}")
             typed = [self.as_type(item, wanted.item) for item in items]
             name = self.new_list(wanted, str(len(items)))
             for i, item in enumerate(typed):

@@ -87,6 +87,11 @@ def project_call(body: Body, node: ast.AST, function: FunctionType, given: list[
     typed = [body.as_type(value, value.type) if value.items is not None else value for value in typed]
     unit = body.program.function(function, tuple(value.type for value in typed))
     body.callees.append(unit)
+    for (name, _), value in zip(unit.parameters, typed, strict=True):
+        if name in unit.changed:
+            if value.text.startswith("part_of_"):
+                body.refuse(node, f"{function.__name__} changes {name}; give it list(...) of the part")
+            body.changed.add(value.code)
     body.needs_space = body.needs_space or unit.needs_space
     texts = ["space"] if unit.needs_space else []
     texts += [passed(body, value) for value in typed if not isinstance(value.type, Function)]

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Callable
 
 from .body import Body, c_name
-from .expression import Expr, row
+from .expression import UNKNOWN_VALUE, Expr, row
 from .iteration import Run, indexed, over_list, run
 from .operators import condition
 from .types import INT, UNKNOWN, CType, Listing, element, joined
@@ -191,7 +191,7 @@ def assign(body: Body, target: ast.expr, item: Expr) -> None:
         body.refuse(target, "a loop's variable must be a name")
     if target.id == "_":
         return
-    if item.items is not None or item.is_simple or item.constant is not None and item.code == "":
+    if item.items is not None or item.is_simple or item.constant is not UNKNOWN_VALUE:
         body.bind(target.id, item)
         return
     body.program.use(item.type)

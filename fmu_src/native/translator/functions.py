@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,6 +30,7 @@ HANDLERS: dict[type, Handler] = {
     ast.IfExp: operators.conditional,
     ast.Attribute: operators.attribute,
     ast.Subscript: operators.subscript,
+    ast.JoinedStr: operators.text,
     ast.Tuple: displays.tuple_display,
     ast.List: displays.list_display,
     ast.ListComp: displays.comprehension,
@@ -63,6 +65,8 @@ class Unit:
     lines: list[str] = field(default_factory=list)
     callees: list[Unit] = field(default_factory=list)
     needs_space: bool = False
+    changed: set[str] = field(default_factory=set)
+    """Parameters of which the function changes elements."""
 
     @property
     def head(self) -> str:
@@ -99,7 +103,7 @@ class Translation:
         Untranslatable
             It, or a function that it calls, uses a form that has no translation.
         """
-        waiting = list(bound)
+        function, waiting = inspect.unwrap(function), list(bound)
         kinds: list[CType] = []
         for name, kind in parameter_types(function).items():  # type: ignore[arg-type]
             if kind is None and not waiting:
@@ -116,6 +120,7 @@ class Translation:
 
     def function(self, function: Any, arguments: tuple[CType, ...]) -> Unit:
         """Return the translation of ``function`` for these argument types."""
+        function = inspect.unwrap(function)
         key = (function, arguments)
         if key not in self.units:
             self.units[key] = self._translated(function, arguments)
@@ -139,24 +144,25 @@ class Translation:
         body.returns = hinted
         assigned = {n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         for _ in range(_MOST_PASSES):
-            before, returned, grown = dict(body.types), body.returned, set(body.grown)
+            before = dict(body.types), body.returned, set(body.grown), set(body.changed)
             body.begin()
-            if hinted is None and returned != UNKNOWN:
-                body.returns = returned
+            if hinted is None and before[1] != UNKNOWN:
+                body.returns = before[1]
             _parameters(body, unit, assigned)
             body.statements(definition.body)
-            if (body.types, body.returned, body.grown) == (before, returned, grown):
+            if (body.types, body.returned, body.grown, body.changed) == before:
                 break
         else:
             raise Untranslatable(origin[0], origin[1] + 1, f"the types of {function.__name__} do not settle")
         unit.result = body.returns or (NOTHING if body.returned == UNKNOWN else body.returned)
+        unit.changed = body.changed & set(names)
         unit.lines, unit.callees, unit.needs_space = body.lines, body.callees, body.needs_space
         return unit
 
     def _name(self, function: Any) -> str:
         """Return a name in C: the module's and the function's."""
         module = function.__module__.rpartition(".")[2]
-        own = function.__qualname__.replace("<lambda>", "lambda").replace(".", "_").strip("_")
+        own = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
         base = name = f"{module}_{own}"
         number = 1
         while name in self.names:

@@ -25,7 +25,7 @@ from .expression import (
     Expr,
     row,
 )
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, element, fields, joined
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Function, Listing, Maybe, NoType, Struct, element, fields, joined
 
 _SYMBOLS: dict[type, tuple[str, int]] = {
     ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT),
@@ -268,11 +268,24 @@ def _choice(body: Body, test: Expr, yes: Any, no: Any) -> Expr:
 def attribute(body: Body, node: ast.Attribute) -> Expr:
     """Translate a field of a struct."""
     value = body.unwrapped(body.value(node.value))
+    if isinstance(value.type, Function) and isinstance(value.type.function, type):
+        return body.known(getattr(value.type.function, node.attr))
     if isinstance(value.type, Struct):
         kinds = fields(value.type.kind)
         if node.attr in kinds:
             return Expr(kinds[node.attr], value.field(node.attr))
     return body.refuse(node, f"{ast.unparse(node)}: there is no such field")
+
+
+def text(body: Body, node: ast.JoinedStr) -> Expr:
+    """Translate an f-string whose parts are all known; others stand in a refusal only."""
+    out = ""
+    for part in node.values:
+        value = body.value(part.value if isinstance(part, ast.FormattedValue) else part)
+        if not isinstance(value.constant, str):
+            body.refuse(node, "a text that is made at run time has no translation to C")
+        out += value.constant
+    return body.known(out)
 
 
 def subscript(body: Body, node: ast.Subscript) -> Expr:

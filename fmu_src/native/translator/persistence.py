@@ -71,24 +71,25 @@ def text(roots: list[CType], translation: Translation) -> str:
 
 
 def _keep(kind: CType) -> str:
+    """Return the function that copies all lists of a value to another space, elements before what they hold."""
     if not holds_lists(kind):
         return ""
-    lines = ""
     if isinstance(kind, Listing):
-        lines = f"    {kind.item.name} *at = space_take(space, x->count, sizeof({kind.item.name}));\n"
+        item = kind.item.name
+        lines = f"    {item} *at = space_take(space, x->count, sizeof({item}));\n"
         lines += "    for (int64_t i = 0; i < x->count; i++)\n        at[i] = x->at[i];\n    x->at = at;\n"
-    copies = _each(kind, _kept_part, "") if not isinstance(kind, Listing) or holds_lists(kind.item) else ""
-    copies = "\n".join(line for line in copies.splitlines() if ";" not in line or "keep_" in line)
-    if isinstance(kind, Maybe):
-        copies = f"    if (x->some)\n        keep_{kind.item.name}(space, &x->value);"
-    return (
-        f"static inline void keep_{kind.name}(Space *space, {kind.name} *x)\n{{\n{lines}{copies}"
-        + ("\n" if copies else "") + "}\n"
-    )  # fmt: skip
+        if holds_lists(kind.item):
+            lines += f"    for (int64_t i = 0; i < x->count; i++)\n        {_kept('x->at[i]', kind.item)}\n"
+    elif isinstance(kind, Maybe):
+        lines = f"    if (x->some)\n        {_kept('x->value', kind.item)}\n"
+    else:
+        held = [(name, inner) for name, inner in _members(kind) if holds_lists(inner)]
+        lines = "".join(f"    {_kept(f'x->{name}', inner)}\n" for name, inner in held)
+    return f"static inline void keep_{kind.name}(Space *space, {kind.name} *x)\n{{\n{lines}}}\n"
 
 
-def _kept_part(path: str, kind: CType) -> str:
-    return f"keep_{kind.name}(space, &{path});" if holds_lists(kind) else ";"
+def _kept(path: str, kind: CType) -> str:
+    return f"keep_{kind.name}(space, &{path});"
 
 
 def _write(path: str, kind: CType) -> str:

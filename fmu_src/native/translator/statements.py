@@ -30,21 +30,32 @@ def homes(definition: ast.FunctionDef) -> dict[Home, list[str]]:
         paths.setdefault(name, []).append(path)
         if is_store:
             stored[name] = None
+    loops = {id(node.body): _targets(node.target) for node in ast.walk(definition) if isinstance(node, ast.For)}
     found: dict[Home, list[str]] = {}
     for name in stored:
         if name not in parameters:
-            found.setdefault(_common(paths[name]), []).append(name)
+            for home in _places(paths[name], {body for body, targets in loops.items() if name in targets}):
+                found.setdefault(home, []).append(name)
     return found
 
 
-def _common(paths: list[list[Home]]) -> Home:
-    """Return where in the innermost common block the first use stands."""
+def _places(paths: list[list[Home]], loops: set[int]) -> list[Home]:
+    """Return where in the innermost common block the first use stands.
+
+    If all uses are in the bodies of ``loops`` of which the variable is the target, each of these has its own.
+    """
     depth = 0
     while all(depth < len(path) and path[depth][0] == paths[0][depth][0] for path in paths):
         depth += 1
         if len({path[depth - 1][1] for path in paths}) > 1:
             break
-    return min((path[depth - 1] for path in paths), key=lambda home: home[1])
+    apart: dict[int, list[list[Home]]] = {}
+    for path in paths:
+        if len(path) > depth and path[depth][0] in loops:
+            apart.setdefault(path[depth][0], []).append(path)
+    if len(apart) > 1 and sum(map(len, apart.values())) == len(paths):
+        return [home for inner in apart.values() for home in _places(inner, loops)]
+    return [min((path[depth - 1] for path in paths), key=lambda home: home[1])]
 
 
 def _uses(block: list[ast.stmt], before: list[Home]) -> Iterator[tuple[str, bool, list[Home]]]:
@@ -140,7 +151,9 @@ def _store_name(body: Body, name: str, value: Expr) -> None:
     value = body.unwrapped(value) if name in body.types and body.types[name] in (INT, FLOAT) else value
     kind = body.widen(name, value.type)
     value = body.as_type(value, kind)
-    if name in body.grown and isinstance(kind, Listing) and "{0}" not in value.text:
+    # a part of a list is a view of it in C; what is changed or grown needs a list of its own
+    is_view = name in body.changed and value.text.startswith("part_of_")
+    if (name in body.grown or is_view) and isinstance(kind, Listing) and "{0}" not in value.text:
         body.needs_space = True
         value = Expr(kind, f"growable_{kind.name}(space, {value.text})")
     body.program.use(kind)
@@ -176,6 +189,8 @@ def _kept(body: Body, item: Expr) -> Expr:
 
 
 def _store_element(body: Body, target: ast.Subscript, value: Expr) -> None:
+    if isinstance(target.value, ast.Name):
+        body.changed.add(target.value.id)
     if isinstance(target.value, ast.Name) and target.value.id in body.types:
         have = body.types[target.value.id]
         if not isinstance(have, Listing):

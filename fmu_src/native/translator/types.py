@@ -21,7 +21,7 @@ from collections import abc
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 
 @dataclass(frozen=True)
@@ -218,6 +218,8 @@ def annotated(hint: Any) -> CType:
     if hint in plain:
         return plain[hint]
     origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Literal and all(isinstance(argument, str) for argument in arguments):
+        return TEXT
     if origin is tuple:
         if len(arguments) == 2 and arguments[1] is Ellipsis:
             return Listing(annotated(arguments[0]))
