@@ -3,7 +3,7 @@
  * Usage: native_host LIBRARY GUID STEPS STRING_REFERENCE STRING_VALUE INPUTS OUTPUTS
  * INPUTS and OUTPUTS are counts followed by value references; a STRING_REFERENCE of -1 sets no text. Two instances step
  * side by side; the state is serialised, undone and restored in between; a NaN is refused by the call that sets it.
- * Printed are the outputs of every 10th step in hexadecimal, and on the error stream the time of a doStep [us].
+ * Printed are the outputs of every 10th step, and on the error stream the time of a doStep [us] and the peak memory.
  */
 #include <math.h>
 #include <stdarg.h>
@@ -75,6 +75,19 @@ static size_t references(int *argument, char **argv, unsigned *out)
 static double seconds(void)
 {
     return (double)clock() / CLOCKS_PER_SEC;
+}
+
+/* Peak memory of the process, where the system says it. */
+static void say_memory(void)
+{
+    char line[256];
+    FILE *status = fopen("/proc/self/status", "r");
+    while (status && fgets(line, sizeof line, status)) {
+        if (strncmp(line, "VmHWM:", 6) == 0)
+            fprintf(stderr, "peak memory %d kB\n", atoi(line + 6));
+    }
+    if (status)
+        fclose(status);
 }
 
 int main(int argc, char **argv)
@@ -189,5 +202,6 @@ int main(int argc, char **argv)
         check(terminate(units[u]), OK, "fmi2Terminate");
         release(units[u]);
     }
+    say_memory();
     return 0;
 }
