@@ -42,8 +42,13 @@ def twins(tmp_path_factory):
             4000,
         ),
         ({"sample.time": 0.004, "adaptation.gain_limit": 1e300, "adaptation.forgetting": 0.0}, 2000),
+        ({"method": "prediction_error", "motor.lag_estimated": True, "report.interval": 0.5}, 4000),
+        ({**WATCHED, "method": "prediction_error", "sample.time": 0.002, "report.interval": 0.5}, 2000),
     ],
-    ids=["default", "watching", "rest angle known, no lag", "samples between points"],
+    ids=[
+        "default", "watching", "rest angle known, no lag", "samples between points", "prediction errors, lag",
+        "prediction errors, averaged samples",
+    ],
 )  # fmt: skip
 def test_the_identifier_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, parameters, steps):
     run = lockstep(
@@ -143,6 +148,7 @@ def test_a_log_that_cannot_be_played_is_refused_when_the_initialisation_ends(tmp
         ("Exciter", {"excitation.experiment": 3, "multisine.period": 0.1}, "has no harmonic near 0.0333333 Hz"),
         ("AdaptiveIdentifier", {"watch.pitch": "dry_fricton"}, "effect 'dry_fricton' cannot be watched on pitch"),
         ("AdaptiveIdentifier", {"watch.travel": "a,b,c,d"}, "names 4 effects; at most 3 can be watched"),
+        ("AdaptiveIdentifier", {"method": "guess"}, "method 'guess' must be one of adaptation, prediction_error"),
         ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [-inf, 20]"),
         ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
     ],

@@ -5,14 +5,19 @@ from __future__ import annotations
 from math import isfinite
 from typing import Any, ClassVar
 
+from pythonfmu.enums import Fmi2Status
+
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
+    ADAPTATION,
     IdentifierOutput,
     IdentifierSettings,
     ModelParameters,
     Sampled,
     before_samples,
     begin_sampling,
+    determined,
+    is_closed,
     prepare,
     restored,
     take_samples,
@@ -35,6 +40,13 @@ _INPUTS = 5
 """Two voltages and three angles, the first of ``variables``; the outputs follow them."""
 
 
+_UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
+
+
+def _flag(value: float, standard_error: float, unit: str) -> float:
+    return 1.0 if determined(value, standard_error, unit) else 0.0
+
+
 def _output(name: str, unit: str, description: str, depends_on: tuple[str, ...] = ()) -> Variable:
     return real_output(name, unit, None, description, depends_on, variability="discrete")
 
@@ -48,12 +60,24 @@ _OUTPUTS = (
     *(_output(f"sigma.{axis}", "rad/s^2", f"adaptation error of the {axis}") for axis in AXES),
     *(_output(f"excitation.{axis}", "1", f"excitation level of the {axis}, 0 to 1") for axis in AXES),
     *(
+        _output(f"determined.{name}", "1", f"1: half the 95 % interval of {name} is at most half of its value, else 0")
+        for name, _, _ in _ESTIMATED
+    ),
+    _output("motor_lag", "s", "lag of both motors: estimated or given", ("motor.time_constant",)),
+    _output("standard_error.motor_lag", "s", "standard error of motor_lag, 0 where it is given"),
+    *(
+        _output(f"feedback.{axis}", "1", f"score of a closed loop on the {axis}; beyond 3 there is one")
+        for axis in AXES
+    ),
+    _output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
+    *(
         _output(f"score.{axis}[{slot}]", "1", f"score of the effect named at place {slot} of watch.{axis}")
         for axis in AXES
         for slot in range(1, SLOTS + 1)
     ),
 )
 _SETTINGS = (
+    string_parameter("method", ADAPTATION, "adaptation: the paper's (7); prediction_error: holds in closed loop"),
     real_parameter("sample.time", "s", _DEFAULT.sample_time, 1e-5, 1.0, "sampling period"),
     real_parameter("filter.frequency", "rad/s", _DEFAULT.filter_frequency, 1e-3, 1e3, "bandwidth of the state filters"),
     real_parameter("filter.damping", "1", _DEFAULT.filter_damping, 0.1, 10.0, "damping ratio of the state filters"),
@@ -64,6 +88,7 @@ _SETTINGS = (
     boolean_parameter("pitch.rest_angle_known", False, "use pitch.rest_angle in place of estimating it"),
     real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, if it is known"),
     real_parameter("motor.time_constant", "s", _DEFAULT.motor_time_constant, 0.0, 5.0, "lag of both motors"),
+    boolean_parameter("motor.lag_estimated", False, "estimate the motors' lag along, from motor.time_constant on"),
     real_parameter("motor.voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, 1e3, "saturation of both voltages"),
     real_parameter("excitation.window", "s", _DEFAULT.excitation_window, 1e-3, 1e6, "window of the excitation level"),
     real_parameter("report.interval", "s", _DEFAULT.report_interval, 1e-5, 1e6, "time between two standard errors"),
@@ -89,8 +114,13 @@ state filters:  s^2 F y = omega_f^2 (y - xi_1) - 2 rho omega_f xi_2,  the same F
 regressions:    pitch''     = -a_wx pitch' - a_th sin(pitch - theta0) + k_x mu_d
                 elevation'' = -a_wz elevation' - a_e elevation - a_1 - a_lt pitch' travel' + k_z mu_s cos(pitch)
                 travel''    = -a_wy travel' + k_y mu_s sin(pitch)
+prediction errors, with a noise model estimated along, or
 adaptation:     Omega' = Gamma phi sigma,  Gamma' = alpha Gamma - Gamma phi phi^T Gamma,  sigma = y - phi^T Omega
 </pre>
+<p><code>method</code> = <code>adaptation</code> is the paper's, for excitation in open loop. Under a controller it is
+wrong, and the unit says so in a warning: take <code>prediction_error</code>, which holds in both.
+<code>closed_loop</code> is 1 where innovations are correlated with the voltages to come; <code>determined.*</code> is 0
+where the motion so far does not determine a parameter.</p>
 <p>The adaptation takes its exact step (least squares with forgetting on a factored gain), so that Gamma stays positive
 definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point use the
 samples before it. A communication step may differ from the sampling period: a sample between two communication points
@@ -123,11 +153,14 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     report_interval=values[at["report.interval"]],
                     initial=ModelParameters(*(values[at[f"initial.{name}"]] for name in _NAMES)),
                     watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
+                    method=values[at["method"]],
+                    lag_estimated=values[at["motor.lag_estimated"]],
                 )
             )
         except ConfigurationError as problem:
             raise Refusal(str(problem)) from problem
         self.sampled: Sampled | None = None
+        self.warned = False
         self._show(before_samples(self.plan))
 
     def _watched_on(self, axis: str) -> list[str]:
@@ -155,8 +188,25 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
         self.sampled = sampled
 
     def _show(self, estimate: IdentifierOutput) -> None:
-        shown = (*estimate.parameters, *estimate.standard_errors, *estimate.sigma, *estimate.excitation)
+        closed = is_closed(estimate.feedback)
+        shown = (
+            *estimate.parameters,
+            *estimate.standard_errors,
+            *estimate.sigma,
+            *estimate.excitation,
+            *map(_flag, estimate.parameters, estimate.standard_errors, _UNITS),
+            *estimate.lag,
+            *estimate.feedback,
+            1.0 if closed else 0.0,
+        )
         self.values[_INPUTS : _INPUTS + len(shown)] = shown
+        if closed and not self.warned and self.plan.predictor is None:
+            self.warned = True
+            self.log(
+                "the voltages follow the measured angles: a controller closes the loop. The paper's adaptation is "
+                "wrong there by more than its standard errors say; set method to prediction_error",
+                Fmi2Status.warning,
+            )
         if estimate.scores:
             scores = iter(estimate.scores)
             for axis in AXES:
@@ -164,12 +214,12 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
-        """State of filters and adaptation, time of sample 0, time and inputs of the previous point."""
-        return self.sampled
+        """State of the identifier, time of sample 0, time and inputs of the previous point; whether it warned."""
+        return None if self.sampled is None else [self.sampled, self.warned]
 
     def thaw(self, frozen: Any) -> None:
         """Restore it from tuples or, after serialisation, from lists."""
         self.sampled = None
         if frozen is not None:
-            state, first, before, previous = frozen
+            (state, first, before, previous), self.warned = frozen
             self.sampled = Sampled(restored(state), first, before, tuple(previous))

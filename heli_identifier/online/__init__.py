@@ -7,13 +7,15 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 
 from .adaptation import adapt
 from .candidates import WATCHABLE, Candidate, candidate
-from .estimate import Estimate, ModelParameters
+from .estimate import Estimate, ModelParameters, determined
+from .feedback import CLOSED, is_closed
 from .identifier import start, step
 from .linear_algebra import total
+from .noise_model import Noise
 from .plan import Plan, prepare
 from .sampled import Sampled, begin_sampling, take_samples
 from .score import Score
-from .settings import IdentifierSettings
+from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -21,16 +23,22 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, before_samples, output_of, restored
+from .state import IdentifierOutput, IdentifierState, Lag, before_samples, output_of, restored
 
 __all__ = [
+    "ADAPTATION",
+    "CLOSED",
+    "METHODS",
+    "PREDICTION_ERROR",
     "WATCHABLE",
     "Candidate",
     "Estimate",
     "IdentifierOutput",
     "IdentifierSettings",
     "IdentifierState",
+    "Lag",
     "ModelParameters",
+    "Noise",
     "Plan",
     "Sampled",
     "Score",
@@ -39,7 +47,10 @@ __all__ = [
     "before_samples",
     "begin_sampling",
     "candidate",
+    "default_settings",
+    "determined",
     "elevation_regression",
+    "is_closed",
     "output_of",
     "pitch_regression",
     "pitch_regression_free",

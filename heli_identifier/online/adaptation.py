@@ -151,10 +151,18 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     """
     beta, noise, interval, restoring_noise = coefficients
     sigma = measure(factor, omega, phi, y, noise, beta, direction)
+    restore(factor, len(phi), count, interval, restoring_noise, direction)
+    return sigma
+
+
+def restore(factor, n, count, interval, restoring_noise, direction):
+    """Give one direction of Gamma back the information that the gain limit holds, in place, if its turn has come.
+
+    ``n`` is the number of parameters; the other arguments are those of :func:`adapt` and :func:`measure`.
+    """
     index = count % interval
-    if index < len(phi) and restoring_noise < inf:
-        nowhere = [0.0] * len(phi)
-        unit_vector = [0.0] * len(phi)
+    if index < n and restoring_noise < inf:
+        nowhere = [0.0] * n
+        unit_vector = [0.0] * n
         unit_vector[index] = 1.0
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
-    return sigma

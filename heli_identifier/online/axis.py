@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, adapt, gain_matrix, initial_factor
 from .excitation_level import excitation_level
-from .moments import MomentCoefficients, Moments, add_sample, no_moments
+from .moments import MomentCoefficients, Moments, add_products, add_sample, no_moments
 from .score import NOTHING, Score, scores
 from .uncertainty import standard_errors
 
@@ -19,9 +19,9 @@ from .uncertainty import standard_errors
 class AxisState(NamedTuple):
     """Everything remembered about one axis.
 
-    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z since
-    the ``moments`` last took a mean of it; and, as last evaluated, the standard errors of the axis' reported
-    parameters, the excitation level [1] and the scores of the candidates.
+    ``factor`` of Gamma and ``omega``, both of (7); the adaptation error ``sigma`` [rad/s^2]; the ``sums`` of z (of
+    z z^T where prediction errors are minimised) since the ``moments`` last took a mean of it; and, as last evaluated,
+    the standard errors of the axis' reported parameters, the excitation level [1] and the scores of the candidates.
     """
 
     factor: tuple[float, ...]
@@ -34,28 +34,26 @@ class AxisState(NamedTuple):
     scores: tuple[Score, ...]
 
 
-def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> AxisState:
-    """Return the axis before its first sample, with Omega(0), Gamma(0) = ``gain`` I and a number of candidates."""
+def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0, predicted: bool = False) -> AxisState:
+    """Return the axis before its first sample.
+
+    Omega(0), Gamma(0) = ``gain`` I, and a number of candidates; with ``predicted`` the sums are those of the products
+    z z^T (:mod:`.prediction_error`).
+    """
     n = len(omega)
     certainty = (sqrt(gain),) * n
     size = n + candidates + 1
-    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
+    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * (size * (size + 1) // 2 if predicted else size)
     return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
-def adapt_axis(
-    axis: AxisState,
-    y: float,
-    phi: tuple[float, ...],
-    watched: tuple[float, ...],
-    count: int,
-    c: AdaptationCoefficients,
-) -> AxisState:
-    """Return ``axis`` after one step of (7); ``watched`` are its candidates' signals, ``count`` numbers the steps."""
+def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, c: AdaptationCoefficients) -> AxisState:
+    """Return ``axis`` after one step of (7) on ``z`` = (phi, candidates, y); ``count`` numbers the steps."""
     factor, omega, _, sums, moments, errors, excitation, last_scores = axis
     factor_now, omega_now = list(factor), list(omega)
-    sigma = adapt(factor_now, omega_now, phi, y, count, c, [0.0] * len(omega))
-    sums = tuple(map(add, sums, (*phi, *watched, y)))
+    n = len(omega)
+    sigma = adapt(factor_now, omega_now, z[:n], z[-1], count, c, [0.0] * n)
+    sums = tuple(map(add, sums, z))
     return AxisState(tuple(factor_now), tuple(omega_now), sigma, sums, moments, errors, excitation, last_scores)
 
 
@@ -66,17 +64,27 @@ def observe_axis(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisSt
     return axis._replace(sums=(0.0,) * len(mean), moments=add_sample(axis.moments, mean, c))
 
 
+def observe_products(axis: AxisState, samples: int, c: MomentCoefficients) -> AxisState:
+    """Return ``axis``, whose sums are those of z z^T over ``samples``, with their mean added to its moments."""
+    share = 1.0 / samples
+    mean = [share * x for x in axis.sums]
+    return axis._replace(sums=(0.0,) * len(mean), moments=add_products(axis.moments, mean, c))
+
+
 def evaluate_axis(
-    axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float
+    axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float, whitened: bool = False
 ) -> AxisState:
     """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated anew.
 
-    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments.
+    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments; ``whitened`` says that
+    the axis' residual is white with intensity 1 (:mod:`.prediction_error`).
     """
     moments, omega = axis.moments, axis.omega
     n, candidates = len(omega), len(axis.scores)
     return axis._replace(
-        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval),
+        standard_errors=standard_errors(
+            moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval, whitened
+        ),
         excitation=excitation_level(moments.window, n + candidates + 1, n),
         scores=scores(moments, n, candidates, alpha, interval),
     )

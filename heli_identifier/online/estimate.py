@@ -3,6 +3,21 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
+OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
+"""Half widths of an interval that are narrow enough for an offset, which may be zero, by its unit."""
+
+
+def determined(value: float, standard_error: float, unit: str) -> bool:
+    """Return whether data determine a parameter: half its 95 % interval is at most half of its value.
+
+    For offsets, a rest angle [rad] or a constant torque [rad/s^2], a width of :data:`OFFSETS` is narrow enough as well.
+    """
+    offset = 0.0
+    for name, width in OFFSETS:
+        if name == unit:
+            offset = width
+    return 1.96 * standard_error <= max(0.5 * abs(value), offset)
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -17,6 +32,11 @@ class Estimate:
         """95 % interval, lower and upper end."""
         half = 1.96 * (self.standard_error or 0.0)
         return self.value - half, self.value + half
+
+    @property
+    def is_determined(self) -> bool:
+        """Whether the data determine the value (:func:`determined`)."""
+        return self.standard_error is None or determined(self.value, self.standard_error, self.unit)
 
 
 class ModelParameters(NamedTuple):

@@ -11,10 +11,17 @@ before sample 0 on the filters has faded to exp(-7).
 
 from math import cos, sin
 
-from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis
+from heli_plant.motor import saturate
+
+from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
+from .feedback import first_feedback, watch_error, watch_innovation
+from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
 from .linear_algebra import hypotenuse
+from .noise_model import Noise
 from .plan import Plan
+from .prediction_error import PredictorCoefficients, first_predictor, predict_axis, rest_predictor
 from .signals import (
+    Signals,
     advance_signals,
     elevation_regression,
     pitch_regression,
@@ -22,8 +29,11 @@ from .signals import (
     settled_signals,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, output_of
-from .watch import advance_watch, settled_watch
+from .state import IdentifierOutput, IdentifierState, Predictors, output_of
+from .watch import WatchState, advance_watch, settled_watch
+
+Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""(phi, watched, y) of pitch, elevation and travel."""
 
 
 def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float) -> IdentifierState:
@@ -33,16 +43,61 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
         pitch_omega: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
     else:
         pitch_omega = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-    signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     of_pitch, of_elevation, of_travel = (len(columns) for columns in plan.watched_columns)
+    predicted = plan.predictor is not None
+    elevation_omega: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
+    if plan.lag is not None:
+        pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
+    pitch_axis = initial_axis(pitch_omega, gain, of_pitch, predicted)
+    elevation_axis = initial_axis(elevation_omega, gain, of_elevation, predicted)
+    if plan.lag is not None:
+        pitch_axis = pitch_axis._replace(factor=(*pitch_axis.factor[:-1], PITCH_PRIOR * PITCH_PRIOR))
+        elevation_axis = elevation_axis._replace(
+            factor=(*elevation_axis.factor[:-1], ELEVATION_PRIOR * ELEVATION_PRIOR)
+        )
+    signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
+    watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
+    lag = settled_lag(signals) if plan.lag is not None else None
+    c, z = plan.predictor, _regressions(signals, lag, watch, plan)
     return IdentifierState(
         0,
+        (signals.v_front, signals.v_rear),
         signals,
-        settled_watch(signals, plan.watch) if plan.watch.candidates else None,
-        initial_axis(pitch_omega, gain, of_pitch),
-        initial_axis((at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z), gain, of_elevation),
-        initial_axis((at.a_wy, at.k_y), gain, of_travel),
+        lag,
+        watch,
+        pitch_axis,
+        elevation_axis,
+        initial_axis((at.a_wy, at.k_y), gain, of_travel, predicted),
+        None if c is None else _first_predictors(z, plan.settings.noise, c),
+        (
+            first_feedback(signals.v_front - signals.v_rear, plan.feedback),
+            first_feedback(signals.v_front + signals.v_rear, plan.feedback),
+            first_feedback(signals.v_front - signals.v_rear, plan.feedback),
+        ),
     )
+
+
+def _first_predictors(z: Regressions, noise: tuple[Noise, Noise, Noise], c: PredictorCoefficients) -> Predictors:
+    return first_predictor(z[0], noise[0], c), first_predictor(z[1], noise[1], c), first_predictor(z[2], noise[2], c)
+
+
+def _regressions(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressions:
+    """Return (phi, watched, y) of the three axes."""
+    f = plan.signals.filter
+    if plan.rest_angle_is_known:
+        y_1, given = pitch_regression(signals, plan.sine_of_rest, plan.cosine_of_rest, f)
+        phi_1: tuple[float, ...] = given
+    else:
+        y_1, phi_1 = pitch_regression_free(signals, f)
+    y_2, of_elevation = elevation_regression(signals, f)
+    phi_2: tuple[float, ...] = of_elevation
+    if lag is not None:
+        phi_1, phi_2 = (*phi_1, -lag.difference_f[0]), (*phi_2, -lag.lift_f[0])
+    y_3, phi_3 = travel_regression(signals, f)
+    if watch is None:
+        return (*phi_1, y_1), (*phi_2, y_2), (*phi_3, y_3)
+    own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns]
+    return (*phi_1, *own_1, y_1), (*phi_2, *own_2, y_2), (*phi_3, *own_3, y_3)
 
 
 def step(
@@ -61,44 +116,82 @@ def step(
     state : IdentifierState
     output : IdentifierOutput
     """
-    signals = advance_signals(state.signals, v_front, v_rear, pitch, elevation, travel, plan.signals)
-    f = plan.signals.filter
-    if plan.rest_angle_is_known:
-        y_1, phi_1 = pitch_regression(signals, plan.sine_of_rest, plan.cosine_of_rest, f)
-    else:
-        y_1, phi_1 = pitch_regression_free(signals, f)
-    y_2, phi_2 = elevation_regression(signals, f)
-    y_3, phi_3 = travel_regression(signals, f)
-
-    watch = state.watch
-    own_1: tuple[float, ...] = ()
-    own_2: tuple[float, ...] = ()
-    own_3: tuple[float, ...] = ()
+    samples, signals, every = state.samples + 1, state.signals, plan.every
+    if every > 1:
+        limit = plan.signals.voltage_limit
+        sum_front, sum_rear = state.voltages
+        if samples % every > 0:
+            sums = sum_front + saturate(v_front, limit), sum_rear + saturate(v_rear, limit)
+            state = state._replace(samples=samples, voltages=sums)
+            return state, output_of(state, plan)
+        signals = signals._replace(v_front=sum_front / every, v_rear=sum_rear / every)
+    before, lag, watch = signals, state.lag, state.watch
+    signals = advance_signals(before, v_front, v_rear, pitch, elevation, travel, plan.signals)
+    if lag is not None and plan.lag is not None:
+        lag = advance_lag(lag, before, signals, plan.lag, plan.signals.filter)
     if watch is not None:
-        watch = advance_watch(watch, signals, plan.watch, f)
-        own_1, own_2, own_3 = [tuple([watch.filtered[i][0] for i in columns]) for columns in plan.watched_columns]
-    axis_1, axis_2, axis_3 = state.pitch, state.elevation, state.travel
-    samples = state.samples + 1
-    count = samples - plan.hold_samples
+        watch = advance_watch(watch, signals, plan.watch, plan.signals.filter)
+    z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
+    axis_1, axis_2, axis_3, predictors = state.pitch, state.elevation, state.travel, state.predictors
+    loop_1, loop_2, loop_3 = state.loops
+    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
+    count = samples // every - plan.hold_samples
+    c, a, loop = plan.predictor, plan.adaptation, plan.feedback
+    if predictors is not None and c is not None:
+        p_1, p_2, p_3 = predictors
+        if count < 0:
+            predictors = rest_predictor(p_1, z_1), rest_predictor(p_2, z_2), rest_predictor(p_3, z_3)
+        else:
+            axis_1, p_1 = predict_axis(axis_1, p_1, z_1, count, c, a)
+            axis_2, p_2 = predict_axis(axis_2, p_2, z_2, count, c, a)
+            axis_3, p_3 = predict_axis(axis_3, p_3, z_3, count, c, a)
+            predictors = p_1, p_2, p_3
+            loop_1 = watch_innovation(loop_1, axis_1.sigma, difference, count, loop)
+            loop_2 = watch_innovation(loop_2, axis_2.sigma, total, count, loop)
+            loop_3 = watch_innovation(loop_3, axis_3.sigma, difference, count, loop)
+    elif count >= 0:
+        axis_1 = adapt_axis(axis_1, z_1, count, a)
+        axis_2 = adapt_axis(axis_2, z_2, count, a)
+        axis_3 = adapt_axis(axis_3, z_3, count, a)
+        loop_1 = watch_error(loop_1, axis_1.sigma, difference, count, loop)
+        loop_2 = watch_error(loop_2, axis_2.sigma, total, count, loop)
+        loop_3 = watch_error(loop_3, axis_3.sigma, difference, count, loop)
     if count >= 0:
-        axis_1 = adapt_axis(axis_1, y_1, phi_1, own_1, count, plan.adaptation)
-        axis_2 = adapt_axis(axis_2, y_2, phi_2, own_2, count, plan.adaptation)
-        axis_3 = adapt_axis(axis_3, y_3, phi_3, own_3, count, plan.adaptation)
-        averaged = plan.moment_samples
-        if (count + 1) % averaged == 0:
-            axis_1 = observe_axis(axis_1, averaged, plan.moments)
-            axis_2 = observe_axis(axis_2, averaged, plan.moments)
-            axis_3 = observe_axis(axis_3, averaged, plan.moments)
-        # One axis per step, so that no step pays for all three.
-        turn = count % plan.report_samples
-        if turn == 0:
-            axis_1 = _evaluated_pitch(axis_1, plan)
-        elif turn == 1:
-            axis_2 = evaluate_axis(axis_2, _ALL_FIVE, plan.settings.forgetting, plan.moments.interval)
-        elif turn == 2:
-            axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval)
-    state = IdentifierState(samples, signals, watch, axis_1, axis_2, axis_3)
+        axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, count, predictors is not None, plan)
+    voltages = signals.v_front, signals.v_rear
+    loops = loop_1, loop_2, loop_3
+    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops)
     return state, output_of(state, plan)
+
+
+def _evaluated(
+    axis_1: AxisState, axis_2: AxisState, axis_3: AxisState, count: int, predicted: bool, plan: Plan
+) -> tuple[AxisState, AxisState, AxisState]:
+    """Return the axes with their moments and, in turns, their standard errors, excitation levels and scores brought up.
+
+    One axis is evaluated per step, so that no step pays for all three.
+    """
+    averaged = plan.moment_samples
+    if (count + 1) % averaged == 0:
+        axis_1 = _observed(axis_1, averaged, predicted, plan)
+        axis_2 = _observed(axis_2, averaged, predicted, plan)
+        axis_3 = _observed(axis_3, averaged, predicted, plan)
+    turn = count % plan.report_samples
+    if turn == 0:
+        axis_1 = _evaluated_pitch(axis_1, predicted, plan)
+    elif turn == 1:
+        rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega)
+        axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+    elif turn == 2:
+        axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval, predicted)
+    return axis_1, axis_2, axis_3
+
+
+def _observed(axis: AxisState, samples: int, predicted: bool, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the last ``samples`` added to its moments."""
+    if predicted:
+        return observe_products(axis, samples, plan.moments)
+    return observe_axis(axis, samples, plan.moments)
 
 
 def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
@@ -108,11 +201,11 @@ def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
 _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
-def _evaluated_pitch(axis: AxisState, plan: Plan) -> AxisState:
+def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
     """Evaluate the pitch; with theta0 free, by the gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
-        _, p, q, _ = axis.omega
+        _, p, q, *_ = axis.omega
         a = hypotenuse(p, q) or 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
@@ -120,4 +213,14 @@ def _evaluated_pitch(axis: AxisState, plan: Plan) -> AxisState:
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
-    return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval)
+    if plan.lag is not None:
+        rows = _with_lag(rows, axis.omega)
+    return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+
+
+def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
+    """Return ``rows`` for an Omega that ends with k and k Delta, and the gradient of Delta."""
+    gain, product = omega[-2], omega[-1]
+    gain = gain if gain != 0.0 else 1.0
+    slope = (*([0.0] * (len(omega) - 2)), -product / (gain * gain), 1.0 / gain)
+    return (*[(*row, 0.0) for row in rows], slope)

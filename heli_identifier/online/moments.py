@@ -61,7 +61,11 @@ def no_moments(size: int) -> Moments:
 
 def add_sample(m: Moments, z: tuple[float, ...], c: MomentCoefficients) -> Moments:
     """Return ``m`` with the sample ``z``."""
-    products = [a * b for i, a in enumerate(z) for b in z[i:]]
+    return add_products(m, [a * b for i, a in enumerate(z) for b in z[i:]], c)
+
+
+def add_products(m: Moments, products: list[float], c: MomentCoefficients) -> Moments:
+    """Return ``m`` with a sample of the packed products z z^T, or their mean over the time of one sample."""
     current = tuple([u + p for u, p in zip(m.current, products, strict=True)])
     renewal = c.renewal
     window = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])

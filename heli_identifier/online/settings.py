@@ -3,12 +3,23 @@
 from dataclasses import dataclass, field
 from math import inf, pi
 
-from ..errors import require_positive, require_range
+from heli_plant.effects import AXES
+
+from ..errors import ConfigurationError, require_positive, require_range
 from .candidates import candidate
 from .estimate import ModelParameters
+from .noise_model import BANDWIDTHS, CORNERS, Noise
+
+ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"
+"""Methods of estimation."""
 
 _SAMPLES_PER_RADIAN = 5.0
 """Samples per 1/omega_f that the discretisation needs: with fewer, (h^2/12) omega_f^2 exceeds .3 %."""
+
+
+def default_settings() -> "IdentifierSettings":
+    """Return the settings that :class:`IdentifierSettings` has by default."""
+    return IdentifierSettings()
 
 
 @dataclass(frozen=True)
@@ -31,7 +42,7 @@ class IdentifierSettings:
     forgetting : float
         alpha [1/s].
     hold_time : float or None
-        Time before the adaptation begins [s]; None for 10/omega_f.
+        Time before the estimation begins [s]; None for 10/omega_f, with prediction errors for 2 s.
     rest_angle : float or None
         theta0 [rad] where it is known; None to estimate it.
     motor_time_constant : float
@@ -44,6 +55,13 @@ class IdentifierSettings:
         Time between two evaluations of standard errors, excitation levels and scores [s].
     initial : ModelParameters
         Omega(0); its theta0 is used only where theta0 is estimated.
+    method : str
+        ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which stays right where a
+        controller closes the loop.
+    lag_estimated : bool
+        Whether the motors' lag is estimated along, beginning with ``motor_time_constant`` (:mod:`.lag`).
+    noise : tuple of three Noise
+        Where the noise models of pitch, elevation and travel begin (:mod:`.noise_model`).
     watched : tuple of (name, axis)
         Effects of the catalogue to score while the rig runs (:data:`heli_identifier.online.WATCHABLE`).
 
@@ -67,6 +85,9 @@ class IdentifierSettings:
     report_interval: float = 5.0
     initial: ModelParameters = field(default_factory=ModelParameters)
     watched: tuple[tuple[str, str], ...] = ()
+    method: str = ADAPTATION
+    lag_estimated: bool = False
+    noise: tuple[Noise, Noise, Noise] = (Noise(), Noise(), Noise())
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
@@ -89,5 +110,10 @@ class IdentifierSettings:
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
         for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")
+        if self.method not in METHODS:
+            raise ConfigurationError(f"method {self.method!r} must be one of {', '.join(METHODS)}")
+        for axis, noise in zip(AXES, self.noise, strict=True):
+            require_range(f"noise.{axis}.bandwidth", noise.bandwidth, "rad/s", *BANDWIDTHS)
+            require_range(f"noise.{axis}.corner", noise.corner, "rad/s", *CORNERS)
         for name, axis in self.watched:
             candidate(name, axis)

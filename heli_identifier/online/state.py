@@ -9,30 +9,62 @@ from typing import Any, NamedTuple
 
 from .axis import AxisState
 from .estimate import ModelParameters
+from .feedback import Feedback, feedback_score
+from .lag import LagState
 from .linear_algebra import hypotenuse
 from .moments import Moments
+from .noise_model import NoiseModel
 from .plan import Plan
+from .prediction_error import PredictorState
 from .score import NOTHING, Score
 from .signals import Signals
 from .watch import WatchState
+from .whitening import Whitening
+
+Predictors = tuple[PredictorState, PredictorState, PredictorState]
+"""Of pitch, elevation and travel."""
 
 
 class IdentifierState(NamedTuple):
-    """Everything remembered between two samples; ``samples`` counts those after sample 0."""
+    """Everything remembered between two samples.
+
+    ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
+    sample that was taken, where not all of them are (:class:`.plan.Plan`); ``lag`` is None where the lag is not
+    estimated, ``watch`` where no effect is watched, ``predictors`` where the method is the adaptation; ``loops`` is
+    what is known about the loops of pitch, elevation and travel.
+    """
 
     samples: int
+    voltages: tuple[float, float]
     signals: Signals
+    lag: LagState | None
     watch: WatchState | None
     pitch: AxisState
     elevation: AxisState
     travel: AxisState
+    predictors: Predictors | None
+    loops: tuple[Feedback, Feedback, Feedback]
+
+
+Omega = tuple[float, ...]
+
+_LEAST_ERROR = 1e-9
+"""Least standard error of a lag [s], so that weights stay finite."""
+
+
+class Lag(NamedTuple):
+    """The motors' time constant T_m and its standard error, 0 where it is given [s]."""
+
+    value: float
+    standard_error: float
 
 
 class IdentifierOutput(NamedTuple):
     """What is known after a sample.
 
     ``parameters`` and their ``standard_errors`` by name; per axis (pitch, elevation, travel) the adaptation error
-    ``sigma`` [rad/s^2] and the ``excitation`` level [1]; ``adapting`` is false while the adaptation rests; ``scores``
+    ``sigma`` [rad/s^2], the ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]
+    (:mod:`.feedback`); the motors' ``lag``; ``adapting`` is false while the adaptation rests; ``scores``
     are those of the watched effects, in the order of the settings.
     """
 
@@ -40,17 +72,36 @@ class IdentifierOutput(NamedTuple):
     standard_errors: ModelParameters
     sigma: tuple[float, float, float]
     excitation: tuple[float, float, float]
+    feedback: tuple[float, float, float]
+    lag: Lag
     adapting: bool
     scores: tuple[Score, ...] = ()
 
 
 def restored(saved: Any) -> IdentifierState:
     """Return the state that ``json.dumps`` wrote and ``json.loads`` read as ``saved``."""
-    samples, signals, watch, *axes = _tuples(saved)
-    pitch, elevation, travel = (_axis(*axis) for axis in axes)
+    samples, voltages, signals, lag, watch, pitch, elevation, travel, predictors, loops = _tuples(saved)
+    first, second, third = loops
     return IdentifierState(
-        samples, Signals(*signals), None if watch is None else WatchState(*watch), pitch, elevation, travel
+        samples,
+        voltages,
+        Signals(*signals),
+        None if lag is None else LagState(*lag),
+        None if watch is None else WatchState(*watch),
+        _axis(*pitch),
+        _axis(*elevation),
+        _axis(*travel),
+        None if predictors is None else _predictors(*predictors),
+        (Feedback(*first), Feedback(*second), Feedback(*third)),
     )
+
+
+def _predictors(pitch, elevation, travel) -> Predictors:
+    return _predictor(*pitch), _predictor(*elevation), _predictor(*travel)
+
+
+def _predictor(memory, noise, whitening) -> PredictorState:
+    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening))
 
 
 def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:
@@ -67,15 +118,21 @@ def before_samples(plan: Plan) -> IdentifierOutput:
     """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
     error = sqrt(plan.settings.initial_gain)
     errors = ModelParameters(error, error, error, error, error, error, error, error, error, error, error)
-    return IdentifierOutput(plan.settings.initial, errors, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False)
+    nothing = (0.0, 0.0, 0.0)
+    lag = Lag(plan.settings.motor_time_constant, 0.0)
+    return IdentifierOutput(plan.settings.initial, errors, nothing, nothing, nothing, lag, False)
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
-    samples, _, _, pitch, elevation, travel = state
+    samples, _, _, _, _, pitch, elevation, travel, _, loops = state
     _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
     _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
     _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
+    lag = Lag(plan.settings.motor_time_constant, 0.0)
+    if plan.lag is not None:
+        lag = _lag(plan.lag.time_constant, omega_1, errors_1[-1], omega_2, errors_2[-1])
+        omega_1, omega_2, errors_1, errors_2 = omega_1[:-1], omega_2[:-1], errors_1[:-1], errors_2[:-1]
     if plan.rest_angle_is_known:
         a_wx, a_th, k_x = omega_1
         theta0 = plan.settings.rest_angle or 0.0
@@ -88,17 +145,31 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
         (sigma_1, sigma_2, sigma_3),
         (excitation_1, excitation_2, excitation_3),
-        samples >= plan.hold_samples,
+        (feedback_score(loops[0]), feedback_score(loops[1]), feedback_score(loops[2])),
+        lag,
+        samples // plan.every >= plan.hold_samples,
         _scores_in_order(state, plan) if plan.watch.candidates else (),
     )
+
+
+def _lag(assumed: float, omega_1: Omega, error_1: float, omega_2: Omega, error_2: float) -> Lag:
+    """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
+    error_1, error_2 = max(error_1, _LEAST_ERROR), max(error_2, _LEAST_ERROR)
+    weight_1, weight_2 = 1.0 / (error_1 * error_1), 1.0 / (error_2 * error_2)
+    beyond_1 = omega_1[-1] / omega_1[-2] if omega_1[-2] != 0.0 else 0.0
+    beyond_2 = omega_2[-1] / omega_2[-2] if omega_2[-2] != 0.0 else 0.0
+    both = weight_1 + weight_2
+    return Lag(assumed + (weight_1 * beyond_1 + weight_2 * beyond_2) / both, 1.0 / sqrt(both))
 
 
 def _scores_in_order(state: IdentifierState, plan: Plan) -> tuple[Score, ...]:
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
     ordered = [NOTHING] * len(plan.watch.candidates)
     axes = (state.pitch, state.elevation, state.travel)
-    for axis, columns in zip(axes, plan.watched_columns, strict=True):
-        gain = axis.omega[-1]
+    gain_1, gain_2, gain_3 = state.pitch.omega[-1], state.elevation.omega[-1], state.travel.omega[-1]
+    if plan.lag is not None:  # k stands before k Delta
+        gain_1, gain_2 = state.pitch.omega[-2], state.elevation.omega[-2]
+    for axis, gain, columns in zip(axes, (gain_1, gain_2, gain_3), plan.watched_columns, strict=True):
         for i, (score, coefficient, visibility) in zip(columns, axis.scores, strict=True):
             if plan.watch.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain

@@ -48,6 +48,7 @@ def standard_errors(
     combinations: tuple[tuple[float, ...], ...],
     alpha: float,
     interval: float,
+    whitened: bool = False,
 ) -> tuple[float, ...]:
     """Return the standard error of each combination j^T Omega.
 
@@ -64,13 +65,16 @@ def standard_errors(
         Forgetting [1/s].
     interval : float
         Time [s] that each sample in ``m`` stands for.
+    whitened : bool
+        Whether the residual is white with intensity 1, so that Gamma is the covariance: the larger of both is taken.
     """
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]
     weights, blocks = weighted_blocks(m, alpha, interval)
     left = freedom(weights, n)
+    certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
     if left < LEAST_FREEDOM:
-        return tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
+        return certain
     correction = 1.0 + OVERLAP * n / left
     candidates = _size(len(m.current)) - n - 1
     residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
@@ -79,7 +83,7 @@ def standard_errors(
         form = bilinear_form((*direction, *([0.0] * (candidates + 1))), residual)
         terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
         errors.append(sqrt(correction * variance_of_sum(terms)))
-    return tuple(errors)
+    return tuple(map(max, errors, certain)) if whitened else tuple(errors)
 
 
 def _size(packed: int) -> int:

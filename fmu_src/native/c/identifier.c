@@ -14,7 +14,7 @@ static const int SCORES[AXES] = {REF_score_pitch_1, REF_score_elevation_1, REF_s
 struct Model {
     Plan plan;
     int watched[AXES]; /* number of effects watched on each axis */
-    bool sampling;
+    bool sampling, warned;
     Sampled sampled;
 };
 
@@ -68,21 +68,36 @@ static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
     return count;
 }
 
-static void show(const Model *model, Unit *unit, const IdentifierOutput *output)
+static void show(Model *model, Unit *unit, const IdentifierOutput *output)
 {
     const double *estimates = &output->parameters.a_wx, *errors = &output->standard_errors.a_wx;
     for (int i = 0; i < PARAMETERS; i++) {
         unit->values[REF_a_wx + i].real = estimates[i];
         unit->values[REF_standard_error_a_wx + i].real = errors[i];
+        const char *physical = VARIABLES[REF_a_wx + i].physical_unit;
+        unit->values[REF_determined_a_wx + i].real = estimate_determined(estimates[i], errors[i], physical);
     }
     const double sigma[AXES] = {output->sigma.x0, output->sigma.x1, output->sigma.x2};
+    const double feedback[AXES] = {output->feedback.x0, output->feedback.x1, output->feedback.x2};
     const double excitation[AXES] = {output->excitation.x0, output->excitation.x1, output->excitation.x2};
+    const bool closed = feedback_is_closed(output->feedback);
     int64_t next = 0;
     for (int axis = 0; axis < AXES; axis++) {
         unit->values[REF_sigma_pitch + axis].real = sigma[axis];
         unit->values[REF_excitation_pitch + axis].real = excitation[axis];
+        unit->values[REF_feedback_pitch + axis].real = feedback[axis];
         for (int slot = 0; slot < model->watched[axis] && next < output->scores.count; slot++)
             unit->values[SCORES[axis] + slot].real = output->scores.at[next++].score;
+    }
+    unit->values[REF_motor_lag].real = output->lag.value;
+    unit->values[REF_standard_error_motor_lag].real = output->lag.standard_error;
+    unit->values[REF_closed_loop].real = closed;
+    if (closed && !model->warned && !model->plan.predictor.some) {
+        model->warned = true;
+        unit_say(
+            unit, WARNING,
+            "the voltages follow the measured angles: a controller closes the loop. The paper's adaptation is wrong "
+            "there by more than its standard errors say; set method to prediction_error");
     }
 }
 
@@ -90,8 +105,9 @@ void model_initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const double hold = values[REF_adaptation_hold_time].real;
-    IdentifierSettings settings = {0};
+    IdentifierSettings settings = settings_default_settings(unit->settled);
     set_IdentifierSettings(&settings, values);
+    settings.method = values[REF_method].text;
     if (!(hold < 0.0))
         settings.hold_time = (Maybe_f){true, hold};
     if (values[REF_pitch_rest_angle_known].real != 0.0)
@@ -100,7 +116,7 @@ void model_initialise(Model *model, Unit *unit)
         model->watched[axis] = watched_on(unit, axis, &settings.watched);
     settings_IdentifierSettings__post_init(unit->settled, &settings);
     model->plan = plan_prepare(unit->settled, &settings);
-    model->sampling = false;
+    model->sampling = model->warned = false;
     const IdentifierOutput first = state_before_samples(&model->plan);
     show(model, unit, &first);
 }
@@ -144,6 +160,7 @@ void model_keep(Model *model, Space *space)
 void model_write(const Model *model, Bytes *bytes)
 {
     write_bool(bytes, &model->sampling);
+    write_bool(bytes, &model->warned);
     if (model->sampling)
         write_Sampled(bytes, &model->sampled);
 }
@@ -151,6 +168,7 @@ void model_write(const Model *model, Bytes *bytes)
 void model_read(Model *model, Bytes *bytes)
 {
     read_bool(bytes, &model->sampling);
+    read_bool(bytes, &model->warned);
     if (model->sampling)
         read_Sampled(bytes, &model->sampled);
 }

@@ -292,7 +292,10 @@ def subscript(body: Body, node: ast.Subscript) -> Expr:
     """Translate an element of a tuple or list, or a part of it."""
     value = body.unwrapped(body.value(node.value))
     if isinstance(node.slice, ast.Slice):
-        return _slice(body, value, node.slice)
+        part = _slice(body, value, node.slice)
+        if isinstance(node.value, ast.Name) and node.value.id in body.changed and isinstance(part.type, Listing):
+            return Expr(part.type, f"growable_{part.type.name}(space, {part.text})")  # no view of what changes later
+        return part
     index = body.value(node.slice)
     items = body.items(value) if not isinstance(value.type, Listing) else None
     if items is not None and isinstance(index.constant, int):

@@ -163,7 +163,14 @@ def _store_name(body: Body, name: str, value: Expr) -> None:
 
 
 def _store_tuple(body: Body, target: ast.Tuple, value: Expr, source: ast.AST) -> None:
+    starred = isinstance(target.elts[-1], ast.Starred)
+    if starred:
+        if ast.unparse(target.elts[-1]) != "*_":
+            body.refuse(target, "a starred target must be *_, which takes what is left")
+        target = ast.Tuple(target.elts[:-1], ast.Store())
     items = body.items(value)
+    if items is not None and starred:
+        items = items[: len(target.elts)]
     if items is None and isinstance(value.type, Listing):
         value = body.simple(value)
         items = [Expr(value.type.item, f"{value.code}.at[{i}]") for i, _ in enumerate(target.elts)]  # type: ignore[union-attr]

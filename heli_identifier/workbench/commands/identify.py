@@ -1,4 +1,4 @@
-"""``heli identify``: the paper's adaptation over measured logs."""
+"""``heli identify``: the on-line identifier over measured logs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -15,12 +15,18 @@ def identify(
     ] = Path("identification"),
     filter_frequency: Annotated[float, typer.Option(metavar="RAD/S", help="Bandwidth of the state filters.")] = 1.0,
     forgetting: Annotated[float, typer.Option(metavar="1/S", help="Forgetting alpha of the adaptation.")] = 0.001,
+    method: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="adaptation or prediction_error; by itself, the one that suits the logs."),
+    ] = None,
     start: From = None,
     end: To = None,
     config: Config = None,
     json: Json = False,
 ) -> None:
-    """Run the adaptive identification, eq. (7), over every log and draw how its parameters settle.
+    """Run the on-line identifier over every log and draw how its parameters settle.
+
+    In open loop it is the paper's adaptation, eq. (7). Where a controller flew, it minimises prediction errors.
 
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
@@ -44,6 +50,7 @@ def identify(
                 configuration=configuration,
                 filter_frequency=filter_frequency,
                 forgetting=forgetting,
+                method=method,
                 progress=progress,
             )
             progress("drawing", 1.0)

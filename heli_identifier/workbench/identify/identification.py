@@ -1,14 +1,31 @@
-"""The adaptation (7) over measured logs, with its standard errors: one history per log, and all logs together."""
+"""The on-line identifier over measured logs, with its standard errors: one history per log, and all logs together.
+
+Prediction errors pass every log twice. The first pass finds the noise model, which is the same for all logs of a rig,
+parameters to begin with and the motors' lag; the second begins with the means of these. Nothing is counted twice:
+Gamma(0) is the same in both passes.
+"""
 
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.online import Estimate, IdentifierSettings, ModelParameters, prepare, start, step
+from heli_identifier.online import (
+    ADAPTATION,
+    PREDICTION_ERROR,
+    Estimate,
+    IdentifierSettings,
+    Lag,
+    ModelParameters,
+    Noise,
+    output_of,
+    prepare,
+    start,
+    step,
+)
 from heli_identifier.records import Log, RigConfiguration
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
@@ -31,20 +48,32 @@ class EstimateHistory:
         [s].
     parameters, standard_errors : NDArray, shape (M, 11)
         By :data:`NAMES`, in the units of :class:`PlantParameters`.
+    feedback : tuple of float
+        Scores of a closed loop on pitch, elevation and travel at the end [1].
+    noise : tuple of Noise
+        Noise models of the three axes at the end; empty where the method is the adaptation.
+    lag : Lag
+        The motors' lag at the end, with a standard error of 0 where it was given [s].
     """
 
     name: str
     time: NDArray[np.float64]
     parameters: NDArray[np.float64]
     standard_errors: NDArray[np.float64]
+    feedback: tuple[float, float, float]
+    noise: tuple[Noise, ...]
+    lag: Lag
 
     @property
     def last(self) -> dict[str, Estimate]:
-        """The last estimates by symbol."""
-        return {
+        """The last estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
+        found = {
             name: Estimate(float(value), float(error), BY_FIELD[name].unit)
             for name, value, error in zip(NAMES, self.parameters[-1], self.standard_errors[-1], strict=True)
         }
+        if self.lag.standard_error > 0.0:
+            found["T_m"] = Estimate(self.lag.value, self.lag.standard_error, BY_FIELD["T_m"].unit)
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +84,17 @@ class Together:
     notes: tuple[str, ...]
 
     def plant(self, motor_time_constant: float, voltage_limit: float) -> PlantParameters:
-        """Return the plant with these estimates, the motors' lag [s] and their saturation [V]."""
-        values = {name: estimate.value for name, estimate in self.estimates.items()}
-        return PlantParameters(T_m=motor_time_constant, v_max=voltage_limit, **values)
+        """Return the plant with these estimates, the motors' lag [s] if it was given, and their saturation [V]."""
+        values = {"T_m": motor_time_constant} | {name: estimate.value for name, estimate in self.estimates.items()}
+        return PlantParameters(v_max=voltage_limit, **values)
 
 
 def settings_for(
-    log: Log, configuration: RigConfiguration, filter_frequency: float = 1.0, forgetting: float = 0.001
+    log: Log,
+    configuration: RigConfiguration,
+    filter_frequency: float = 1.0,
+    forgetting: float = 0.001,
+    method: str = ADAPTATION,
 ) -> IdentifierSettings:
     """Return the identifier's settings for a log of a rig.
 
@@ -73,6 +106,8 @@ def settings_for(
         Bandwidth of the state filters [rad/s].
     forgetting : float
         alpha [1/s].
+    method : str
+        One of :data:`heli_identifier.online.METHODS`.
 
     Raises
     ------
@@ -87,6 +122,8 @@ def settings_for(
         motor_time_constant=configuration.motor_time_constant,
         voltage_limit=configuration.format.voltage_limit,
         report_interval=max(0.5, 3.0 * log.step),
+        method=method,
+        lag_estimated=method == PREDICTION_ERROR,
     )
 
 
@@ -97,13 +134,30 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
     state = start(plan, *samples[0])
     every = max(1, round(settings.report_interval / settings.sample_time))
     time, parameters, errors = [], [], []
+    output = output_of(state, plan)
     for k, (v_front, v_rear, pitch, elevation, travel) in enumerate(samples[1:], start=1):
         state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
         if (k % every == 0 and output.adapting) or k == len(samples) - 1:
             time.append(k * settings.sample_time)
             parameters.append(tuple(output.parameters))
             errors.append(tuple(output.standard_errors))
-    return EstimateHistory(log.name, np.array(time), np.array(parameters), np.array(errors))
+    noise = () if state.predictors is None else tuple(predictor.noise.found for predictor in state.predictors)
+    return EstimateHistory(
+        log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, noise, output.lag
+    )
+
+
+def begun_at(settings: IdentifierSettings, histories: Sequence[EstimateHistory]) -> IdentifierSettings:
+    """Return ``settings`` that begin with the noise models, parameters and lag of a first pass over all logs."""
+    found = {name: estimate.value for name, estimate in combined(histories).estimates.items()}
+    lag = max(found.pop("T_m", settings.motor_time_constant), 0.0)
+    pitch, elevation, travel = (
+        Noise(*np.exp(np.mean(np.log([history.noise[axis] for history in histories]), axis=0)).tolist())
+        for axis in range(3)
+    )
+    return replace(
+        settings, noise=(pitch, elevation, travel), initial=ModelParameters(**found), motor_time_constant=lag
+    )
 
 
 def combined(histories: Sequence[EstimateHistory]) -> Together:
@@ -113,9 +167,10 @@ def combined(histories: Sequence[EstimateHistory]) -> Together:
     that exceeds 1: the logs then scatter by more than their own standard errors allow.
     """
     estimates, notes = {}, []
-    for column, name in enumerate(NAMES):
-        values = np.array([history.parameters[-1, column] for history in histories])
-        errors = np.array([history.standard_errors[-1, column] for history in histories])
+    lasts = [history.last for history in histories]
+    for name in lasts[0]:
+        values = np.array([last[name].value for last in lasts])
+        errors = np.array([last[name].standard_error for last in lasts])
         unit = BY_FIELD[name].unit
         if not (errors > 0.0).all():  # a known rest angle has no error
             estimates[name] = Estimate(float(values.mean()), None, unit)

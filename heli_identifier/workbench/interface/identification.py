@@ -1,4 +1,4 @@
-"""The adaptive identification from Python: the paper's eq. (7) over measured logs."""
+"""The on-line identification from Python, over measured logs."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,8 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from heli_identifier.online import Estimate
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import ADAPTATION, METHODS, PREDICTION_ERROR, Estimate
 from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
 from heli_identifier.tracing import sign_notes
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
@@ -14,11 +15,13 @@ from heli_identifier.workbench.delivery.provenance import from_python
 from heli_identifier.workbench.identify.identification import (
     EstimateHistory,
     Together,
+    begun_at,
     combined,
     history_text,
     identify_log,
     settings_for,
 )
+from heli_identifier.workbench.identify.method import Choice, choose
 from heli_identifier.workbench.interface import several
 from heli_identifier.workbench.report.rounding import unit_text, with_interval
 from heli_identifier.workbench.report.sentences import meaning_of
@@ -30,7 +33,7 @@ RESULTS = ("parameters.json", "history.csv", "history.svg")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Identification(Tabular):
-    """Parameters that the adaptation found.
+    """Parameters that the identifier found.
 
     Attributes
     ----------
@@ -41,11 +44,14 @@ class Identification(Tabular):
         All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``.
     parameters : ParameterSet
         The plant with these estimates.
+    choice : Choice
+        The method that was taken, why, and whether a controller flew.
     """
 
     histories: tuple[EstimateHistory, ...]
     together: Together
     parameters: ParameterSet
+    choice: Choice
 
     @property
     def estimates(self) -> Mapping[str, Estimate]:
@@ -54,13 +60,29 @@ class Identification(Tabular):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What puts the estimates in doubt: logs that disagree."""
-        return self.together.notes
+        """The method and why; what the logs do not determine; logs that disagree."""
+        hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
+        undetermined = (
+            (
+                f"not determined by these logs, half the 95 % interval exceeds half of the value: {', '.join(hidden)}; "
+                "`heli design` says what to add to the voltages",
+            )
+            if hidden
+            else ()
+        )
+        return (f"method {self.choice.reason}", *undetermined, *self.together.notes)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Parameters whose sign no rig has, and what is probably mistaken in the log."""
-        return tuple(sign_notes(self.estimates))
+        """Least squares used in closed loop; parameters whose sign no rig has, and what is mistaken in the log."""
+        signs = tuple(sign_notes(self.estimates))
+        if self.choice.closed_loop and self.choice.method == ADAPTATION:
+            return (
+                "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say; "
+                f"use --method {PREDICTION_ERROR}",
+                *signs,
+            )
+        return signs
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -124,9 +146,13 @@ def identify(
     configuration: RigConfiguration | None = None,
     filter_frequency: float = 1.0,
     forgetting: float = 0.001,
+    method: str | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Identification:
-    """Estimate the eleven parameters of the simplified model by the paper's adaptation, eq. (7).
+    """Estimate the eleven parameters of the simplified model, by the method that suits the logs.
+
+    In open loop this is the paper's adaptation, eq. (7). Where a controller flew the rig, least squares is wrong, and
+    prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`).
 
     Parameters
     ----------
@@ -138,6 +164,8 @@ def identify(
         Bandwidth of the state filters [rad/s].
     forgetting : float
         Forgetting alpha of the adaptation [1/s].
+    method : str, optional
+        ``adaptation`` or ``prediction_error``; chosen by itself if not given.
     progress : callable, optional
         Called with what is being done and the share that is done, 0 to 1.
 
@@ -150,17 +178,29 @@ def identify(
     LogError
         No voltage moves, or two logs share samples.
     ConfigurationError
-        A setting is out of range, such as a filter too fast for a log's rate.
+        A setting is out of range, such as a filter too fast for a log's rate, or no method has this name.
     """
+    if method is not None and method not in METHODS:
+        raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
     logs, rig = named_apart(several(logs)), configuration or RigConfiguration()
     check_excitation(logs)
     check_apart(logs)
-    histories = []
-    for number, log in enumerate(logs):
-        if progress is not None:
-            progress(f"identifying from {log.name}", number / len(logs))
-        histories.append(identify_log(log, settings_for(log, rig, filter_frequency, forgetting)))
+
+    def passed(method: str, number: int, first: Sequence[EstimateHistory] = ()) -> list[EstimateHistory]:
+        """Pass all logs in the pass of this ``number``, of two; begin with what the ``first`` pass found."""
+        histories = []
+        for k, log in enumerate(logs):
+            if progress is not None:
+                progress(f"identifying from {log.name}", 0.5 * (number + k / len(logs)))
+            settings = settings_for(log, rig, filter_frequency, forgetting, method)
+            histories.append(identify_log(log, begun_at(settings, first) if first else settings))
+        return histories
+
+    first = passed(PREDICTION_ERROR, 0)
+    choice = choose([history.feedback for history in first], method)
+    histories = passed(choice.method, 1, first if choice.method == PREDICTION_ERROR else ())
     together = combined(histories)
     plant = together.plant(rig.motor_time_constant, rig.format.voltage_limit)
     values = plant_values(plant, together.estimates)
-    return Identification(tuple(histories), together, ParameterSet(PLANT, values, provenance=from_python("identify")))
+    parameters = ParameterSet(PLANT, values, provenance=from_python("identify"))
+    return Identification(tuple(histories), together, parameters, choice)
