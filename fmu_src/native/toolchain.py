@@ -51,15 +51,22 @@ ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mi
 
 
 def compiler(target: Platform) -> list[str] | None:
-    """Return the command that compiles for a platform, or None if there is none."""
+    """Return the command that compiles for a platform, or None if there is none.
+
+    For Linux ziglang comes first, because its binaries run with older C libraries than that of this machine. For
+    Windows the system's compiler does, because ziglang's first build for a platform takes half a minute.
+    """
+    zig = None
     if importlib.util.find_spec("ziglang") is not None:
-        return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+        zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+    if zig is not None and target is LINUX:
+        return zig
     own = target is not LINUX or (sys.platform == "linux" and platform.machine() == "x86_64")
     for name in target.system_compilers:
         found = shutil.which(name)
         if found and own:
             return [found]
-    return None
+    return zig
 
 
 def without_compiler() -> str | None:
