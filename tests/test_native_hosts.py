@@ -11,7 +11,7 @@ import pytest
 
 from fmu_src import UNITS
 from fmu_src.native import build_native
-from fmu_src.native.toolchain import WINDOWS, compiler
+from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
 from tests.native_builds import needs_a_compiler
 
 HOST = Path(__file__).parent / "hosts" / "native_host.c"
@@ -125,6 +125,27 @@ def test_the_sanitizers_find_nothing(twins, log, tmp_path, unit):
     own = compiled(system_gcc(), sources_of(twins[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
     program = compiled(system_gcc(), [HOST], tmp_path / "host", *flags)
     run([str(program)], own, twins[unit], log, ASAN_OPTIONS="detect_leaks=1")
+
+
+def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
+    """Under qemu, with the C library for ARM of this system."""
+    emulator, root = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
+    if emulator is None or not root.is_dir():
+        pytest.skip("this machine has no qemu-aarch64 with libc6-arm64-cross")
+    needs_a_compiler(ARM_LINUX)
+    folder = tmp_path / "unit"
+    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path, all_platforms=True, fmi=3)) as archive:
+        archive.extractall(folder)
+    assert {path.name for path in (folder / "binaries").iterdir()} >= {"aarch64-linux", "aarch64-darwin"}
+    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path)) as archive:
+        archive.extractall(tmp_path / "fmi2")
+    own = sources_of(tmp_path / "fmi2")
+    there = compiled(compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+    program = compiled(compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
+    native = tmp_path / "fmi2/binaries/linux64/HelicopterPlant.so"
+    assert run([emulator, "-L", str(root), str(program)], there, tmp_path / "fmi2", log) == run(
+        [str(host)], native, tmp_path / "fmi2", log
+    )
 
 
 CLOSE = {

@@ -7,7 +7,7 @@ communication step therefore copies all connections at once and plays a tape of 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
@@ -16,7 +16,8 @@ from time import perf_counter
 
 import numpy as np
 
-from ..builder import scenario_fmus
+from ..builder import build, scenario_fmus
+from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
 from .instance import Instance
@@ -37,6 +38,7 @@ def run(
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
     record: Collection[str] | None = None,
+    native: bool = False,
 ) -> Result:
     """Run a scenario in this process.
 
@@ -57,6 +59,9 @@ def run(
     record : collection of str, optional
         Outputs to record (``identifier.a_wx``); outputs that feed an input are recorded as well. All by default.
 
+    native : bool
+        Build units in C in place of units in Python; runs of 100 000 steps and more take them in a compiled loop.
+
     Returns
     -------
     Result
@@ -71,7 +76,7 @@ def run(
     steps = whole_steps(duration, step)
     per_unit = wiring.parameters_by_unit(parameters or {})
     alarm: list[UnitLog] = []
-    with _instances(wiring, fmus or {}, alarm) as units:
+    with _instances(wiring, fmus or {}, alarm, build_native if native else build) as units:
         layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
         for name, unit in units.items():
             unit.initialise(per_unit[name], 0.0, steps * step)
@@ -79,11 +84,16 @@ def run(
 
 
 @contextmanager
-def _instances(wiring: Scenario, fmus: Mapping[str, str | Path], alarm: list[UnitLog]) -> Iterator[dict[str, Instance]]:
+def _instances(
+    wiring: Scenario,
+    fmus: Mapping[str, str | Path],
+    alarm: list[UnitLog],
+    builder: Callable[[str, str | Path], Path],
+) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
     with TemporaryDirectory(prefix="heli-units-") as folder, ExitStack() as alive:
-        for name, file in scenario_fmus(wiring, fmus, folder).items():
+        for name, file in scenario_fmus(wiring, fmus, folder, builder).items():
             units[name] = Instance(name, file, alarm)
             alive.callback(units[name].close)
         yield units

@@ -38,6 +38,7 @@ def run_apart(
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
     record: Collection[str] | None = None,
+    native: bool = False,
 ) -> Result:
     """Run a scenario in a child process; parameters and result are those of :func:`fmu_src.master.run`.
 
@@ -47,7 +48,7 @@ def run_apart(
         As ``run``; MasterError also if the child ends without a result.
     """
     files = {name: str(Path(file).absolute()) for name, file in (fmus or {}).items()}
-    order = (scenario_name, duration, step, dict(parameters or {}), files, progress, record)
+    order = (scenario_name, duration, step, dict(parameters or {}), files, progress, record, native)
     with TemporaryDirectory(prefix="heli-run-") as folder:
         answer = Path(folder) / "answer"
         child = subprocess.run(

@@ -35,7 +35,13 @@ the table says tunable. The state can be saved, restored and serialised at any t
 """
 
 
-def build_native(unit: str, directory: str | Path, parameters: Mapping[str, Value] | None = None, fmi: int = 2) -> Path:
+def build_native(
+    unit: str,
+    directory: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    fmi: int = 2,
+    all_platforms: bool = False,
+) -> Path:
     """Build the native twin of a unit into ``directory/<unit>.fmu``.
 
     Parameters
@@ -48,6 +54,8 @@ def build_native(unit: str, directory: str | Path, parameters: Mapping[str, Valu
         Start values of the unit's parameters by structured name.
     fmi : int
         2 or 3.
+    all_platforms : bool
+        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
 
     Returns
     -------
@@ -64,7 +72,7 @@ def build_native(unit: str, directory: str | Path, parameters: Mapping[str, Valu
     token = _token(native_sources(kind, start_values, "", fmi))
     sources = native_sources(kind, start_values, token, fmi)
     files = compiled_files(sources)
-    built = binaries(sources, files, unit, fmi)
+    built = binaries(sources, files, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = build_description(unit, sources, fmi)
     entries |= built

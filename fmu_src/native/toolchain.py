@@ -42,29 +42,41 @@ LINUX = Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17", ("gc
 WINDOWS = Platform(
     "win64", "x86_64-windows", ".dll", "x86_64-windows-gnu", ("x86_64-w64-mingw32-gcc",), ("-static-libgcc",)
 )
+MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos", (), ("-fPIC",))
 ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",), ("-fPIC",))
 ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos", (), ("-fPIC",))
 PLATFORMS = (LINUX, WINDOWS)
 """Platforms that every native unit is compiled for where a compiler is at hand."""
 
+FURTHER = (MAC, ARM_LINUX, ARM_MAC)
+"""Platforms for which a unit is compiled if it is asked for; FMI 2.0 has no name for those on ARM."""
+
 ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mingw-w64 of the system"
 
 
 def compiler(target: Platform) -> list[str] | None:
-    """Return the command that compiles for a platform, or None if there is none."""
+    """Return the command that compiles for a platform, or None if there is none.
+
+    For Linux ziglang comes first, because its binaries run with older C libraries than that of this machine. For
+    Windows the system's compiler does, because ziglang's first build for a platform takes half a minute.
+    """
+    zig = None
     if importlib.util.find_spec("ziglang") is not None:
-        return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+        zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+    if zig is not None and target is LINUX:
+        return zig
     own = target is not LINUX or (sys.platform == "linux" and platform.machine() == "x86_64")
     for name in target.system_compilers:
         found = shutil.which(name)
         if found and own:
             return [found]
-    return None
+    return zig
 
 
-def without_compiler() -> str | None:
+def without_compiler(all_platforms: bool = False) -> str | None:
     """Return one sentence on the platforms that there is no compiler for, or None."""
-    missing = [target.fmi2 for target in PLATFORMS if compiler(target) is None]
+    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
+    missing = [target.fmi2 or target.fmi3 for target in wanted if compiler(target) is None]
     if not missing:
         return None
     return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {ADVICE}."
@@ -103,9 +115,12 @@ def compiled(
         return Path(folder, library).read_bytes()
 
 
-def binaries(sources: Mapping[str, str], files: Sequence[str], identifier: str, fmi: int) -> dict[str, bytes]:
+def binaries(
+    sources: Mapping[str, str], files: Sequence[str], identifier: str, fmi: int, all_platforms: bool = False
+) -> dict[str, bytes]:
     """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
-    targets = [target for target in PLATFORMS if compiler(target) is not None]
+    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
+    targets = [target for target in wanted if target.folder(fmi) and compiler(target) is not None]
 
     def entry(target: Platform) -> tuple[str, bytes]:
         name = f"{identifier}{target.suffix}"

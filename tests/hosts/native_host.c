@@ -97,6 +97,7 @@ int main(int argc, char **argv)
     int argument = 6;
     if (argc < 8)
         return 2;
+    const double loaded = seconds();
     void *library = load(argv[1]);
     if (!library) {
         fprintf(stderr, "%s cannot be loaded\n", argv[1]);
@@ -138,6 +139,8 @@ int main(int argc, char **argv)
             }
             check(enter(units[u]), OK, "fmi2EnterInitializationMode");
             check(leave(units[u]), OK, "fmi2ExitInitializationMode");
+            if (u == 0 && again == 0)
+                fprintf(stderr, "first instance %.3f ms with loading\n", 1e3 * (seconds() - loaded));
             if (again == 0) {
                 check(step(units[u], 0.0, 0.01, 1), OK, "fmi2DoStep before fmi2Reset");
                 check(reset(units[u]), OK, "fmi2Reset");

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import re
 from collections.abc import Iterable
+from textwrap import fill
 
 from .functions import Translation, Unit
 from .types import Choice, CType, Listing, Maybe, Row, Struct, fields
@@ -49,6 +51,40 @@ static inline {list} part_of_{list}(Space *space, {list} list, int64_t first, in
     return part;
 }}
 """
+
+
+WIDTH = 118
+"""Longest line, where a comma or an operator allows a break."""
+
+_BREAK = re.compile(r"(?<=,) |(?= (?:\+|-|\*|/|\|\||&&|\?|:) )")
+
+
+def wrapped(line: str) -> str:
+    """Return a line of C broken behind commas and before operators, none of them in a text."""
+    if len(line) <= WIDTH:
+        return line
+    margin = line[: len(line) - len(line.lstrip())] + "        "
+    out, current = [], ""
+    for piece in _pieces(line):
+        if len(current) + len(piece) > WIDTH and current.strip():
+            out.append(current.rstrip())
+            current = margin + piece.lstrip()
+        else:
+            current += piece
+    return "\n".join([*out, current])
+
+
+def _pieces(line: str) -> list[str]:
+    """Split a line where it may be broken."""
+    pieces, begin, inside = [], 0, False
+    places = {match.start() for match in _BREAK.finditer(line)}
+    for i, letter in enumerate(line):
+        if letter == '"' and line[i - 1] != "\\":
+            inside = not inside
+        if i in places and not inside:
+            pieces.append(line[begin:i])
+            begin = i
+    return [*pieces, line[begin:]]
 
 
 def reached(entries: Iterable[Unit]) -> list[Unit]:
@@ -97,16 +133,16 @@ def function_text(unit: Unit, static: bool) -> str:
     """Return the definition of a function, its docstring's first sentence above it."""
     said = (inspect.getdoc(unit.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
     where = f"{unit.function.__module__}.{unit.function.__qualname__}"
-    comment = f"/* {where}: {said} */\n" if said else f"/* {where} */\n"
-    body = "\n".join(unit.lines)
-    return f"{comment}{'static ' if static else ''}{unit.head}\n{{\n{body}\n}}\n"
+    comment = fill(f"/* {where}: {said} */" if said else f"/* {where} */", WIDTH, subsequent_indent="   ")
+    body = "\n".join(map(wrapped, unit.lines))
+    return f"{comment}\n{wrapped(('static ' if static else '') + unit.head)}\n{{\n{body}\n}}\n"
 
 
 def header(translation: Translation, guard: str, entries: Iterable[Unit], more: str = "") -> str:
     """Return the header of a model: its types and the functions that a unit calls."""
     types = "\n".join(type_text(kind) for kind in translation.types)
     lists = "\n".join(list_text(kind) for kind in translation.types if isinstance(kind, Listing))
-    heads = "\n".join(f"{unit.head};" for unit in entries)
+    heads = "\n".join(wrapped(f"{unit.head};") for unit in entries)
     return (
         f"/* Translated from the Python sources of the unit; change those, not this file. */\n"
         f"#ifndef {guard}\n#define {guard}\n\n"

@@ -24,6 +24,9 @@ def build(
     settings: Settings = [],  # noqa: B006
     native: Native = False,
     fmi: Annotated[int, typer.Option(metavar="VERSION", help="FMI version of native units: 2 or 3.", min=2, max=3)] = 2,
+    all_platforms: Annotated[
+        bool, typer.Option("--all-platforms", help="Native units for macOS and ARM as well (ARM: with --fmi 3).")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
@@ -39,6 +42,8 @@ def build(
 
     if fmi != 2 and not native:
         raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
+    if all_platforms and not native:
+        raise ConfigurationError("--all-platforms belongs to native units; add --native.")
     names = units or _units()
     given = by_unit(parameters)
     if settings and len(names) != 1:
@@ -52,9 +57,9 @@ def build(
     with whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            build_unit(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi)
+            build_unit(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms)
     if native:
-        warn_of_missing_compilers()
+        warn_of_missing_compilers(all_platforms)
     files = [output / f"{name}.fmu" for name in names]
     if json:
         print_json([str(file) for file in files])
@@ -63,12 +68,12 @@ def build(
         typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
 
 
-def warn_of_missing_compilers() -> None:
+def warn_of_missing_compilers(all_platforms: bool = False) -> None:
     """Say for which platforms native units hold sources only."""
     from fmu_src.native import without_compiler
     from heli_identifier.workbench.commands.terminal import warn
 
-    problem = without_compiler()
+    problem = without_compiler(all_platforms)
     if problem:
         warn(problem)
 

@@ -15,6 +15,7 @@ def build(
     *,
     native: bool = False,
     fmi: int = 2,
+    all_platforms: bool = False,
 ) -> Path:
     """Build a co-simulation unit.
 
@@ -31,6 +32,9 @@ def build(
         In C, which needs no Python on the host, in place of Python.
     fmi : int
         Version of FMI, 2 or 3; a unit in Python is of FMI 2.0.
+
+    all_platforms : bool
+        Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
 
     Returns
     -------
@@ -52,5 +56,5 @@ def build(
             raise ConfigurationError(f"these are parameters of the {parameters.unit}, those of the {unit} are needed.")
         parameters = parameters.start_values
     if native:
-        return build_native(unit, Path(folder), parameters, fmi)
+        return build_native(unit, Path(folder), parameters, fmi, all_platforms)
     return build_unit(unit, Path(folder), parameters)
