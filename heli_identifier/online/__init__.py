@@ -13,6 +13,7 @@ from .identifier import start, step
 from .linear_algebra import total
 from .noise_model import Noise
 from .plan import Plan, prepare
+from .prediction_error import noise_of
 from .sampled import Sampled, begin_sampling, take_samples
 from .score import Score
 from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
@@ -51,6 +52,7 @@ __all__ = [
     "determined",
     "elevation_regression",
     "is_closed",
+    "noise_of",
     "output_of",
     "pitch_regression",
     "pitch_regression_free",

@@ -166,3 +166,22 @@ def restore(factor, n, count, interval, restoring_noise, direction):
         unit_vector = [0.0] * n
         unit_vector[index] = 1.0
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
+
+
+def loosen(factor, index, variance):
+    """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
+
+    Rank-one update of U and D by Agee and Turner; D grows, and stays positive. Source: Bierman 1977, theorem V.3.1.
+    """
+    a = [0.0] * index + [1.0]
+    c = variance
+    for j in range(index, -1, -1):
+        start = j * (j + 1) // 2
+        s, d = a[j], factor[start + j]
+        d_next = d + c * s * s
+        beta = c * s / d_next
+        c = c * d / d_next
+        factor[start + j] = d_next
+        for i in range(j):
+            a[i] -= s * factor[start + i]
+            factor[start + i] += beta * a[i]

@@ -34,16 +34,12 @@ class AxisState(NamedTuple):
     scores: tuple[Score, ...]
 
 
-def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0, predicted: bool = False) -> AxisState:
-    """Return the axis before its first sample.
-
-    Omega(0), Gamma(0) = ``gain`` I, and a number of candidates; with ``predicted`` the sums are those of the products
-    z z^T (:mod:`.prediction_error`).
-    """
+def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> AxisState:
+    """Return the axis before its first sample, with Omega(0), Gamma(0) = ``gain`` I and a number of candidates."""
     n = len(omega)
     certainty = (sqrt(gain),) * n
     size = n + candidates + 1
-    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * (size * (size + 1) // 2 if predicted else size)
+    factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
     return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)
 
 
@@ -76,15 +72,15 @@ def evaluate_axis(
 ) -> AxisState:
     """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated anew.
 
+    The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
     ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments; ``whitened`` says that
     the axis' residual is white with intensity 1 (:mod:`.prediction_error`).
     """
     moments, omega = axis.moments, axis.omega
-    n, candidates = len(omega), len(axis.scores)
+    n, reported, candidates = len(omega), len(combinations[0]), len(axis.scores)
+    rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
     return axis._replace(
-        standard_errors=standard_errors(
-            moments, gain_matrix(axis.factor, n), omega, combinations, alpha, interval, whitened
-        ),
-        excitation=excitation_level(moments.window, n + candidates + 1, n),
+        standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, rows, alpha, interval, whitened),
+        excitation=excitation_level(moments.window, n + candidates + 1, reported),
         scores=scores(moments, n, candidates, alpha, interval),
     )

@@ -17,9 +17,8 @@ from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_ax
 from .feedback import first_feedback, watch_error, watch_innovation
 from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
 from .linear_algebra import hypotenuse
-from .noise_model import Noise
 from .plan import Plan
-from .prediction_error import PredictorCoefficients, first_predictor, predict_axis, rest_predictor
+from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
 from .signals import (
     Signals,
     advance_signals,
@@ -44,21 +43,29 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
     else:
         pitch_omega = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
     of_pitch, of_elevation, of_travel = (len(columns) for columns in plan.watched_columns)
-    predicted = plan.predictor is not None
     elevation_omega: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
     if plan.lag is not None:
         pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
-    pitch_axis = initial_axis(pitch_omega, gain, of_pitch, predicted)
-    elevation_axis = initial_axis(elevation_omega, gain, of_elevation, predicted)
+    pitch_axis = initial_axis(pitch_omega, gain, of_pitch)
+    elevation_axis = initial_axis(elevation_omega, gain, of_elevation)
     if plan.lag is not None:
-        pitch_axis = pitch_axis._replace(factor=(*pitch_axis.factor[:-1], PITCH_PRIOR * PITCH_PRIOR))
-        elevation_axis = elevation_axis._replace(
-            factor=(*elevation_axis.factor[:-1], ELEVATION_PRIOR * ELEVATION_PRIOR)
-        )
+        pitch_axis = pitch_axis._replace(factor=(*pitch_axis.factor[:-1], PITCH_PRIOR**2))
+        elevation_axis = elevation_axis._replace(factor=(*elevation_axis.factor[:-1], ELEVATION_PRIOR**2))
+    travel_axis = initial_axis((at.a_wy, at.k_y), gain, of_travel)
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
     lag = settled_lag(signals) if plan.lag is not None else None
-    c, z = plan.predictor, _regressions(signals, lag, watch, plan)
+    predictors: Predictors | None = None
+    if plan.predictor is not None:
+        c, (first, second, third) = plan.predictor, plan.settings.noise
+        pitch_axis, elevation_axis = with_noise(pitch_axis, first, c), with_noise(elevation_axis, second, c)
+        travel_axis = with_noise(travel_axis, third, c)
+        z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
+        predictors = (
+            first_predictor(z_1, pitch_axis, c),
+            first_predictor(z_2, elevation_axis, c),
+            first_predictor(z_3, travel_axis, c),
+        )
     return IdentifierState(
         0,
         (signals.v_front, signals.v_rear),
@@ -67,18 +74,14 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
         watch,
         pitch_axis,
         elevation_axis,
-        initial_axis((at.a_wy, at.k_y), gain, of_travel, predicted),
-        None if c is None else _first_predictors(z, plan.settings.noise, c),
+        travel_axis,
+        predictors,
         (
             first_feedback(signals.v_front - signals.v_rear, plan.feedback),
             first_feedback(signals.v_front + signals.v_rear, plan.feedback),
             first_feedback(signals.v_front - signals.v_rear, plan.feedback),
         ),
     )
-
-
-def _first_predictors(z: Regressions, noise: tuple[Noise, Noise, Noise], c: PredictorCoefficients) -> Predictors:
-    return first_predictor(z[0], noise[0], c), first_predictor(z[1], noise[1], c), first_predictor(z[2], noise[2], c)
 
 
 def _regressions(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressions:
@@ -180,7 +183,7 @@ def _evaluated(
     if turn == 0:
         axis_1 = _evaluated_pitch(axis_1, predicted, plan)
     elif turn == 1:
-        rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega)
+        rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega[:6])
         axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
     elif turn == 2:
         axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval, predicted)
@@ -205,7 +208,7 @@ def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
     """Evaluate the pitch; with theta0 free, by the gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
-        _, p, q, *_ = axis.omega
+        p, q = axis.omega[1:3]
         a = hypotenuse(p, q) or 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
@@ -214,7 +217,7 @@ def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
     if plan.lag is not None:
-        rows = _with_lag(rows, axis.omega)
+        rows = _with_lag(rows, axis.omega[: len(rows[0]) + 1])
     return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval, predicted)
 
 

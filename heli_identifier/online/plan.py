@@ -10,7 +10,7 @@ from .candidates import candidate
 from .feedback import FeedbackCoefficients, feedback_coefficients
 from .lag import LagCoefficients, lag_coefficients
 from .moments import MomentCoefficients, moment_coefficients
-from .noise_model import noise_coefficients
+from .noise_model import BANDWIDTH_CHANGE, CORNER_CHANGE, noise_coefficients
 from .prediction_error import PredictorCoefficients
 from .settings import PREDICTION_ERROR, IdentifierSettings
 from .signals import SignalCoefficients
@@ -99,6 +99,7 @@ def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoef
     """Return what prediction errors need every ``h`` [s], from the settings and the discretised state filter."""
     f1, f2 = filter_polynomial(settings.filter_frequency, settings.filter_damping, h)
     # Derivatives with respect to the newest angle: of second_derivative, and of xi_2 and xi_1 behind a line.
+    refresh = max(1, round(_REFRESH / h))
     newest = f.omega_squared * (NEWEST - f.ramp_1) - f.two_rho_omega * f.ramp_2
     return PredictorCoefficients(
         f1,
@@ -108,5 +109,7 @@ def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoef
         f.ramp_2 / NEWEST,
         f.ramp_1 / NEWEST,
         noise_coefficients(h, newest / NEWEST),
-        max(1, round(_REFRESH / h)),
+        refresh,
+        BANDWIDTH_CHANGE * refresh * h,
+        CORNER_CHANGE * refresh * h,
     )

@@ -13,18 +13,30 @@ along, the recursive Gauss-Newton step on the sum of e^2 / lambda is adaptation 
 c + r^T Omega is the derivative of e with respect to the newest angle, which F takes as the end of a straight line: c
 that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is thus the innovation of the angle itself,
 and psi is z_phi without it: what was known before the sample. Without this, the damping of an elevation comes out
-wrong by .05 to .1 1/s. Divided by sqrt(lambda h), e has the intensity 1 and Gamma is the covariance of Omega.
+wrong by .05 to .1 1/s. The noise model's nu stands behind Omega, with -d and -g behind psi. Divided by
+sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu.
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 """
 
-from math import sqrt
+from math import exp, log, sqrt
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, measure, restore
+from .adaptation import AdaptationCoefficients, loosen, measure, restore
 from .axis import AxisState
 from .linear_algebra import dot
-from .noise_model import Noise, NoiseCoefficients, NoiseModel, first_noise, learn
+from .moments import no_moments
+from .noise_model import (
+    BANDWIDTH_PRIOR,
+    CORNER_PRIOR,
+    Noise,
+    NoiseCoefficients,
+    NoiseModel,
+    bounded,
+    first_noise,
+    remember,
+    slopes,
+)
 from .whitening import Memory, Whitening, settled_memory, whiten, whitening
 
 
@@ -32,7 +44,8 @@ class PredictorCoefficients(NamedTuple):
     """What the prediction errors need to know of filter and sampling.
 
     ``f1``, ``f2`` of A_F; h [s]; ``newest`` c [1/s^2]; ``newest_rate`` and ``newest_angle``, the r of the columns
-    -(angle')_f [1/s] and -(angle)_f [1]; the noise model's; ``refresh`` samples between two evaluations of G.
+    -(angle')_f [1/s] and -(angle)_f [1]; the noise model's; ``refresh`` samples between two evaluations of G,
+    and the variances by which ln omega_o and ln gamma may change in that time.
     """
 
     f1: float
@@ -43,6 +56,8 @@ class PredictorCoefficients(NamedTuple):
     newest_angle: float
     noise: NoiseCoefficients
     refresh: int
+    bandwidth_change: float
+    corner_change: float
 
 
 class PredictorState(NamedTuple):
@@ -53,11 +68,27 @@ class PredictorState(NamedTuple):
     whitening: Whitening
 
 
-def first_predictor(z: tuple[float, ...], at: Noise, c: PredictorCoefficients) -> PredictorState:
-    """Return the state at sample 0 of the signals ``z`` = (phi, watched, y), settled there; the noise is ``at``."""
-    noise = first_noise(at, c.noise)
-    w = whitening(noise.log_bandwidth, noise.log_corner, c.f1, c.f2, c.sample_time)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w)
+def with_noise(axis: AxisState, noise: Noise, c: PredictorCoefficients) -> AxisState:
+    """Return ``axis`` before its first sample, with nu, beginning at ``noise``, appended to Omega and Gamma."""
+    n = len(axis.omega)
+    bandwidth = bounded(log(noise.bandwidth), c.noise.least_bandwidth, c.noise.most_bandwidth)
+    factor = (*axis.factor, *([0.0] * n), BANDWIDTH_PRIOR**2, *([0.0] * (n + 1)), CORNER_PRIOR**2)
+    size = n + 2 + len(axis.scores) + 1
+    packed = (0.0,) * (size * (size + 1) // 2)
+    return axis._replace(
+        factor=factor, omega=(*axis.omega, bandwidth, log(noise.corner)), sums=packed, moments=no_moments(size)
+    )
+
+
+def noise_of(axis: AxisState) -> Noise:
+    """Return bandwidth and corner [rad/s] of an axis that :func:`with_noise` gave nu."""
+    return Noise(exp(axis.omega[-2]), exp(axis.omega[-1]))
+
+
+def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficients) -> PredictorState:
+    """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
+    w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
+    return PredictorState(tuple([settled_memory(value, w) for value in z]), first_noise(c.noise), w)
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
@@ -79,7 +110,7 @@ def predict_axis(
     Parameters
     ----------
     axis : AxisState
-        Its ``sums`` are those of the products of (psi, watched, y), packed.
+        Its ``omega`` ends with nu; its ``sums`` are those of the products of (psi, -d, -g, watched, y), packed.
     p : PredictorState
     z : tuple
         (phi, watched, y); the first column of phi is minus the filtered rate and, where there are more than two, the
@@ -93,27 +124,32 @@ def predict_axis(
     w = p.whitening
     memory, v = whiten(p.memory, z, w)
     omega = list(axis.omega)
-    n = len(omega)
+    n = len(omega) - 2
     e = v[-1]
     for i in range(n):
         e -= v[i] * omega[i]
     innovation = e / (c.newest + c.newest_rate * omega[0] + (c.newest_angle * omega[1] if n > 2 else 0.0))
-    scale = 1.0 / sqrt(p.noise.variance * c.sample_time)
     v[0] += c.newest_rate * innovation
     if n > 2:
         v[1] += c.newest_angle * innovation
-    seen = [scale * x for x in v]
-    psi = seen[:n]
-    seen[-1] = scale * e + dot(psi, omega)
+    d, g = slopes(p.noise, w, c.noise)
+    scale = 1.0 / sqrt(p.noise.variance * c.sample_time)
+    seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
+    psi = seen[: n + 2]
+    # The innovation that nu in place of nu_G would give is psi^T (Omega, nu) short of this.
+    seen[-1] = scale * (e - d * w.log_bandwidth - g * w.log_corner) + dot(psi[:n], omega[:n])
 
-    factor, direction = list(axis.factor), [0.0] * n
+    factor, direction = list(axis.factor), [0.0] * (n + 2)
     measure(factor, omega, psi, seen[-1], a.noise, a.forgetting, direction)
     certain = a.noise / (a.noise + dot(psi, direction))
-    restore(factor, n, count, a.restoring_interval, a.restoring_noise, direction)
-
-    noise = learn(p.noise, e, certain, w, c.noise)
+    restore(factor, n + 2, count, a.restoring_interval, a.restoring_noise, direction)
+    omega[n] = bounded(omega[n], c.noise.least_bandwidth, c.noise.most_bandwidth)
+    omega[n + 1] = bounded(omega[n + 1], c.noise.least_corner, c.noise.most_corner)
     if count % c.refresh == 0:
-        w = whitening(noise.log_bandwidth, noise.log_corner, c.f1, c.f2, c.sample_time)
+        loosen(factor, n, c.bandwidth_change)
+        loosen(factor, n + 1, c.corner_change)
+        w = whitening(omega[n], omega[n + 1], c.f1, c.f2, c.sample_time)
+
     sums = axis.sums
     products = [0.0] * len(sums)
     k = 0
@@ -131,4 +167,4 @@ def predict_axis(
         axis.excitation,
         axis.scores,
     )
-    return axis, PredictorState(tuple(memory), noise, w)
+    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, g, c.noise), w)

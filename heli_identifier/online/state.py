@@ -129,6 +129,8 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
     _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
     _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
+    # Behind the parameters stands the noise model, where there is one.
+    omega_1, omega_2, omega_3 = omega_1[: len(errors_1)], omega_2[: len(errors_2)], omega_3[: len(errors_3)]
     lag = Lag(plan.settings.motor_time_constant, 0.0)
     if plan.lag is not None:
         lag = _lag(plan.lag.time_constant, omega_1, errors_1[-1], omega_2, errors_2[-1])
@@ -166,9 +168,11 @@ def _scores_in_order(state: IdentifierState, plan: Plan) -> tuple[Score, ...]:
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
     ordered = [NOTHING] * len(plan.watch.candidates)
     axes = (state.pitch, state.elevation, state.travel)
-    gain_1, gain_2, gain_3 = state.pitch.omega[-1], state.elevation.omega[-1], state.travel.omega[-1]
+    # Behind the parameters stands the noise model, where there is one.
+    of_1, of_2, of_3 = (len(axis.standard_errors) for axis in axes)
+    gain_1, gain_2, gain_3 = state.pitch.omega[of_1 - 1], state.elevation.omega[of_2 - 1], state.travel.omega[of_3 - 1]
     if plan.lag is not None:  # k stands before k Delta
-        gain_1, gain_2 = state.pitch.omega[-2], state.elevation.omega[-2]
+        gain_1, gain_2 = state.pitch.omega[of_1 - 2], state.elevation.omega[of_2 - 2]
     for axis, gain, columns in zip(axes, (gain_1, gain_2, gain_3), plan.watched_columns, strict=True):
         for i, (score, coefficient, visibility) in zip(columns, axis.scores, strict=True):
             if plan.watch.candidates[i].times_gain and gain != 0.0:

@@ -107,6 +107,8 @@ def binary(body: Body, node: ast.BinOp) -> Expr:
 def _power(body: Body, node: ast.BinOp) -> Expr:
     """Translate 2.0**n, which is exact; of other powers libraries round the last bit differently."""
     base, exponent = body.value(node.left), body.value(node.right)
+    if UNKNOWN_VALUE not in (base.constant, exponent.constant):
+        return body.known(base.constant**exponent.constant)
     if base.constant == 2.0 and base.type == FLOAT and exponent.type == INT:
         return Expr(FLOAT, f"ldexp(1.0, (int){exponent.at_least(UNARY)})")
     return body.refuse(

@@ -21,6 +21,7 @@ from heli_identifier.online import (
     Lag,
     ModelParameters,
     Noise,
+    noise_of,
     output_of,
     prepare,
     start,
@@ -141,7 +142,8 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
             time.append(k * settings.sample_time)
             parameters.append(tuple(output.parameters))
             errors.append(tuple(output.standard_errors))
-    noise = () if state.predictors is None else tuple(predictor.noise.found for predictor in state.predictors)
+    axes = () if state.predictors is None else (state.pitch, state.elevation, state.travel)
+    noise = tuple(noise_of(axis) for axis in axes)
     return EstimateHistory(
         log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, noise, output.lag
     )
