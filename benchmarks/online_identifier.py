@@ -12,8 +12,8 @@ from time import perf_counter, process_time
 
 import numpy as np
 
-from heli_identifier.online import IdentifierSettings, prepare, start, step
-from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, prepare, start, step
+from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor, loosen
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.workbench.identify.replay import replay
 from heli_plant.compiled import compiled
@@ -61,8 +61,11 @@ def replay_time(count=1_000_000):
     return perf_counter() - begin
 
 
-def _many_steps(count, factor, omega, direction, coefficients):
-    """Adapt with excitation for 1000 s in every 12 000 s, and without it otherwise."""
+def _many_steps(count, factor, omega, direction, coefficients, refresh):
+    """Adapt with excitation for 1000 s in every 12 000 s, and without it otherwise.
+
+    Every ``refresh`` samples the last two parameters may have changed, as those of the noise model; never if it is 0.
+    """
     seed, phi = 1, [0.0] * 5
     for k in range(count):
         scale = 1.0 if (k // 100_000) % 12 == 0 else 0.0
@@ -70,15 +73,18 @@ def _many_steps(count, factor, omega, direction, coefficients):
             seed = (seed * 1103515245 + 12345) % 2147483648
             phi[i] = scale * (seed / 1073741824.0 - 1.0)
         adapt(factor, omega, phi, phi[0] - phi[4], k, coefficients, direction)
+        if refresh > 0 and k % refresh == 0:
+            loosen(factor, 3, 2e-4)
+            loosen(factor, 4, 2e-3)
 
 
-def long_run(count=10_000_000):
+def long_run(refresh, count=10_000_000):
     """Give the seconds of ``count`` steps, and the extreme eigenvalues of Gamma after them."""
     run, coefficients = compiled(_many_steps), adaptation_coefficients(0.001, 0.01, 1e3)
-    run(10, np.array(initial_factor(5, 1e3)), np.zeros(5), np.zeros(5), coefficients)
+    run(10, np.array(initial_factor(5, 1e3)), np.zeros(5), np.zeros(5), coefficients, refresh)
     factor = np.array(initial_factor(5, 1e3))
     begin = perf_counter()
-    run(count, factor, np.zeros(5), np.zeros(5), coefficients)
+    run(count, factor, np.zeros(5), np.zeros(5), coefficients, refresh)
     seconds = perf_counter() - begin
     eigenvalues = np.linalg.eigvalsh(gain_matrix(factor.tolist(), 5))
     return seconds, eigenvalues[0], eigenvalues[-1]
@@ -89,12 +95,15 @@ def main():
         ("theta0 estimated", IdentifierSettings()),
         ("theta0 given", IdentifierSettings(rest_angle=-0.136)),
         (f"{len(WATCHED)} effects watched", IdentifierSettings(watched=WATCHED)),
+        ("prediction errors", IdentifierSettings(method=PREDICTION_ERROR)),
+        ("and lag estimated", IdentifierSettings(method=PREDICTION_ERROR, lag_estimated=True)),
     ):
         middle, mean = step_times(settings)
         print(f"step, {name:18} median {middle * 1e6:5.1f} us   mean {mean * 1e6:5.1f} us")
     print(f"replay of 1e6 samples   {replay_time():.2f} s")
-    seconds, smallest, largest = long_run()
-    print(f"1e7 steps of the gain   {seconds:.2f} s, eigenvalues of Gamma {smallest:.3g} to {largest:.6g}")
+    for name, refresh in (("adaptation", 0), ("prediction errors", 20)):
+        seconds, smallest, largest = long_run(refresh)
+        print(f"1e7 steps of the gain, {name}: {seconds:.2f} s, eigenvalues {smallest:.3g} to {largest:.6g}")
 
 
 if __name__ == "__main__":

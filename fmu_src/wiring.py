@@ -63,7 +63,7 @@ class Scenario:
     title: str
     units: tuple[tuple[str, str], ...]
     connections: tuple[Connection, ...]
-    parameters: tuple[tuple[str, float], ...] = ()
+    parameters: tuple[tuple[str, Value], ...] = ()
 
     def __post_init__(self) -> None:
         known = dict(self.units)
@@ -132,8 +132,8 @@ CLOSED_LOOP = Scenario(
         *_wires("controller", "identifier", VOLTAGES),
         *_wires("plant", "identifier", AXES),
     ),
-    # the controller has its own trim; the exciter's base voltage would be added to it
-    (("exciter.excitation.base", 0.0),),
+    # The controller has its own trim; the exciter's base voltage would be added to it. Least squares is wrong here.
+    (("exciter.excitation.base", 0.0), ("identifier.method", "prediction_error")),
 )
 MEASURED_DATA = Scenario(
     "measured_data",
