@@ -94,6 +94,14 @@ def turned(x: float, y: float) -> float:
     return atan2(q.a, q.b) + sqrt(abs(a)) * copysign(1.0, b)
 
 
+def changed_behind_a_slice(x: float) -> float:
+    first = [x, 2.0 * x, 3.0 * x]
+    part = first[:2]
+    first[0] = 7.0
+    a, *_ = part
+    return a + first[0]
+
+
 def sliced_copy(x: float) -> float:
     first = [x, 2.0 * x, 3.0 * x]
     part = first[:2]
@@ -107,7 +115,7 @@ KINDS = {float: ctypes.c_double, int: ctypes.c_int64}
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    functions = [*NUMBERS, whole, rounded, chained, polynomial, gram, grown, sliced_copy]
+    functions = [*NUMBERS, whole, rounded, chained, polynomial, gram, grown, sliced_copy, changed_behind_a_slice]
     translation = Translation()
     units = {f: translation.entry(f) for f in functions}
     made = library(
@@ -174,6 +182,7 @@ def test_lists_and_loops_have_the_bits_of_python(built, function):
 
 def test_a_part_of_a_list_that_is_changed_is_a_list_of_its_own(built):
     assert built(sliced_copy, 0.25) == sliced_copy(0.25) == 7.25
+    assert built(changed_behind_a_slice, 0.25) == changed_behind_a_slice(0.25) == 7.25
 
 
 def uses_a_dict(x: float) -> float:

@@ -89,6 +89,10 @@ size_t unit_state_size(Unit *unit);
 Status unit_save(Unit *unit, unsigned char *at, size_t size);
 Status unit_restore(Unit *unit, const unsigned char *at, size_t size);
 
+/* Compute state and outputs at the start time from the values that are set. */
+Status unit_prepare(Unit *unit, const char *call);
+
+char *unit_copied(const char *text); /* on the heap, or NULL */
 Status unit_say(Unit *unit, Status status, const char *format, ...);
 
 #endif

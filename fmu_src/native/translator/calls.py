@@ -144,6 +144,9 @@ def _constructed(body: Body, node: ast.Call, kind: type) -> Expr:
 def _method(body: Body, node: ast.Call, function: ast.Attribute) -> Expr | None:
     """Translate ``x._replace(...)``, ``Kind._make(xs)`` and methods of classes of the project."""
     owner = body.value(function.value)
+    if isinstance(owner.constant, str) and function.attr == "join":
+        parts = [item.constant for item in body.items(body.value(node.args[0])) or []]
+        return body.known(owner.constant.join(parts))
     if isinstance(owner.type, Function) and function.attr == "_make":
         return _made(body, owner.type.function, body.value(node.args[0]))
     owner = body.unwrapped(owner)

@@ -13,10 +13,11 @@ from typing import Any, get_type_hints
 
 from heli_plant.syntax import definition_of
 
-from . import displays, operators, statements
+from . import assignments, displays, operators, statements, subscripts
 from .body import Body, Handler, c_name
 from .calls import call, parameter_types
 from .expression import Expr
+from .homes import homes
 from .refusal import Untranslatable
 from .types import NOTHING, UNKNOWN, CType, Function, Listing, Maybe, NoType, Row, Struct, annotated, fields
 
@@ -28,17 +29,17 @@ HANDLERS: dict[type, Handler] = {
     ast.Compare: operators.compare,
     ast.BoolOp: operators.either,
     ast.IfExp: operators.conditional,
-    ast.Attribute: operators.attribute,
-    ast.Subscript: operators.subscript,
+    ast.Attribute: subscripts.attribute,
+    ast.Subscript: subscripts.subscript,
     ast.JoinedStr: operators.text,
     ast.Tuple: displays.tuple_display,
     ast.List: displays.list_display,
     ast.ListComp: displays.comprehension,
     ast.GeneratorExp: displays.comprehension,
     ast.Call: call,
-    ast.Assign: statements.assignment,
-    ast.AnnAssign: statements.annotated_assignment,
-    ast.AugAssign: statements.changed_in_place,
+    ast.Assign: assignments.assignment,
+    ast.AnnAssign: assignments.annotated_assignment,
+    ast.AugAssign: assignments.changed_in_place,
     ast.If: statements.branch,
     ast.While: statements.repeat_while,
     ast.For: statements.repeat_for,
@@ -139,8 +140,8 @@ class Translation:
         file = function.__code__.co_filename
         origin = ("/".join(Path(file).parts[-3:]), function.__code__.co_firstlineno - 1)
         definition = definition_of(function)
-        places = statements.homes(definition)
-        body = Body(self, HANDLERS, function.__globals__, origin, places, statements.declare)
+        places = homes(definition)
+        body = Body(self, HANDLERS, function.__globals__, origin, places, assignments.declare)
         body.returns = hinted
         assigned = {n.id for n in ast.walk(definition) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
         for _ in range(_MOST_PASSES):

@@ -23,9 +23,8 @@ from .expression import (
     UNARY,
     UNKNOWN_VALUE,
     Expr,
-    row,
 )
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Function, Listing, Maybe, NoType, Struct, element, fields, joined
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, joined
 
 _SYMBOLS: dict[type, tuple[str, int]] = {
     ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT),
@@ -107,6 +106,8 @@ def binary(body: Body, node: ast.BinOp) -> Expr:
 def _power(body: Body, node: ast.BinOp) -> Expr:
     """Translate 2.0**n, which is exact; of other powers libraries round the last bit differently."""
     base, exponent = body.value(node.left), body.value(node.right)
+    if UNKNOWN_VALUE not in (base.constant, exponent.constant):
+        return body.known(base.constant**exponent.constant)
     if base.constant == 2.0 and base.type == FLOAT and exponent.type == INT:
         return Expr(FLOAT, f"ldexp(1.0, (int){exponent.at_least(UNARY)})")
     return body.refuse(
@@ -265,18 +266,6 @@ def _choice(body: Body, test: Expr, yes: Any, no: Any) -> Expr:
     return Expr(kind, name)
 
 
-def attribute(body: Body, node: ast.Attribute) -> Expr:
-    """Translate a field of a struct."""
-    value = body.unwrapped(body.value(node.value))
-    if isinstance(value.type, Function) and isinstance(value.type.function, type):
-        return body.known(getattr(value.type.function, node.attr))
-    if isinstance(value.type, Struct):
-        kinds = fields(value.type.kind)
-        if node.attr in kinds:
-            return Expr(kinds[node.attr], value.field(node.attr))
-    return body.refuse(node, f"{ast.unparse(node)}: there is no such field")
-
-
 def text(body: Body, node: ast.JoinedStr) -> Expr:
     """Translate an f-string whose parts are all known; others stand in a refusal only."""
     out = ""
@@ -286,46 +275,3 @@ def text(body: Body, node: ast.JoinedStr) -> Expr:
             body.refuse(node, "a text that is made at run time has no translation to C")
         out += value.constant
     return body.known(out)
-
-
-def subscript(body: Body, node: ast.Subscript) -> Expr:
-    """Translate an element of a tuple or list, or a part of it."""
-    value = body.unwrapped(body.value(node.value))
-    if isinstance(node.slice, ast.Slice):
-        return _slice(body, value, node.slice)
-    index = body.value(node.slice)
-    items = body.items(value) if not isinstance(value.type, Listing) else None
-    if items is not None and isinstance(index.constant, int):
-        return items[index.constant]
-    if items is not None:
-        value = body.as_type(row(items), Listing(element(row(items).type)))  # type: ignore[arg-type]
-    if not isinstance(value.type, Listing) or index.type != INT:
-        body.refuse(node, f"{ast.unparse(node)} is no element of a tuple or list")
-    return Expr(value.type.item, f"{value.field('at')}[{place(body, value, index)}]")
-
-
-def place(body: Body, value: Expr, index: Expr) -> str:
-    """Return the index as C counts it: a negative one counts from the end."""
-    if isinstance(index.constant, int) and index.constant < 0:
-        return f"{value.field('count')} - {-index.constant}"
-    return index.text
-
-
-def _slice(body: Body, value: Expr, part: ast.Slice) -> Expr:
-    bounds = [None if x is None else body.value(x) for x in (part.lower, part.upper, part.step)]
-    items = body.items(value) if not isinstance(value.type, Listing) else None
-    if items is not None and all(b is None or isinstance(b.constant, int) for b in bounds):
-        return row(items[slice(*(None if b is None else b.constant for b in bounds))])
-    if items is not None:
-        value = body.as_type(row(items), Listing(element(row(items).type)))  # type: ignore[arg-type]
-    assert isinstance(value.type, Listing)
-    value = body.simple(value)
-    first, last = "0", f"{value.code}.count"
-    if bounds[0] is not None:
-        first = place(body, value, bounds[0])
-    if bounds[1] is not None:
-        last = place(body, value, bounds[1])
-    stride = "1" if bounds[2] is None else bounds[2].text
-    body.needs_space = True
-    body.program.use(value.type)
-    return Expr(value.type, f"part_of_{value.type.name}(space, {value.code}, {first}, {last}, {stride})")
