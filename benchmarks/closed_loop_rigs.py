@@ -8,7 +8,9 @@ of the blind battery (:mod:`tests.blind`), which shares nothing with the package
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +50,14 @@ class ClosedLoopRig:
     outside: tuple[np.ndarray, ...]
 
 
-def closed_loop_rig(seed: int, like_paper: bool, rate: float = 100.0, noise: float = 1.0, lag: float = 0.08):
+def closed_loop_rig(
+    seed: int,
+    like_paper: bool,
+    rate: float = 100.0,
+    noise: float = 1.0,
+    lag: float = 0.08,
+    effects: Mapping[str, float] | None = None,
+) -> ClosedLoopRig:
     """Return one rig with five logs of 22 to 40 s.
 
     Parameters
@@ -63,12 +72,15 @@ def closed_loop_rig(seed: int, like_paper: bool, rate: float = 100.0, noise: flo
         Times the standard deviation of the random torque.
     lag : float
         Time constant of the motors [s].
+    effects : mapping, optional
+        Fields of :class:`tests.blind.coefficients.Coefficients` that are not zero.
     """
     rng = np.random.default_rng([13, seed])
     base = Coefficients() if like_paper else draw_base(rng)
     hover = float(rng.uniform(*_HOVER)), float(rng.uniform(*_THRUST))
     base = base._replace(theta0=float(rng.uniform(-0.14, 0.06)), t_m=lag, a_1=base.k_z * hover[1] - base.a_e * hover[0])
     control = _tuned(base, hover, rng)
+    base = base._replace(**(effects or {}))
     logs, outside = [], []
     for number in range(LOGS):
         samples = round((_LEAD + rng.uniform(*DURATIONS)) * rate)
@@ -121,6 +133,6 @@ def _tuned(base: Coefficients, hover: tuple[float, float], rng: np.random.Genera
     )
 
 
-def closed_loop_rigs(seed: int, **settings: float) -> list[ClosedLoopRig]:
+def closed_loop_rigs(seed: int, **settings: Any) -> list[ClosedLoopRig]:
     """Return six rigs with the paper's coefficients and six drawn around them; ``settings`` as for one rig."""
     return [closed_loop_rig(100 * seed + number, number < 6, **settings) for number in range(12)]

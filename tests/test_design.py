@@ -10,10 +10,12 @@ from typer.testing import CliRunner
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.design.closed_loop import additions, flight_outlooks
 from heli_identifier.workbench.design.naming import effects_named
 from heli_identifier.workbench.design.rehearsal import ProcessNoise, Proposal, rehearsed, rehearsed_voltages
 from heli_identifier.workbench.design.separation import Limits, Outlook, outlook, ranked
 from heli_identifier.workbench.design.writing import warning
+from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
 
@@ -111,3 +113,22 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
     table = np.loadtxt(file, delimiter=",", skiprows=1)
     assert table.shape == (2000, 3)
     assert np.abs(table[:, 1:]).max() <= 5.0
+
+
+def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_reference_steps_show_them():
+    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, (1.2, 0.8))
+    by_name = {one.addition.name: one for one in outlooks}
+    quiet = by_name["nothing"]
+    assert not quiet.estimates["k_z"].is_determined
+    assert not quiet.estimates["a_e"].is_determined
+    best = outlooks[0]
+    assert best.addition.name != "nothing"
+    assert best.estimates["k_z"].is_determined
+    assert best.estimates["a_e"].is_determined
+
+
+def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
+    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, (0.2, 0.06))
+    assert outlooks
+    assert all(one.pitch_departure <= 0.2 and one.elevation_departure <= 0.06 for one in outlooks)
+    assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond

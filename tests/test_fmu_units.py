@@ -9,6 +9,8 @@ from fmu_src.units.helicopter_plant import HelicopterPlant
 from fmu_src.units.pid_controller import PidController
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare, start, step
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
+from heli_plant.parameters import TABLE_2
+from tests.simulated import closed_loop
 
 
 def started(kind, **parameters):
@@ -198,3 +200,27 @@ def test_an_effect_that_cannot_be_watched_is_refused_by_name(listed, said):
     unit.exit_initialization_mode()
     assert said in unit.log_queue[-1].msg
     assert not unit.do_step(0.0, 0.01)
+
+
+def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
+    flight = closed_loop(TABLE_2, 45.0, 1)
+    said = {}
+    for method in ("adaptation", "prediction_error"):
+        unit = started(AdaptiveIdentifier, method=method)
+        for k, (voltages_k, angles_k) in enumerate(zip(flight.voltages, flight.angles, strict=True)):
+            names = ("v_front", "v_rear", "pitch", "elevation", "travel")
+            unit.set_real([unit.references[name] for name in names], [*voltages_k.tolist(), *angles_k.tolist()])
+            assert unit.do_step(0.01 * k, 0.01)
+        assert got(unit, "closed_loop") == [1.0]
+        said[method] = [message for message in unit.log_queue if "controller closes the loop" in message.msg]
+    assert len(said["adaptation"]) == 1
+    assert said["prediction_error"] == []
+
+
+def test_the_identifier_refuses_a_method_that_does_not_exist():
+    unit = AdaptiveIdentifier(instance_name="unit", resources="")
+    put(unit, "method", "kalman")
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    assert "method 'kalman' must be one of adaptation, prediction_error" in unit.log_queue[-1].msg

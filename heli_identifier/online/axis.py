@@ -82,5 +82,5 @@ def evaluate_axis(
     return axis._replace(
         standard_errors=standard_errors(moments, gain_matrix(axis.factor, n), omega, rows, alpha, interval, whitened),
         excitation=excitation_level(moments.window, n + candidates + 1, reported),
-        scores=scores(moments, n, candidates, alpha, interval),
+        scores=scores(moments, n, candidates, alpha, interval, whitened),
     )

@@ -69,7 +69,9 @@ def projection(moments: list[float], size: int, n: int, column: int) -> list[flo
     return left
 
 
-def scores(m: Moments, n: int, candidates: int, alpha: float, interval: float) -> tuple[Score, ...]:
+def scores(
+    m: Moments, n: int, candidates: int, alpha: float, interval: float, whitened: bool = False
+) -> tuple[Score, ...]:
     """Return the score of each candidate.
 
     Parameters
@@ -82,6 +84,9 @@ def scores(m: Moments, n: int, candidates: int, alpha: float, interval: float) -
         Forgetting [1/s].
     interval : float
         Time [s] that each sample stands for.
+    whitened : bool
+        Whether the residual is white with intensity 1, so that c has the standard error <g_p, g_p>^-1/2 as well: the
+        larger of both is taken.
     """
     size = n + candidates + 1
     weights, blocks = weighted_blocks(m, alpha, interval)
@@ -91,11 +96,15 @@ def scores(m: Moments, n: int, candidates: int, alpha: float, interval: float) -
     residual = projection(moments, size, n, size - 1)
     if residual is None:
         return (NOTHING,) * candidates
-    return tuple([_score(weights, blocks, moments, size, n, n + i, residual) for i in range(candidates)])
+    least = interval**-0.5 if whitened else 0.0
+    return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least) for i in range(candidates)])
 
 
-def _score(weights, blocks, moments, size, n, column, residual):
-    """Return the score of the candidate in ``column``; ``residual`` is the base regression's residual on z."""
+def _score(weights, blocks, moments, size, n, column, residual, least):
+    """Return the score of the candidate in ``column``; ``residual`` is the base regression's residual on z.
+
+    ``least``: standard error of c times the norm of g_p, at least.
+    """
     candidate = projection(moments, size, n, column)
     whole = moments[row_indices(size)[column][column]]
     if candidate is None or whole <= 0.0:
@@ -112,4 +121,5 @@ def _score(weights, blocks, moments, size, n, column, residual):
     form = bilinear_form(candidate, explained)
     terms = [weight * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
     error = sqrt((1.0 + OVERLAP * (n + 1) / left) * variance_of_sum(terms)) / strength
+    error = max(error, least / sqrt(strength))
     return Score(coefficient / error if error > 0.0 else 0.0, coefficient, visibility)

@@ -27,9 +27,16 @@ def design(
             "--output", "-o", metavar="FILE", help="Write the best experiment's voltages as CSV.", show_default=False
         ),
     ] = None,
+    closed_loop: Annotated[
+        bool, typer.Option("--closed-loop", help="What to add to a flight under the controller, for its parameters.")
+    ] = False,
+    hover: Annotated[float, typer.Option(metavar="RAD", help="Elevation held, with --closed-loop.")] = 0.15,
     json: Json = False,
 ) -> None:
-    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle."""
+    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
+
+    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters.
+    """
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.parameters import by_unit
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
@@ -38,8 +45,11 @@ def design(
     from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
     from heli_plant.parameters import PlantParameters, from_names
 
-    if (separate is None) == (show is None):
-        raise ConfigurationError("give either --separate A B or --show A.")
+    if [separate is not None, show is not None, closed_loop].count(True) != 1:
+        raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
+    if closed_loop:
+        _in_closed_loop(parameters, duration, hover, (pitch_limit, elevation_limit), output, json)
+        return
     entries = effects_named(separate if separate is not None else (show or "",))
     values = by_unit(parameters).get("HelicopterPlant", {})
     plant = from_names(values, PlantParameters()) if values else PlantParameters()
@@ -67,3 +77,34 @@ def design(
     if output is not None:
         write_voltages(ranked[0], output)
         note(f"voltages of the best: {output}")
+
+
+def _in_closed_loop(
+    parameters: Path | None, duration: float, hover: float, limits: tuple[float, float], output: Path | None, json: bool
+) -> None:
+    """Propose what to add to a flight under the controller."""
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
+    from heli_identifier.workbench.design.closed_loop import flight_documents, flight_outlooks, flight_rows
+    from heli_plant.control import PidSettings
+    from heli_plant.parameters import PlantParameters, from_names
+
+    if output is not None:
+        raise ConfigurationError("--output writes voltages of an open loop; with --closed-loop there are none.")
+    values = by_unit(parameters).get("HelicopterPlant", {})
+    if not values:
+        note("no --parameters given: the published model, Table 2, stands in for the rig")
+    plant = from_names(values, PlantParameters()) if values else PlantParameters()
+    with progress_bar() as progress:
+        ranked = flight_outlooks(plant, PidSettings(voltage_limit=plant.v_max), hover, duration, limits, progress)
+    if not ranked:
+        raise ConfigurationError(
+            f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
+            "hover; widen the limits."
+        )
+    if json:
+        print_json(flight_documents(ranked))
+        return
+    print_table("Standard errors of what the loop hides, best first", *flight_rows(ranked))
+    note("the controller is the PID of the units with its default gains")

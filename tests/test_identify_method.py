@@ -1,0 +1,52 @@
+"""The method that `identify` takes by itself, and what it says of it."""
+
+import pytest
+
+import heli_identifier as hi
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
+from heli_identifier.workbench.identify.method import choose, loop_is_closed
+from heli_plant.parameters import TABLE_2
+from tests.simulated import closed_loop, drive, noisy
+
+
+def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals():
+    found = hi.identify([closed_loop(TABLE_2, 30.0, seed, f"flight {seed}") for seed in (1, 2)])
+    assert found.choice.method == PREDICTION_ERROR
+    assert "a controller flew the rig" in found.notes[0]
+    assert "T_m" in found.estimates
+    for name in ("k_z", "a_e", "k_x", "T_m"):
+        estimate = found.estimates[name]
+        # 3.5 standard errors: four estimates exceed it once in 500 runs.
+        assert abs(estimate.value - getattr(TABLE_2, name)) < 3.5 * estimate.standard_error
+
+
+def test_logs_in_open_loop_are_identified_by_the_papers_adaptation():
+    found = hi.identify(noisy(TABLE_2, drive(40.0), 1))
+    assert found.choice.method == ADAPTATION
+    assert "no controller flew the rig" in found.notes[0]
+    assert "T_m" not in found.estimates
+
+
+def test_the_adaptation_in_closed_loop_is_a_warning():
+    found = hi.identify(closed_loop(TABLE_2, 30.0, 1), method=ADAPTATION)
+    assert "wrong there by more than its intervals say" in found.warnings[0]
+
+
+def test_what_the_logs_do_not_determine_is_named():
+    found = hi.identify(closed_loop(TABLE_2, 30.0, 1))
+    hidden = [name for name, estimate in found.estimates.items() if not estimate.is_determined]
+    assert hidden
+    assert all(name in found.notes[1] for name in hidden)
+
+
+def test_one_closed_loop_among_several_open_ones_is_found():
+    assert loop_is_closed([(0.3, -0.2, 1.0), (5.1, 4.0, 0.1), (-1.0, 0.4, 0.2)])[0]
+    assert not loop_is_closed([(0.3, -0.2, 1.0), (2.9, 0.0, 0.1), (-1.0, 0.4, 0.2)])[0]
+    assert loop_is_closed([(2.5, 0.0, 0.0)] * 4)[0]  # together 5
+
+
+def test_a_method_asked_for_is_taken():
+    assert choose([(5.0, 5.0, 0.0)], ADAPTATION).method == ADAPTATION
+    with pytest.raises(ConfigurationError, match="method 'kalman' must be one of"):
+        hi.identify(closed_loop(TABLE_2, 12.0, 1), method="kalman")
