@@ -23,6 +23,7 @@ MODULES = {
     "campaign": "benchmarks.campaign_speed",
     "cost": "benchmarks.cost",
     "memory": "benchmarks.memory",
+    "native": "benchmarks.native",
 }
 """Module of each section; its function ``section`` measures and gives the text."""
 

@@ -8,7 +8,7 @@ parameters are the same bytes.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from importlib.metadata import distribution
 from pathlib import Path
@@ -124,8 +124,13 @@ def build_all(directory: str | Path) -> dict[str, Path]:
     return {name: build(name, directory) for name in UNITS}
 
 
-def scenario_fmus(wiring: Scenario, fmus: Mapping[str, str | Path], directory: str | Path) -> dict[str, Path]:
-    """Return the FMU of every unit of a scenario: the given file, or one that is built into ``directory``.
+def scenario_fmus(
+    wiring: Scenario,
+    fmus: Mapping[str, str | Path],
+    directory: str | Path,
+    builder: Callable[[str, str | Path], Path] = build,
+) -> dict[str, Path]:
+    """Return the FMU of every unit of a scenario: the given file, or one that ``builder`` builds into ``directory``.
 
     Raises
     ------
@@ -140,7 +145,7 @@ def scenario_fmus(wiring: Scenario, fmus: Mapping[str, str | Path], directory: s
             raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {', '.join(names)}")
         if not Path(file).is_file():
             raise BuildError(f"the FMU of {name} is missing: {file}")
-    return {name: Path(fmus[name]) if name in fmus else build(unit, directory) for name, unit in wiring.units}
+    return {name: Path(fmus[name]) if name in fmus else builder(unit, directory) for name, unit in wiring.units}
 
 
 def _from_pythonfmu(identifier: str) -> dict[str, bytes]:

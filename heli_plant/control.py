@@ -67,6 +67,13 @@ def start_pid(pitch: float, elevation: float, travel: float) -> PidState:
     return PidState(0.0, 0.0, 0.0, pitch, elevation, travel)
 
 
+def risen(references: Three, rises: Three, time: float, rise_time: float) -> Three:
+    """Return ``references`` [rad], from ``rise_time`` [s] on with ``rises`` [rad] added."""
+    if time < rise_time:
+        return references
+    return references[0] + rises[0], references[1] + rises[1], references[2] + rises[2]
+
+
 def pid_step(
     state: PidState, pitch: float, elevation: float, travel: float, references: Three, h: float, settings: PidSettings
 ) -> tuple[PidState, Voltages]:

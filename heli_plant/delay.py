@@ -45,9 +45,11 @@ def remember(
     Entries that ended more than ``reach`` [s] ago are dropped. So are entries that begin at ``time`` or later: a host
     may set the state back and repeat a step.
     """
-    since, voltages = [*since, time], [*voltages, (v_front, v_rear)]
-    while len(since) > 1 and since[-2] >= time:
-        del since[-2], voltages[-2]
-    while len(since) > 1 and since[1] <= time - reach:
-        del since[0], voltages[0]
-    return since, voltages
+    kept = len(since)
+    while kept > 0 and since[kept - 1] >= time:
+        kept -= 1
+    since, voltages = [*since[:kept], time], [*voltages[:kept], (v_front, v_rear)]
+    first = 0
+    while first + 1 < len(since) and since[first + 1] <= time - reach:
+        first += 1
+    return since[first:], voltages[first:]

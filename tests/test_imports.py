@@ -289,7 +289,7 @@ def test_a_circle_is_seen_whatever_its_length():
     assert circles({**chain, "p.c": {"p.d"}}) == set()
 
 
-FMU_DOORS = ("fmu_src", "fmu_src.master", "fmu_src.ssp", "fmu_src.packaging")
+FMU_DOORS = ("fmu_src", "fmu_src.master", "fmu_src.native", "fmu_src.ssp", "fmu_src.packaging")
 
 
 def test_fmu_src_is_entered_by_its_doors():

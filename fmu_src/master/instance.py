@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Mapping
-from ctypes import PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from ctypes import PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -192,6 +192,20 @@ class Instance:
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
         library = PyDLL(None, handle=self.slave.dll._handle)
         return Call(self.log, call, partial(library[f"fmi2{call[0].upper()}{call[1:]}"], *arguments))
+
+    @property
+    def is_native(self) -> bool:
+        """Whether the unit is C code of this project: it refuses by its status, and needs no interpreter."""
+        return str(self.description.generationTool).startswith("heli-twin")
+
+    def component(self) -> int:
+        """Return the address of the instance."""
+        return int(self.slave.component)
+
+    def address(self, call: str) -> int:
+        """Return the address of a function of the FMU (``doStep``: fmi2DoStep)."""
+        function = PyDLL(None, handle=self.slave.dll._handle)[f"fmi2{call[0].upper()}{call[1:]}"]
+        return int(cast(function, c_void_p).value or 0)
 
     def close(self) -> None:
         """Free the instance and its folder."""

@@ -59,6 +59,7 @@ def run_apart(
     fmus: Mapping[str, str | Path] | None = None,
     progress: bool = False,
     record: Collection[str] | None = None,
+    native: bool = False,
 ) -> Result:
     """Run a scenario in a child process; parameters and result are those of :func:`fmu_src.master.run`.
 
@@ -78,6 +79,7 @@ def run_apart(
         "fmus": {name: os.path.abspath(file) for name, file in (fmus or {}).items()},
         "progress": progress,
         "record": None if record is None else list(record),
+        "native": native,
     }
     with draft_folder() as folder:
         child = subprocess.run(

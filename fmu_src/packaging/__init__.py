@@ -4,6 +4,7 @@ from .archive import zip_bytes
 from .documentation import index_html
 from .icon import icon
 from .model_description import AUTHOR, DATE, LICENSE, model_description, value_text, xml_text
+from .native_description import native_model_description
 from .sources import content_hash, needed_sources, renamed, slave_script
 from .unit_definitions import base_exponents, unit_definitions
 
@@ -16,6 +17,7 @@ __all__ = [
     "icon",
     "index_html",
     "model_description",
+    "native_model_description",
     "needed_sources",
     "renamed",
     "slave_script",

@@ -41,8 +41,8 @@ serialised at any time, exact to the bit.</p>
 """
 
 
-def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> str:
-    """Return the page; ``start_values`` override those of the unit's variables."""
+def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "") -> str:
+    """Return the page; ``start_values`` override those of the unit's variables, ``host`` the text on the host."""
     head = _HEAD.format(
         name=escape(unit.__name__),
         summary=escape(unit.summary),
@@ -57,7 +57,7 @@ def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> str:
         "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>causality</th><th>unit</th><th>start</th>"
         f"<th>range</th><th>description</th></tr>\n{rows}</table>\n"
     )
-    return head + equations + source + _HOST + table + "</body>\n</html>\n"
+    return head + equations + source + (host or _HOST) + table + "</body>\n</html>\n"
 
 
 def _row(variable: Variable, start: Value | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from pythonfmu._version import __version__ as PYTHONFMU
@@ -26,8 +26,17 @@ LOG_CATEGORIES = {
 }
 
 
-def model_description(unit: type[SlaveBase], start_values: Mapping[str, Value], guid: str) -> Element:
-    """Return ``<fmiModelDescription>`` of a unit class; ``start_values`` override those of its variables."""
+def model_description(
+    unit: type[SlaveBase],
+    start_values: Mapping[str, Value],
+    guid: str,
+    tool: str = f"PythonFMU {PYTHONFMU}",
+    sources: Iterable[str] = (),
+) -> Element:
+    """Return ``<fmiModelDescription>`` of a unit class; ``start_values`` override those of its variables.
+
+    ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it.
+    """
     root = Element(
         "fmiModelDescription",
         fmiVersion="2.0",
@@ -38,11 +47,11 @@ def model_description(unit: type[SlaveBase], start_values: Mapping[str, Value], 
         version=VERSION,
         copyright=f"Copyright (c) 2025 {AUTHOR}",
         license=LICENSE,
-        generationTool=f"PythonFMU {PYTHONFMU}",
+        generationTool=tool,
         generationDateAndTime=DATE,
         variableNamingConvention="structured",
     )
-    SubElement(
+    interface = SubElement(
         root,
         "CoSimulation",
         modelIdentifier=unit.__name__,
@@ -56,6 +65,10 @@ def model_description(unit: type[SlaveBase], start_values: Mapping[str, Value], 
         canSerializeFMUstate="true",
         providesDirectionalDerivative="false",
     )
+    if sources:
+        listed = SubElement(interface, "SourceFiles")
+        for name in sources:
+            SubElement(listed, "File", name=name)
     root.append(unit_definitions(variable.unit for variable in unit.variables if variable.unit))
     categories = SubElement(root, "LogCategories")
     for name, text in LOG_CATEGORIES.items():

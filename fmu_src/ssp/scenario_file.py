@@ -14,7 +14,8 @@ from xml.etree.ElementTree import Element
 from heli_identifier.drafts import draft_folder
 from heli_identifier.files import write_atomically
 
-from ..builder import scenario_fmus, unit_class
+from ..builder import build, scenario_fmus, unit_class
+from ..native import build_native
 from ..packaging import AUTHOR, DATE, LICENSE, xml_text, zip_bytes
 from ..variables import Value
 from ..wiring import Scenario, scenario
@@ -31,6 +32,7 @@ def write_ssp(
     parameters: Mapping[str, Value] | None = None,
     fmus: Mapping[str, str | Path] | None = None,
     duration: float = 90.0,
+    native: bool = False,
 ) -> Path:
     """Write a scenario as a flat .ssp; the same arguments give the same bytes.
 
@@ -46,6 +48,8 @@ def write_ssp(
         FMU file by unit name; the other units are built from this project.
     duration : float
         Stop time of the default experiment [s].
+    native : bool
+        Build units in C in place of units in Python.
 
     Raises
     ------
@@ -58,7 +62,7 @@ def write_ssp(
     for name, kind in wiring.units:
         entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), PARAMETERS, by_unit[name])
     with draft_folder() as folder:
-        for name, file in scenario_fmus(wiring, fmus or {}, folder).items():
+        for name, file in scenario_fmus(wiring, fmus or {}, folder, build_native if native else build).items():
             entries[f"resources/{name}.fmu"] = file.read_bytes()
     return write_atomically(Path(path), zip_bytes(entries))
 

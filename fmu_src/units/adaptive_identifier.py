@@ -10,17 +10,18 @@ from pythonfmu.enums import Fmi2Status
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     ADAPTATION,
-    CLOSED,
     IdentifierOutput,
     IdentifierSettings,
-    IdentifierState,
-    Lag,
     ModelParameters,
+    Sampled,
+    before_samples,
+    begin_sampling,
     determined,
+    is_closed,
     prepare,
     restored,
-    start,
-    step,
+    take_samples,
+    total,
 )
 from heli_plant.parameters import BY_FIELD
 
@@ -37,8 +38,6 @@ SLOTS = 3
 """Number of effects of the catalogue that can be watched on each axis."""
 _INPUTS = 5
 """Two voltages and three angles, the first of ``variables``; the outputs follow them."""
-_INSTANT = 1e-6
-"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
 
 _UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
@@ -160,13 +159,9 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
             )
         except ConfigurationError as problem:
             raise Refusal(str(problem)) from problem
-        self.state: IdentifierState | None = None
-        self.previous: list[float] = []
+        self.sampled: Sampled | None = None
         self.warned = False
-        gain = self.plan.settings.initial_gain
-        lag = Lag(self.plan.settings.motor_time_constant, 0.0)
-        errors = ModelParameters(*(gain**0.5 for _ in _NAMES))
-        self._show(IdentifierOutput(self.plan.settings.initial, errors, (0.0,) * 3, (0.0,) * 3, (0.0,) * 3, lag, False))
+        self._show(before_samples(self.plan))
 
     def _watched_on(self, axis: str) -> list[str]:
         """Return the names listed in ``watch.<axis>``."""
@@ -178,42 +173,29 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
 
     def advance(self, time: float, step_size: float) -> None:
         """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
-        now = self.values[:_INPUTS]
-        state, plan = self.state, self.plan
-        if state is None:
-            self.state, self.first, self.before, self.previous = start(plan, *now), time, time, now
+        v_front, v_rear, pitch, elevation, travel = now = tuple(self.values[:_INPUTS])
+        if self.sampled is None:
+            self.sampled = begin_sampling(time, (v_front, v_rear, pitch, elevation, travel), self.plan)
             return
-        period = plan.settings.sample_time
-        instant = _INSTANT * period
-        estimate = None
-        due = self.first + (state.samples + 1) * period
+        period = self.plan.settings.sample_time
+        due = self.sampled.first + (self.sampled.state.samples + 1) * period
         if time - due > MOST_SUBSTEPS * period:
             raise Refusal(
                 f"{(time - due) / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
                 f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
             )
-        while due <= time + instant:
-            sample = now if due >= time - instant else self._between(due, time, now)
-            v_front, v_rear, pitch, elevation, travel = sample
-            state, estimate = step(state, v_front, v_rear, pitch, elevation, travel, plan)
-            due = self.first + (state.samples + 1) * period
+        sampled, estimate = take_samples(self.sampled, time, (v_front, v_rear, pitch, elevation, travel), self.plan)
         if estimate is not None:
-            if not isfinite(sum(estimate.parameters)):
+            if not isfinite(total(estimate.parameters)):
                 raise Refusal(
                     f"the estimate is no longer finite in the step from t = {time:g} s; "
-                    f"the inputs (voltages [V] and angles [rad]) were {now}"
+                    f"the inputs (voltages [V] and angles [rad]) were {list(now)}"
                 )
             self._show(estimate)
-        self.state, self.before, self.previous = state, time, now
-
-    def _between(self, due: float, time: float, now: list[float]) -> list[float]:
-        """Return voltages and angles at ``due`` [s], between the previous communication point and ``time`` [s]."""
-        share = (due - self.before) / (time - self.before)
-        angles = [a + share * (b - a) for a, b in zip(self.previous[2:], now[2:], strict=True)]
-        return [*self.previous[:2], *angles]
+        self.sampled = sampled
 
     def _show(self, estimate: IdentifierOutput) -> None:
-        closed = max(map(abs, estimate.feedback)) > CLOSED
+        closed = is_closed(estimate.feedback)
         shown = (
             *estimate.parameters,
             *estimate.standard_errors,
@@ -239,11 +221,12 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
 
     def freeze(self) -> Any:
-        """State of the identifier, time and inputs of the previous point, time of sample 0, whether it warned."""
-        return None if self.state is None else [self.state, self.before, self.previous, self.first, self.warned]
+        """State of the identifier, time of sample 0, time and inputs of the previous point; whether it warned."""
+        return None if self.sampled is None else [self.sampled, self.warned]
 
     def thaw(self, frozen: Any) -> None:
         """Restore it from tuples or, after serialisation, from lists."""
+        self.sampled = None
         if frozen is not None:
-            state, self.before, previous, self.first, self.warned = frozen
-            self.state, self.previous = restored(state), list(previous)
+            (state, first, before, previous), self.warned = frozen
+            self.sampled = Sampled(restored(state), first, before, tuple(previous))

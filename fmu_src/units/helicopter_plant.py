@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from math import ceil, isfinite
 from typing import Any, ClassVar
 
-from heli_plant.delay import remember
-from heli_plant.encoders import EncoderCounts, quantise
+from heli_plant.communication import PlantMemory, begin, communicate, is_finite, shown
+from heli_plant.encoders import EncoderCounts
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
-from heli_plant.plant import arriving, measured_angles, rigid_start, step
+from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state, start_state
 
@@ -109,59 +108,45 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         v_front, v_rear = values[at["initial.v_front"]], values[at["initial.v_rear"]]
         rates = (pitch_rate, elevation_rate, travel_rate)
         first = start_state(pitch, elevation, travel, v_front, v_rear, rates)
-        self.state: PlantState = rigid_start(first, self.parameters)
+        self.memory = begin(first, self.parameters)
         enabled = values[at["encoder.enabled"]]
-        self.counts = tuple(values[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES)
-        self.since: list[float] = []
-        self.held: list[tuple[float, float]] = []
+        self.counts = EncoderCounts(*(values[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES))
         self._publish()
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        p, state = self.parameters, self.state
         v_front, v_rear, command = self.values[:3]  # the first three of ``variables``
-        delay, since, held, step = self.delay, self.since, self.held, self.step
-        if delay > 0.0:
-            since, held = remember(since, held, time, v_front, v_rear, delay)
         if step_size > MOST_SUBSTEPS * self.inner_step:
             raise Refusal(
                 f"the step of {step_size:g} s from t = {time:g} s needs {step_size / self.inner_step:.3g} steps of "
                 f"solver.step = {self.inner_step:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
             )
-        steps = max(ceil(step_size / self.inner_step - 1e-9), 1)
-        h = step_size / steps
-        record_time = time - self.start_time
         try:
-            for k in range(steps):
-                if delay > 0.0:
-                    v_front, v_rear = self.arriving(since, held, len(since) - 1, time + k * h, h, p)
-                state = step(state, v_front, v_rear, command, record_time + k * h, h, p)
+            memory = communicate(
+                self.memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,
+                self.parameters, self.step, self.arriving,
+            )  # fmt: skip
+            finite = is_finite(memory.state)
         except (ValueError, OverflowError):  # the sine of an infinite angle
-            state = state._replace(pitch=float("nan"))
-        if not isfinite(sum(state)):
-            raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.state}")
-        self.state, self.since, self.held = state, since, held
+            finite = False
+        if not finite:
+            raise Refusal(
+                f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.memory.state}"
+            )
+        self.memory = memory
         self._publish()
 
     def _publish(self) -> None:
         """Set the outputs to what the encoders and rates show of the state."""
-        state, (of_pitch, of_elevation, of_travel) = self.state, self.counts
-        pitch, elevation, travel = measured_angles(state)
-        self.values[3:9] = (  # behind the inputs
-            quantise(pitch, of_pitch),
-            quantise(elevation, of_elevation),
-            quantise(travel, of_travel),
-            state.pitch_rate,
-            state.elevation_rate + state.bending_rate,
-            state.travel_rate,
-        )
+        self.values[3:9] = shown(self.memory.state, self.counts)  # behind the inputs
 
     def freeze(self) -> Any:
         """State and delayed voltages; everything else follows from the parameters."""
-        return [list(self.state), list(self.since), [list(pair) for pair in self.held]]
+        state, since, held = self.memory
+        return [list(state), list(since), [list(pair) for pair in held]]
 
     def thaw(self, frozen: Any) -> None:
         """Take them back."""
         state, since, held = frozen
-        self.state, self.since = PlantState(*state), list(since)
-        self.held = [(v_front, v_rear) for v_front, v_rear in held]
+        pairs = [(v_front, v_rear) for v_front, v_rear in held]
+        self.memory = PlantMemory(PlantState(*state), list(since), pairs)

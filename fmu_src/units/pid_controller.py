@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from heli_plant.control import PidSettings, PidState, clip, pid_step, start_pid
+from heli_plant.control import PidSettings, PidState, clip, pid_step, risen, start_pid
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, boolean_parameter, real_input, real_parameter
@@ -78,7 +78,8 @@ at the start both voltages are trim/2.</p>"""
             rate_time_constant=value["rate.time_constant"],
             voltage_limit=value["voltage_limit"],
         )
-        self.rises = tuple(value[f"reference.step_{axis}"] for axis in AXES)
+        to_pitch, to_elevation, to_travel = (value[f"reference.step_{axis}"] for axis in AXES)
+        self.rises = (to_pitch, to_elevation, to_travel)
         self.step_time = value["reference.step_time"] - _EARLY
         self.state: PidState | None = None
         self._show(0.5 * self.settings.trim, 0.5 * self.settings.trim)
@@ -87,10 +88,7 @@ at the start both voltages are trim/2.</p>"""
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
         # in the order of ``variables``: angles, excitation, the two voltages, references
         pitch, elevation, travel, more_front, more_rear, _, _, to_pitch, to_elevation, to_travel = self.values[:10]
-        references = (to_pitch, to_elevation, to_travel)
-        if time - self.start_time >= self.step_time:
-            a, b, c = self.rises
-            references = (to_pitch + a, to_elevation + b, to_travel + c)
+        references = risen((to_pitch, to_elevation, to_travel), self.rises, time - self.start_time, self.step_time)
         state = start_pid(pitch, elevation, travel) if self.state is None else self.state
         self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.settings)
         self._show(front + more_front, rear + more_rear)

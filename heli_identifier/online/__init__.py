@@ -7,15 +7,17 @@ where a controller closes the loop. The excitation signals have a door of their 
 """
 
 from .adaptation import adapt
-from .candidates import WATCHABLE
+from .candidates import WATCHABLE, Candidate, candidate
 from .estimate import Estimate, ModelParameters, determined
-from .feedback import CLOSED
+from .feedback import CLOSED, is_closed
 from .identifier import start, step
+from .linear_algebra import total
 from .noise_model import Noise
 from .plan import Plan, prepare
 from .prediction_error import noise_of
+from .sampled import Sampled, begin_sampling, take_samples
 from .score import Score
-from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings
+from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -23,7 +25,7 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, Lag, output_of, restored
+from .state import IdentifierOutput, IdentifierState, Lag, before_samples, output_of, restored
 
 __all__ = [
     "ADAPTATION",
@@ -31,6 +33,7 @@ __all__ = [
     "METHODS",
     "PREDICTION_ERROR",
     "WATCHABLE",
+    "Candidate",
     "Estimate",
     "IdentifierOutput",
     "IdentifierSettings",
@@ -39,11 +42,17 @@ __all__ = [
     "ModelParameters",
     "Noise",
     "Plan",
+    "Sampled",
     "Score",
     "adapt",
     "advance_signals",
+    "before_samples",
+    "begin_sampling",
+    "candidate",
+    "default_settings",
     "determined",
     "elevation_regression",
+    "is_closed",
     "noise_of",
     "output_of",
     "pitch_regression",
@@ -52,5 +61,7 @@ __all__ = [
     "restored",
     "start",
     "step",
+    "take_samples",
+    "total",
     "travel_regression",
 ]

@@ -5,6 +5,7 @@ Single samples would not do: s^2 F does not fall at high frequency, so y carries
 in twenty would alias it into standard errors several times too large.
 """
 
+from math import sqrt
 from operator import add
 from typing import NamedTuple
 
@@ -36,7 +37,7 @@ class AxisState(NamedTuple):
 def initial_axis(omega: tuple[float, ...], gain: float, candidates: int = 0) -> AxisState:
     """Return the axis before its first sample, with Omega(0), Gamma(0) = ``gain`` I and a number of candidates."""
     n = len(omega)
-    certainty = (gain**0.5,) * n
+    certainty = (sqrt(gain),) * n
     size = n + candidates + 1
     factor, silence = tuple(initial_factor(n, gain)), (0.0,) * size
     return AxisState(factor, omega, 0.0, silence, no_moments(size), certainty, 0.0, (NOTHING,) * candidates)

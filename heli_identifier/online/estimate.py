@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-OFFSETS = {"rad": 0.05, "rad/s^2": 0.1}
+OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
 """Half widths of an interval that are narrow enough for an offset, which may be zero, by its unit."""
 
 
@@ -12,7 +12,11 @@ def determined(value: float, standard_error: float, unit: str) -> bool:
 
     For offsets, a rest angle [rad] or a constant torque [rad/s^2], a width of :data:`OFFSETS` is narrow enough as well.
     """
-    return 1.96 * standard_error <= max(0.5 * abs(value), OFFSETS.get(unit, 0.0))
+    offset = 0.0
+    for name, width in OFFSETS:
+        if name == unit:
+            offset = width
+    return 1.96 * standard_error <= max(0.5 * abs(value), offset)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,9 @@ excitation requires a level above zero: at level 0 some combination of the param
 """
 
 from collections.abc import Sequence
-from math import hypot, sqrt
+from math import sqrt
 
-from .linear_algebra import total
+from .linear_algebra import hypotenuse, total
 
 _SILENCE = 1e-2
 """f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise after F is 1e-4 rad/s."""
@@ -42,7 +42,7 @@ def smallest_eigenvalue(a: list[list[float]]) -> float:
     """
     n = len(a)
     for _ in range(_SWEEPS):
-        if sqrt(total([a[i][j] ** 2 for i in range(n) for j in range(i)])) < _CONVERGED:
+        if sqrt(total([a[i][j] * a[i][j] for i in range(n) for j in range(i)])) < _CONVERGED:
             break
         for p in range(n - 1):
             for q in range(p + 1, n):
@@ -55,8 +55,8 @@ def _rotate(a, p, q):
     if a[p][q] == 0.0:
         return
     tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
-    t = 1.0 / (tau + hypot(1.0, tau)) if tau >= 0.0 else 1.0 / (tau - hypot(1.0, tau))
-    c = 1.0 / hypot(1.0, t)
+    t = 1.0 / (tau + hypotenuse(1.0, tau)) if tau >= 0.0 else 1.0 / (tau - hypotenuse(1.0, tau))
+    c = 1.0 / hypotenuse(1.0, t)
     s = t * c
     for row in a:
         x, y = row[p], row[q]

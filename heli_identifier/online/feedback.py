@@ -107,6 +107,11 @@ def watch_innovation(f: Feedback, e: float, voltage: float, count: int, c: Feedb
     return Feedback(memory, voltage, e, e1, 0.0, 0, total, squares)
 
 
+def is_closed(scores: tuple[float, float, float]) -> bool:
+    """Return whether one of the axes' scores says that the loop is closed."""
+    return max(abs(scores[0]), abs(scores[1]), abs(scores[2])) > CLOSED
+
+
 def feedback_score(f: Feedback) -> float:
     """Return the score [1]; 0 before the first block is full."""
     return f.total / sqrt(f.squares) if f.squares > 0.0 else 0.0

@@ -9,13 +9,14 @@ nothing later than its angles. The adaptation rests for the first 10/omega_f. By
 before sample 0 on the filters has faded to exp(-7).
 """
 
-from math import cos, hypot, sin
+from math import cos, sin
 
 from heli_plant.motor import saturate
 
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
 from .feedback import first_feedback, watch_error, watch_innovation
 from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
+from .linear_algebra import hypotenuse
 from .plan import Plan
 from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
 from .signals import (
@@ -175,10 +176,9 @@ def _evaluated(
     """
     averaged = plan.moment_samples
     if (count + 1) % averaged == 0:
-        observe = observe_products if predicted else observe_axis
-        axis_1 = observe(axis_1, averaged, plan.moments)
-        axis_2 = observe(axis_2, averaged, plan.moments)
-        axis_3 = observe(axis_3, averaged, plan.moments)
+        axis_1 = _observed(axis_1, averaged, predicted, plan)
+        axis_2 = _observed(axis_2, averaged, predicted, plan)
+        axis_3 = _observed(axis_3, averaged, predicted, plan)
     turn = count % plan.report_samples
     if turn == 0:
         axis_1 = _evaluated_pitch(axis_1, predicted, plan)
@@ -190,6 +190,13 @@ def _evaluated(
     return axis_1, axis_2, axis_3
 
 
+def _observed(axis: AxisState, samples: int, predicted: bool, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the last ``samples`` added to its moments."""
+    if predicted:
+        return observe_products(axis, samples, plan.moments)
+    return observe_axis(axis, samples, plan.moments)
+
+
 def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(1.0 if i == j else 0.0 for j in range(n)) for i in range(n))
 
@@ -198,11 +205,11 @@ _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
 def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
-    """Evaluate the pitch; with theta0 free, by the gradients of a_th = hypot(p, q) and theta0 = atan2(q, p)."""
+    """Evaluate the pitch; with theta0 free, by the gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
     rows = _ALL_THREE
     if not plan.rest_angle_is_known:
         p, q = axis.omega[1:3]
-        a = hypot(p, q) or 1.0
+        a = hypotenuse(p, q) or 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
             (0.0, p / a, q / a, 0.0),

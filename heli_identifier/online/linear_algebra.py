@@ -14,7 +14,7 @@ and norms below 10.
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache, reduce
-from math import ceil, log2
+from math import ceil, log2, sqrt
 from operator import add, mul
 
 Matrix = list[list[float]]
@@ -31,9 +31,17 @@ def total(values: Iterable[float]) -> float:
     return reduce(add, values, 0.0)
 
 
+def hypotenuse(a: float, b: float) -> float:
+    """Return sqrt(a^2 + b^2) of two numbers whose squares do not overflow.
+
+    ``math.hypot`` has another algorithm in CPython than in C libraries, and another one from version to version.
+    """
+    return sqrt(a * a + b * b)
+
+
 def dot(a: Iterable[float], b: Iterable[float]) -> float:
     """Return the inner product of two sequences, added from left to right."""
-    return total(map(mul, a, b))
+    return reduce(add, map(mul, a, b), 0.0)
 
 
 @lru_cache(maxsize=32)

@@ -12,7 +12,7 @@ block is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48
 One exponentially weighted mean of z z^T is kept as well: the window of the excitation level.
 """
 
-from math import exp
+from math import exp, inf
 from typing import NamedTuple
 
 CAPACITY = 32
@@ -49,7 +49,7 @@ class Moments(NamedTuple):
 
 def moment_coefficients(interval: float, alpha: float, window: float) -> MomentCoefficients:
     """Return the coefficients for samples every ``interval`` [s], forgetting alpha [1/s] and a window [s]."""
-    longest = _MEMORY / (alpha * interval * CAPACITY) if alpha > 0.0 else float("inf")
+    longest = _MEMORY / (alpha * interval * CAPACITY) if alpha > 0.0 else inf
     return MomentCoefficients(interval, longest, 1.0 - exp(-interval / window))
 
 

@@ -104,8 +104,8 @@ def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
         log(min(BANDWIDTHS[1], _MOST_RADIANS / h)),
         log(CORNERS[0]),
         log(CORNERS[1]),
-        (newest * _FIRST_DEVIATION) ** 2,
-        (newest * _LEAST_DEVIATION) ** 2,
+        newest * _FIRST_DEVIATION * newest * _FIRST_DEVIATION,
+        newest * _LEAST_DEVIATION * newest * _LEAST_DEVIATION,
     )
 
 

@@ -96,7 +96,7 @@ def scores(
     residual = projection(moments, size, n, size - 1)
     if residual is None:
         return (NOTHING,) * candidates
-    least = interval**-0.5 if whitened else 0.0
+    least = 1.0 / sqrt(interval) if whitened else 0.0
     return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least) for i in range(candidates)])
 
 

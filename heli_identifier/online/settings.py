@@ -17,6 +17,11 @@ _SAMPLES_PER_RADIAN = 5.0
 """Samples per 1/omega_f that the discretisation needs: with fewer, (h^2/12) omega_f^2 exceeds .3 %."""
 
 
+def default_settings() -> "IdentifierSettings":
+    """Return the settings that :class:`IdentifierSettings` has by default."""
+    return IdentifierSettings()
+
+
 @dataclass(frozen=True)
 class IdentifierSettings:
     """Everything that can be set on the identifier.
@@ -103,7 +108,7 @@ class IdentifierSettings:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
         require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
-        for name, value in self.initial._asdict().items():
+        for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")
         if self.method not in METHODS:
             raise ConfigurationError(f"method {self.method!r} must be one of {', '.join(METHODS)}")

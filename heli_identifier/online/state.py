@@ -4,13 +4,14 @@ The state is nested tuples of numbers. ``json.dumps`` writes it, and :func:`rest
 into the same state again, exact to the bit.
 """
 
-from math import atan2, copysign, hypot, sqrt
+from math import atan2, copysign, sqrt
 from typing import Any, NamedTuple
 
 from .axis import AxisState
 from .estimate import ModelParameters
 from .feedback import Feedback, feedback_score
 from .lag import LagState
+from .linear_algebra import hypotenuse
 from .moments import Moments
 from .noise_model import NoiseModel
 from .plan import Plan
@@ -113,6 +114,15 @@ def _tuples(value: Any) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
 
 
+def before_samples(plan: Plan) -> IdentifierOutput:
+    """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
+    error = sqrt(plan.settings.initial_gain)
+    errors = ModelParameters(error, error, error, error, error, error, error, error, error, error, error)
+    nothing = (0.0, 0.0, 0.0)
+    lag = Lag(plan.settings.motor_time_constant, 0.0)
+    return IdentifierOutput(plan.settings.initial, errors, nothing, nothing, nothing, lag, False)
+
+
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
     samples, _, _, _, _, pitch, elevation, travel, _, loops = state
@@ -131,7 +141,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         errors_1 = (*errors_1, 0.0)
     else:
         a_wx, p, q, k_x = omega_1
-        a_th, theta0 = hypot(p, q), atan2(q, p)
+        a_th, theta0 = hypotenuse(p, q), atan2(q, p)
     return IdentifierOutput(
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
@@ -146,7 +156,8 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
 
 def _lag(assumed: float, omega_1: Omega, error_1: float, omega_2: Omega, error_2: float) -> Lag:
     """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
-    weight_1, weight_2 = 1.0 / max(error_1, _LEAST_ERROR) ** 2, 1.0 / max(error_2, _LEAST_ERROR) ** 2
+    error_1, error_2 = max(error_1, _LEAST_ERROR), max(error_2, _LEAST_ERROR)
+    weight_1, weight_2 = 1.0 / (error_1 * error_1), 1.0 / (error_2 * error_2)
     beyond_1 = omega_1[-1] / omega_1[-2] if omega_1[-2] != 0.0 else 0.0
     beyond_2 = omega_2[-1] / omega_2[-2] if omega_2[-2] != 0.0 else 0.0
     both = weight_1 + weight_2
@@ -157,9 +168,12 @@ def _scores_in_order(state: IdentifierState, plan: Plan) -> tuple[Score, ...]:
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
     ordered = [NOTHING] * len(plan.watch.candidates)
     axes = (state.pitch, state.elevation, state.travel)
-    for axis, columns in zip(axes, plan.watched_columns, strict=True):
-        reported = axis.omega[: len(axis.standard_errors)]
-        gain = reported[-2 if plan.lag is not None and axis is not state.travel else -1]
+    # Behind the parameters stands the noise model, where there is one.
+    of_1, of_2, of_3 = (len(axis.standard_errors) for axis in axes)
+    gain_1, gain_2, gain_3 = state.pitch.omega[of_1 - 1], state.elevation.omega[of_2 - 1], state.travel.omega[of_3 - 1]
+    if plan.lag is not None:  # k stands before k Delta
+        gain_1, gain_2 = state.pitch.omega[of_1 - 2], state.elevation.omega[of_2 - 2]
+    for axis, gain, columns in zip(axes, (gain_1, gain_2, gain_3), plan.watched_columns, strict=True):
         for i, (score, coefficient, visibility) in zip(columns, axis.scores, strict=True):
             if plan.watch.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain

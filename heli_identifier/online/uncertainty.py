@@ -32,8 +32,8 @@ LEAST_FREEDOM = 4.0
 
 def freedom(weights: list[float], parameters: int) -> float:
     """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; negative with too few blocks."""
-    squares = dot(weights, weights)
-    return (total(weights) ** 2 / squares if squares > 0.0 else 0.0) - OVERLAP * parameters
+    whole, squares = total(weights), dot(weights, weights)
+    return (whole * whole / squares if squares > 0.0 else 0.0) - OVERLAP * parameters
 
 
 def variance_of_sum(terms: list[float]) -> float:

@@ -125,13 +125,24 @@ def paper_excitation(experiment: int, channel: Channel = "both", base: float = 0
     ConfigurationError
         The experiment or the channel is unknown.
     """
+    difference, total = paper_channels(experiment, channel)
+    return Excitation(base=base, difference=difference, total=total)
+
+
+def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | None, SquareChirp | None]:
+    """Return the signals on the difference and on the sum of the voltages; parameters as in :func:`paper_excitation`.
+
+    Raises
+    ------
+    ConfigurationError
+        The experiment or the channel is unknown.
+    """
     if channel not in ("difference", "total", "both"):
         raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
     pitch = paper_signal(experiment)
     if channel == "both":
         pitch = replace(pitch, period=_DETUNING * pitch.period, chirp_period=_DETUNING * pitch.chirp_period)
-    return Excitation(
-        base=base,
-        difference=None if channel == "total" else pitch,
-        total=None if channel == "difference" else paper_signal(experiment, gain=2.0),
+    return (
+        None if channel == "total" else pitch,
+        None if channel == "difference" else paper_signal(experiment, gain=2.0),
     )

@@ -50,15 +50,24 @@ class Excitation:
     limit: float = 5.0
 
     def __post_init__(self) -> None:
-        require_positive("excitation.limit", self.limit, "V")
-        require_range("excitation.base", self.base, "V", -self.limit, self.limit)
+        check_bounds(self.base, self.limit)
+
+
+def check_bounds(base: float, limit: float) -> None:
+    """Raise ConfigurationError unless ``base`` [V] lies within plus or minus ``limit`` [V], which is positive."""
+    require_positive("excitation.limit", limit, "V")
+    require_range("excitation.base", base, "V", -limit, limit)
 
 
 def voltages(t: float, excitation: Excitation) -> tuple[float, float]:
     """Return (v_front, v_rear) [V] at time ``t`` [s]."""
     difference = excitation.difference.at(t) if excitation.difference is not None else 0.0
     total = excitation.total.at(t) if excitation.total is not None else 0.0
-    limit = excitation.limit
-    front = excitation.base + 0.5 * (total + difference)
-    rear = excitation.base + 0.5 * (total - difference)
+    return combined(excitation.base, difference, total, excitation.limit)
+
+
+def combined(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
+    """Return (v_front, v_rear) [V] from the base voltage and the signals u_d and u_s [V]."""
+    front = base + 0.5 * (total + difference)
+    rear = base + 0.5 * (total - difference)
     return saturate(front, limit), saturate(rear, limit)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Parameters, ScenarioName, Settings
+from heli_identifier.workbench.commands.options import Json, Native, Parameters, ScenarioName, Settings
 
 
 def _units() -> list[str]:
@@ -22,9 +22,14 @@ def build(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the FMUs.")] = Path("build"),
     parameters: Parameters = None,
     settings: Settings = [],  # noqa: B006
+    native: Native = False,
+    fmi: Annotated[int, typer.Option(metavar="VERSION", help="FMI version of native units: 2 or 3.", min=2, max=3)] = 2,
+    all_platforms: Annotated[
+        bool, typer.Option("--all-platforms", help="Native units for macOS and ARM as well (ARM: with --fmi 3).")
+    ] = False,
     json: Json = False,
 ) -> None:
-    """Build FMI 2.0 co-simulation units; a parameters.json makes the corrected plant.
+    """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
 
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
@@ -35,6 +40,10 @@ def build(
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build as build_unit
 
+    if fmi != 2 and not native:
+        raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
+    if all_platforms and not native:
+        raise ConfigurationError("--all-platforms belongs to native units; add --native.")
     names = units or _units()
     given = by_unit(parameters)
     if settings and len(names) != 1:
@@ -48,13 +57,25 @@ def build(
     with whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            build_unit(name, draft, {**given.get(name, {}), **own})
+            build_unit(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms)
+    if native:
+        warn_of_missing_compilers(all_platforms)
     files = [output / f"{name}.fmu" for name in names]
     if json:
         print_json([str(file) for file in files])
         return
     for file in files:
         typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
+
+
+def warn_of_missing_compilers(all_platforms: bool = False) -> None:
+    """Say for which platforms native units hold sources only."""
+    from fmu_src.native import without_compiler
+    from heli_identifier.workbench.commands.terminal import warn
+
+    problem = without_compiler(all_platforms)
+    if problem:
+        warn(problem)
 
 
 def ssp(
@@ -68,11 +89,15 @@ def ssp(
     parameters: Parameters = None,
     settings: Settings = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
     duration: Annotated[float, typer.Option(metavar="SECONDS", help="Stop time of the default experiment.")] = 90.0,
+    native: Native = False,
 ) -> None:
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
     from heli_identifier.workbench.commands.parameters import in_scenario
 
     target = output or Path(f"{scenario}.ssp")
-    path = write_ssp(scenario, target, in_scenario(scenario, parameters, settings), duration=duration)
+    values = in_scenario(scenario, parameters, settings)
+    path = write_ssp(scenario, target, values, duration=duration, native=native)
+    if native:
+        warn_of_missing_compilers()
     typer.echo(f"{path}  {path.stat().st_size / 1000.0:.0f} kB")

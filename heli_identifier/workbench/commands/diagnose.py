@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Logs, To, Verbose
+from heli_identifier.workbench.commands.options import Config, From, Json, Logs, Native, To, Verbose
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
     from heli_identifier.workbench.commands.terminal import Progress
     from heli_identifier.workbench.interface.diagnosis import Diagnosis
+
+
+NATIVE_PLANT = "HelicopterPlant-native.fmu"
+"""File of the corrected plant in C."""
 
 
 def diagnose(
@@ -33,12 +37,14 @@ def diagnose(
     start: From = None,
     end: To = None,
     config: Config = None,
+    native: Native = False,
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Find what the model lacks, add it, judge it on held-out logs, and build the corrected plant.
 
-    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu.
+    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
+    HelicopterPlant-native.fmu.
     """
     from heli_identifier.workbench.commands.logs import found_configuration, split_logs
     from heli_identifier.workbench.commands.terminal import note, print_json, progress_bar, warn
@@ -49,6 +55,8 @@ def diagnose(
         training, held_out = split_logs(logs, validate, configuration, start, end)
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, configuration, draft, progress, keep_events)
+            if native:
+                build_native_plant(diagnosis, draft)
     if json:
         print_json(diagnosis.to_dict())
         for text in diagnosis.notes:
@@ -58,7 +66,26 @@ def diagnose(
     from heli_identifier.workbench.interface.diagnosis import RESULTS
 
     print_diagnosis(diagnosis, reasons=verbose)
-    note(f"written: {', '.join(str(output / name) for name in RESULTS)}")
+    names = (*RESULTS, NATIVE_PLANT) if native else RESULTS
+    note(f"written: {', '.join(str(output / name) for name in names)}")
+
+
+def build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
+    """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
+    from tempfile import TemporaryDirectory
+
+    from fmu_src.native import build_native, runs_here
+    from heli_identifier.workbench.commands.build import warn_of_missing_compilers
+    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.workbench.delivery.result_folder import check_free_run
+
+    ((unit, values),) = by_unit(folder / "parameters.json").items()
+    with TemporaryDirectory(prefix="heli-native-") as apart:
+        built = build_native(unit, apart, values)
+        if runs_here():
+            check_free_run(built, diagnosis)
+        (folder / NATIVE_PLANT).write_bytes(built.read_bytes())
+    warn_of_missing_compilers()
 
 
 def diagnosed(

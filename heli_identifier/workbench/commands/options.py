@@ -46,6 +46,11 @@ Parameters = Annotated[
     ),
 ]  # fmt: skip
 
+Native = Annotated[
+    bool,
+    typer.Option("--native", help="Units in C, which need no Python on their host (compilers: heli-twin[native])."),
+]
+
 ScenarioName = Annotated[
     str,
     typer.Argument(

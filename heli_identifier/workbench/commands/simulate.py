@@ -13,6 +13,7 @@ from heli_identifier.workbench.commands.options import (
     Config,
     From,
     Json,
+    Native,
     Parameters,
     ScenarioName,
     Settings,
@@ -66,6 +67,7 @@ def simulate(
         Path | None,
         typer.Option(metavar="FILE", help="The run as a figure: .svg, .pdf or .png.", show_default=False),
     ] = None,
+    native: Native = False,
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
@@ -81,7 +83,8 @@ def simulate(
             step = recorded.step if recorded else 0.01
         if duration is None:
             duration = _length(recorded, step) if recorded else 60.0
-        result = run_apart(scenario, duration, step, {**played, **values}, files, progress=not json and _terminal())
+        shown = not json and _terminal()
+        result = run_apart(scenario, duration, step, {**played, **values}, files, progress=shown, native=native)
     _draw(result, recorded, output, plot)
     _say(result, json, verbose)
 

@@ -9,9 +9,15 @@ from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 
 
 def build(
-    unit: str, folder: str | PathLike[str], parameters: ParameterSet | Mapping[str, float | str] | None = None
+    unit: str,
+    folder: str | PathLike[str],
+    parameters: ParameterSet | Mapping[str, float | str] | None = None,
+    *,
+    native: bool = False,
+    fmi: int = 2,
+    all_platforms: bool = False,
 ) -> Path:
-    """Build an FMI 2.0 co-simulation unit.
+    """Build a co-simulation unit.
 
     Parameters
     ----------
@@ -21,6 +27,14 @@ def build(
         Made if it does not exist. The file appears complete or not at all.
     parameters : ParameterSet or mapping, optional
         Start values by structured name (``pitch.damping``), each in the unit of the model description.
+
+    native : bool
+        In C, which needs no Python on the host, in place of Python.
+    fmi : int
+        Version of FMI, 2 or 3; a unit in Python is of FMI 2.0.
+
+    all_platforms : bool
+        Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
 
     Returns
     -------
@@ -35,10 +49,13 @@ def build(
         There is no such unit, or it does not take a parameter or its value.
     """
     from fmu_src import build as build_unit
+    from fmu_src.native import build_native
 
     if isinstance(parameters, ParameterSet):
         if parameters.unit != unit:
             raise ConfigurationError(f"these are parameters of the {parameters.unit}, those of the {unit} are needed.")
         parameters.check_complete()
         parameters = parameters.start_values
+    if native:
+        return build_native(unit, Path(folder), parameters, fmi, all_platforms)
     return build_unit(unit, Path(folder), parameters)

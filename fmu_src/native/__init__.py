@@ -1,0 +1,13 @@
+"""Native twins: the units translated from the same Python source to C, which needs no Python on the host.
+
+    build_native("HelicopterPlant", "build")          FMI 2.0, binaries and sources
+
+:mod:`.translator` turns the typed subset of Python into C99, the folder ``c`` holds what is written by hand: the life
+of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
+"""
+
+from .builder import build_native
+from .toolchain import runs_here, without_compiler
+from .translator import Untranslatable
+
+__all__ = ["Untranslatable", "build_native", "runs_here", "without_compiler"]

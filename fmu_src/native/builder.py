@@ -1,0 +1,91 @@
+"""Build the native twin of a unit: ``build_native("HelicopterPlant", "build")``.
+
+The zip holds the sources, the description by which an importer compiles them, binaries for every platform that a
+compiler is at hand for, the model description, the documentation and an icon. Names, causalities and start values are
+those of the pythonfmu unit.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from uuid import UUID, uuid5
+
+from heli_identifier.files import write_atomically
+
+from ..builder import checked_start_values, unit_class
+from ..packaging import icon, index_html, native_model_description, xml_text, zip_bytes
+from ..variables import Value
+from .sources import build_description, compiled_files, native_sources
+from .toolchain import binaries
+
+FMI_VERSIONS = (2, 3)
+_NAMESPACE = UUID("0d1f4a52-8c4e-4f43-8d6c-0f0f3a8e7f35")
+
+_HOST = """<h2>What the host needs</h2>
+<p>The unit is C code and needs nothing but the C library. Its sources are in <code>sources</code>; the FMU contains
+binaries for {platforms}. Compilers must round every product and sum by itself (<code>-ffp-contract=off</code>), and
+<code>-ffast-math</code> is refused.</p>
+<h2>How it behaves</h2>
+<p>Inputs are held over a communication step. Outputs change in <code>doStep</code> only and are right from the start
+time on. A value that is not finite or out of range is refused by the call that sets it (Discard), and steps are refused
+until the variable has a good value; the unit stays usable. Parameters are fixed when the initialisation ends, unless
+the table says tunable. The state can be saved, restored and serialised at any time, exact to the bit.</p>
+"""
+
+
+def build_native(
+    unit: str,
+    directory: str | Path,
+    parameters: Mapping[str, Value] | None = None,
+    fmi: int = 2,
+    all_platforms: bool = False,
+) -> Path:
+    """Build the native twin of a unit into ``directory/<unit>.fmu``.
+
+    Parameters
+    ----------
+    unit : str
+        A key of :data:`fmu_src.UNITS`.
+    directory : path
+        Created if it does not exist; the file appears complete or not at all.
+    parameters : mapping, optional
+        Start values of the unit's parameters by structured name.
+    fmi : int
+        2 or 3.
+    all_platforms : bool
+        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
+
+    Returns
+    -------
+    Path
+        The FMU; without any compiler it holds sources only.
+
+    Raises
+    ------
+    BuildError
+        An unknown unit or parameter, a value out of range, or a compiler that fails.
+    """
+    kind = unit_class(unit)
+    start_values = checked_start_values(kind, parameters or {})
+    token = _token(native_sources(kind, start_values, "", fmi))
+    sources = native_sources(kind, start_values, token, fmi)
+    files = compiled_files(sources)
+    built = binaries(sources, files, unit, fmi, all_platforms)
+    entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
+    entries["sources/buildDescription.xml"] = build_description(unit, sources, fmi)
+    entries |= built
+    platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
+    entries["documentation/index.html"] = index_html(kind, start_values, _HOST.format(platforms=platforms)).encode()
+    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon(unit)
+    entries["modelDescription.xml"] = xml_text(native_model_description(kind, start_values, token, files, fmi))
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
+
+
+def _token(sources: Mapping[str, str]) -> str:
+    """Return a GUID that depends on the sources alone: every machine builds a unit under the same one."""
+    digest = hashlib.sha256()
+    for name, text in sources.items():
+        digest.update(f"{name}\0{text}\0".encode())
+    return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"

@@ -1,0 +1,99 @@
+/* Exciter between FMI and the translated signals: voltages as a function of the time since the start. */
+#include "unit.h"
+#include "model.h"
+#include "variables.h"
+
+enum { NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE };
+
+static const char *const CHANNELS[] = {"both", "difference", "total"};
+static const int64_t DRAWS = 20;
+
+/* A signal on the difference or on the sum of the voltages: the paper's, a multisine, or none. */
+typedef struct {
+    Maybe_SquareChirp square;
+    List_Row2 tones;
+    double rms;
+} Signal;
+
+struct Model {
+    double base, limit;
+    Signal difference, total;
+};
+
+const size_t MODEL_SIZE = sizeof(Model);
+
+static double at(const Signal *signal, double time)
+{
+    if (signal->square.some)
+        return paper_SquareChirp_at(&signal->square.value, time);
+    return signal->tones.count > 0 ? multisine_multisine_value(signal->rms, signal->tones, time) : 0.0;
+}
+
+static void show(const Model *model, Unit *unit, double time)
+{
+    const Row2 voltages = voltages_combined(
+        model->base, at(&model->difference, time), at(&model->total, time), model->limit);
+    unit->values[REF_v_front].real = voltages.x0;
+    unit->values[REF_v_rear].real = voltages.x1;
+}
+
+static Signal multisine(Unit *unit, double rms, int64_t seed)
+{
+    const Value *values = unit->values;
+    const double lowest = values[REF_multisine_lowest].real, highest = values[REF_multisine_highest].real;
+    const double period = values[REF_multisine_period].real;
+    const int64_t tones = (int64_t)values[REF_multisine_tones].real;
+    multisine_check_multisine(unit->settled, rms, lowest, highest, tones, period, DRAWS);
+    return (Signal){
+        .tones = multisine_multisine_components(unit->settled, lowest, highest, tones, period, seed, DRAWS),
+        .rms = rms};
+}
+
+void model_initialise(Model *model, Unit *unit)
+{
+    const Value *values = unit->values;
+    const int experiment = (int)values[REF_excitation_experiment].real;
+    const char *channel = CHANNELS[(int)values[REF_excitation_channel].real];
+    model->base = values[REF_excitation_base].real;
+    model->limit = values[REF_excitation_limit].real;
+    model->difference = model->total = (Signal){0};
+    if (experiment == EXPERIMENT_1 || experiment == EXPERIMENT_2) {
+        const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = paper_paper_channels(
+            unit->settled, experiment, channel);
+        model->difference.square = paper.x0;
+        model->total.square = paper.x1;
+    } else if (experiment == MULTISINE) {
+        const int64_t seed = (int64_t)values[REF_multisine_seed].real;
+        const Signal difference = multisine(unit, values[REF_multisine_rms_difference].real, seed);
+        const Signal total = multisine(unit, values[REF_multisine_rms_sum].real, seed + 1);
+        if (strcmp(channel, "total") != 0)
+            model->difference = difference;
+        if (strcmp(channel, "difference") != 0)
+            model->total = total;
+    }
+    voltages_check_bounds(unit->settled, model->base, model->limit);
+    show(model, unit, 0.0);
+}
+
+void model_advance(Model *model, Unit *unit, double time, double step)
+{
+    show(model, unit, time + step - unit->start_time);
+}
+
+void model_keep(Model *model, Space *space)
+{
+    (void)model;
+    (void)space;
+}
+
+void model_write(const Model *model, Bytes *bytes)
+{
+    (void)model;
+    (void)bytes;
+}
+
+void model_read(Model *model, Bytes *bytes)
+{
+    (void)model;
+    (void)bytes;
+}

@@ -1,0 +1,174 @@
+/* AdaptiveIdentifier between FMI and the translated estimation: which variable goes where. */
+#include "unit.h"
+#include "model.h"
+#include "variables.h"
+
+#include <ctype.h>
+
+enum { AXES = 3, SLOTS = 3, PARAMETERS = sizeof(ModelParameters) / sizeof(double) };
+
+static const char *const AXIS_NAMES[AXES] = {"pitch", "elevation", "travel"};
+static const int WATCHES[AXES] = {REF_watch_pitch, REF_watch_elevation, REF_watch_travel};
+static const int SCORES[AXES] = {REF_score_pitch_1, REF_score_elevation_1, REF_score_travel_1};
+
+struct Model {
+    Plan plan;
+    int watched[AXES]; /* number of effects watched on each axis */
+    bool sampling, warned;
+    Sampled sampled;
+};
+
+const size_t MODEL_SIZE = sizeof(Model);
+
+/* The effect of the catalogue that is called ``name`` on ``axis``; its law has all else off. */
+Candidate find_candidate(Space *space, const char *name, const char *axis)
+{
+    char names[MESSAGE_SIZE] = "";
+    for (size_t i = 0; i < sizeof CANDIDATES / sizeof CANDIDATES[0]; i++) {
+        const Watchable *one = &CANDIDATES[i];
+        if (strcmp(one->axis, axis) != 0)
+            continue;
+        if (strcmp(one->name, name) == 0)
+            return (Candidate){
+                .name = one->name, .axis = one->axis, .law = one->law, .in_rotors = one->in_rotors,
+                .times_gain = one->times_gain};
+        if (strlen(names) + strlen(one->name) + 3 < sizeof names) {
+            strcat(names, names[0] ? ", " : "");
+            strcat(names, one->name);
+        }
+    }
+    refuse(space, "effect '%s' cannot be watched on %s; choose of %s", name, axis, names);
+}
+
+/* Append the names between commas in ``watch.<axis>`` to ``list``; return their number. */
+static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
+{
+    const char *text = unit->values[WATCHES[axis]].text, *at = text;
+    int count = 0;
+    while (*at) {
+        const size_t length = strcspn(at, ",");
+        size_t first = 0, beyond = length;
+        while (first < beyond && isspace((unsigned char)at[first]))
+            first++;
+        while (beyond > first && isspace((unsigned char)at[beyond - 1]))
+            beyond--;
+        if (beyond > first) {
+            char *name = space_take(unit->settled, (int64_t)(beyond - first) + 1, 1);
+            memcpy(name, at + first, beyond - first);
+            name[beyond - first] = '\0';
+            push_List_Row_s_s(unit->settled, list, (Row_s_s){name, AXIS_NAMES[axis]});
+            count++;
+        }
+        at += length + (at[length] == ',');
+    }
+    if (count > SLOTS)
+        refuse(
+            unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text, count,
+            SLOTS);
+    return count;
+}
+
+static void show(Model *model, Unit *unit, const IdentifierOutput *output)
+{
+    const double *estimates = &output->parameters.a_wx, *errors = &output->standard_errors.a_wx;
+    for (int i = 0; i < PARAMETERS; i++) {
+        unit->values[REF_a_wx + i].real = estimates[i];
+        unit->values[REF_standard_error_a_wx + i].real = errors[i];
+        const char *physical = VARIABLES[REF_a_wx + i].physical_unit;
+        unit->values[REF_determined_a_wx + i].real = estimate_determined(estimates[i], errors[i], physical);
+    }
+    const double sigma[AXES] = {output->sigma.x0, output->sigma.x1, output->sigma.x2};
+    const double feedback[AXES] = {output->feedback.x0, output->feedback.x1, output->feedback.x2};
+    const double excitation[AXES] = {output->excitation.x0, output->excitation.x1, output->excitation.x2};
+    const bool closed = feedback_is_closed(output->feedback);
+    int64_t next = 0;
+    for (int axis = 0; axis < AXES; axis++) {
+        unit->values[REF_sigma_pitch + axis].real = sigma[axis];
+        unit->values[REF_excitation_pitch + axis].real = excitation[axis];
+        unit->values[REF_feedback_pitch + axis].real = feedback[axis];
+        for (int slot = 0; slot < model->watched[axis] && next < output->scores.count; slot++)
+            unit->values[SCORES[axis] + slot].real = output->scores.at[next++].score;
+    }
+    unit->values[REF_motor_lag].real = output->lag.value;
+    unit->values[REF_standard_error_motor_lag].real = output->lag.standard_error;
+    unit->values[REF_closed_loop].real = closed;
+    if (closed && !model->warned && !model->plan.predictor.some) {
+        model->warned = true;
+        unit_say(
+            unit, WARNING,
+            "the voltages follow the measured angles: a controller closes the loop. The paper's adaptation is wrong "
+            "there by more than its standard errors say; set method to prediction_error");
+    }
+}
+
+void model_initialise(Model *model, Unit *unit)
+{
+    const Value *values = unit->values;
+    const double hold = values[REF_adaptation_hold_time].real;
+    IdentifierSettings settings = settings_default_settings(unit->settled);
+    set_IdentifierSettings(&settings, values);
+    settings.method = values[REF_method].text;
+    if (!(hold < 0.0))
+        settings.hold_time = (Maybe_f){true, hold};
+    if (values[REF_pitch_rest_angle_known].real != 0.0)
+        settings.rest_angle = (Maybe_f){true, values[REF_pitch_rest_angle].real};
+    for (int axis = 0; axis < AXES; axis++)
+        model->watched[axis] = watched_on(unit, axis, &settings.watched);
+    settings_IdentifierSettings__post_init(unit->settled, &settings);
+    model->plan = plan_prepare(unit->settled, &settings);
+    model->sampling = model->warned = false;
+    const IdentifierOutput first = state_before_samples(&model->plan);
+    show(model, unit, &first);
+}
+
+void model_advance(Model *model, Unit *unit, double time, double step)
+{
+    const Value *values = unit->values;
+    const Row5 now = {
+        values[REF_v_front].real, values[REF_v_rear].real, values[REF_pitch].real, values[REF_elevation].real,
+        values[REF_travel].real};
+    (void)step;
+    if (!model->sampling) {
+        model->sampled = sampled_begin_sampling(unit->space, time, now, &model->plan);
+        model->sampling = true;
+        return;
+    }
+    const Row_Sampled_Maybe_IdentifierOutput next = sampled_take_samples(
+        unit->space, &model->sampled, time, now, &model->plan);
+    if (next.x1.some) {
+        const double *estimates = &next.x1.value.parameters.a_wx;
+        double total = 0.0;
+        for (int i = 0; i < PARAMETERS; i++)
+            total += estimates[i];
+        if (!isfinite(total))
+            refuse(
+                unit->space,
+                "the estimate is no longer finite in the step from t = %g s; the inputs (voltages [V] and angles "
+                "[rad]) were %g, %g, %g, %g, %g",
+                time, now.x0, now.x1, now.x2, now.x3, now.x4);
+        show(model, unit, &next.x1.value);
+    }
+    model->sampled = next.x0;
+}
+
+void model_keep(Model *model, Space *space)
+{
+    if (model->sampling)
+        keep_Sampled(space, &model->sampled);
+}
+
+void model_write(const Model *model, Bytes *bytes)
+{
+    write_bool(bytes, &model->sampling);
+    write_bool(bytes, &model->warned);
+    if (model->sampling)
+        write_Sampled(bytes, &model->sampled);
+}
+
+void model_read(Model *model, Bytes *bytes)
+{
+    read_bool(bytes, &model->sampling);
+    read_bool(bytes, &model->warned);
+    if (model->sampling)
+        read_Sampled(bytes, &model->sampled);
+}

@@ -1,0 +1,71 @@
+/* PidController between FMI and the translated model: which variable goes where. */
+#include "unit.h"
+#include "model.h"
+#include "variables.h"
+
+static const double EARLY = 1e-9; /* [s]; communication points k H have rounding errors */
+
+struct Model {
+    PidSettings settings;
+    Row3 rises;
+    double step_time;
+    bool running;
+    PidState state;
+};
+
+const size_t MODEL_SIZE = sizeof(Model);
+
+static void show(const Model *model, Unit *unit, double v_front, double v_rear)
+{
+    unit->values[REF_v_front].real = motor_saturate(v_front, model->settings.voltage_limit);
+    unit->values[REF_v_rear].real = motor_saturate(v_rear, model->settings.voltage_limit);
+}
+
+void model_initialise(Model *model, Unit *unit)
+{
+    const Value *values = unit->values;
+    set_PidSettings(&model->settings, values);
+    model->rises = (Row3){
+        values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
+        values[REF_reference_step_travel].real};
+    model->step_time = values[REF_reference_step_time].real - EARLY;
+    model->running = false;
+    show(model, unit, 0.5 * model->settings.trim, 0.5 * model->settings.trim);
+}
+
+void model_advance(Model *model, Unit *unit, double time, double step)
+{
+    const Value *values = unit->values;
+    const double pitch = values[REF_pitch].real, elevation = values[REF_elevation].real;
+    const double travel = values[REF_travel].real;
+    const Row3 given = {
+        values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
+    const Row3 references = control_risen(given, model->rises, time - unit->start_time, model->step_time);
+    const PidState state = model->running ? model->state : control_start_pid(pitch, elevation, travel);
+    const Row_PidState_Row2 next = control_pid_step(
+        &state, pitch, elevation, travel, references, step, &model->settings);
+    model->state = next.x0;
+    model->running = true;
+    show(
+        model, unit, next.x1.x0 + values[REF_excitation_front].real, next.x1.x1 + values[REF_excitation_rear].real);
+}
+
+void model_keep(Model *model, Space *space)
+{
+    (void)model;
+    (void)space;
+}
+
+void model_write(const Model *model, Bytes *bytes)
+{
+    write_bool(bytes, &model->running);
+    if (model->running)
+        write_PidState(bytes, &model->state);
+}
+
+void model_read(Model *model, Bytes *bytes)
+{
+    read_bool(bytes, &model->running);
+    if (model->running)
+        read_PidState(bytes, &model->state);
+}

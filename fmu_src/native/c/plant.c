@@ -1,0 +1,74 @@
+/* HelicopterPlant between FMI and the translated model: which variable goes where. */
+#include "unit.h"
+#include "model.h"
+#include "variables.h"
+
+struct Model {
+    PlantParameters parameters;
+    double delay, longest_step;
+    EncoderCounts counts;
+    PlantMemory memory;
+};
+
+const size_t MODEL_SIZE = sizeof(Model);
+
+static void publish(const Model *model, Unit *unit)
+{
+    const Shown shown = communication_shown(&model->memory.state, &model->counts);
+    unit->values[REF_pitch].real = shown.pitch;
+    unit->values[REF_elevation].real = shown.elevation;
+    unit->values[REF_travel].real = shown.travel;
+    unit->values[REF_pitch_rate].real = shown.pitch_rate;
+    unit->values[REF_elevation_rate].real = shown.elevation_rate;
+    unit->values[REF_travel_rate].real = shown.travel_rate;
+}
+
+void model_initialise(Model *model, Unit *unit)
+{
+    const Value *values = unit->values;
+    const bool enabled = values[REF_encoder_enabled].real != 0.0;
+    set_PlantParameters(&model->parameters, values);
+    if (laws_motor_time_constant(&model->parameters) < 0.0)
+        refuse(
+            unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",
+            laws_motor_time_constant(&model->parameters));
+    model->delay = laws_input_delay(&model->parameters);
+    model->longest_step = values[REF_solver_step].real;
+    if (enabled)
+        set_EncoderCounts(&model->counts, values);
+    const Row3 rates = {
+        values[REF_initial_pitch_rate].real, values[REF_initial_elevation_rate].real,
+        values[REF_initial_travel_rate].real};
+    const PlantState first = state_start_state(
+        values[REF_initial_pitch].real, values[REF_initial_elevation].real, values[REF_initial_travel].real,
+        values[REF_initial_v_front].real, values[REF_initial_v_rear].real, rates);
+    model->memory = communication_begin(&first, &model->parameters);
+    publish(model, unit);
+}
+
+void model_advance(Model *model, Unit *unit, double time, double step)
+{
+    const Value *values = unit->values;
+    const PlantMemory next = communication_communicate(
+        unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real, values[REF_mass_position].real,
+        time, unit->start_time, step, model->longest_step, model->delay, &model->parameters);
+    if (!communication_is_finite(&next.state))
+        refuse(unit->space, "the plant leaves the finite range in the step from t = %g s", time);
+    model->memory = next;
+    publish(model, unit);
+}
+
+void model_keep(Model *model, Space *space)
+{
+    keep_PlantMemory(space, &model->memory);
+}
+
+void model_write(const Model *model, Bytes *bytes)
+{
+    write_PlantMemory(bytes, &model->memory);
+}
+
+void model_read(Model *model, Bytes *bytes)
+{
+    read_PlantMemory(bytes, &model->memory);
+}

@@ -1,0 +1,114 @@
+#include "space.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ALIGNMENT = 16, SMALLEST_CHUNK = 1 << 16 };
+
+struct Chunk {
+    Chunk *next;
+    size_t size, used;
+    unsigned char *at;
+};
+
+void *space_take(Space *space, int64_t count, size_t element)
+{
+    const size_t wanted = ((size_t)count * element + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    Chunk *chunk = space->chunks;
+    if (count < 0 || (size_t)count > SIZE_MAX / 2 / element)
+        refuse(space, "a list of %lld elements is longer than memory", (long long)count);
+    if (!chunk || chunk->size - chunk->used < wanted) {
+        const size_t doubled = chunk ? 2 * chunk->size : SMALLEST_CHUNK;
+        const size_t size = wanted > doubled ? wanted : doubled;
+        Chunk *more = malloc(sizeof *more + ALIGNMENT + size);
+        if (!more)
+            refuse(space, "there is no memory left: %zu bytes were asked for", size);
+        more->next = chunk;
+        more->size = size;
+        more->used = 0;
+        more->at = (unsigned char *)(((uintptr_t)(more + 1) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT);
+        space->chunks = chunk = more;
+    }
+    void *room = chunk->at + chunk->used;
+    chunk->used += wanted;
+    space->taken += wanted;
+    return room;
+}
+
+static void free_chunks(Chunk *chunk)
+{
+    while (chunk) {
+        Chunk *next = chunk->next;
+        free(chunk);
+        chunk = next;
+    }
+}
+
+void space_empty(Space *space)
+{
+    if (space->chunks) { /* the newest is the largest */
+        free_chunks(space->chunks->next);
+        space->chunks->next = NULL;
+        space->chunks->used = 0;
+    }
+    space->taken = 0;
+}
+
+void space_free(Space *space)
+{
+    free_chunks(space->chunks);
+    space->chunks = NULL;
+    space->taken = 0;
+}
+
+void refuse(Space *space, const char *format, ...)
+{
+    va_list values;
+    va_start(values, format);
+    vsnprintf(space->message, sizeof space->message, format, values);
+    va_end(values);
+    longjmp(*space->back, 1);
+}
+
+/* Python writes 1e-05 and 1e+16 with an exponent and all between with a point. */
+void write_shortest(char text[NUMBER_SIZE], double value)
+{
+    if (!isfinite(value)) {
+        snprintf(text, NUMBER_SIZE, "%s", isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf");
+        return;
+    }
+    int digits = 0;
+    do
+        snprintf(text, NUMBER_SIZE, "%.*e", digits, value);
+    while (++digits < 17 && strtod(text, NULL) != value);
+    const int exponent = atoi(strchr(text, 'e') + 1);
+    if (exponent >= -4 && exponent < 16) {
+        const int decimals = digits - 1 - exponent;
+        snprintf(text, NUMBER_SIZE, "%.*f", decimals > 1 ? decimals : 1, value);
+    }
+}
+
+const char *shortest(Space *space, double value)
+{
+    char *text = space_take(space, NUMBER_SIZE, 1);
+    write_shortest(text, value);
+    return text;
+}
+
+void write_bytes(Bytes *bytes, const void *from, size_t size)
+{
+    if (bytes->at)
+        memcpy(bytes->at + bytes->used, from, size);
+    bytes->used += size;
+}
+
+void read_bytes(Bytes *bytes, void *to, size_t size)
+{
+    if (size > bytes->size - bytes->used)
+        refuse(bytes->space, "these bytes are no state of this unit");
+    memcpy(to, bytes->at + bytes->used, size);
+    bytes->used += size;
+}

@@ -1,0 +1,313 @@
+#include "unit.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double LONGEST_STEP = 1e9; /* [s]; this also keeps infinity out */
+enum { UNTIDY = 1 << 16 };              /* bytes beyond twice the live ones at which the space is tidied up */
+
+Status unit_say(Unit *unit, Status status, const char *format, ...)
+{
+    char message[MESSAGE_SIZE + 256];
+    va_list values;
+    va_start(values, format);
+    vsnprintf(message, sizeof message, format, values);
+    va_end(values);
+    unit->report(unit, status, message);
+    return status;
+}
+
+char *unit_copied(const char *text)
+{
+    char *copy = malloc(strlen(text) + 1);
+    return copy ? strcpy(copy, text) : NULL;
+}
+
+/* From the first call to the last */
+
+static bool set_starts(Unit *unit)
+{
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        unit->values[i].real = VARIABLES[i].start;
+        free(unit->values[i].text);
+        unit->values[i].text = VARIABLES[i].kind == STRING ? unit_copied(VARIABLES[i].text) : NULL;
+        if (VARIABLES[i].kind == STRING && !unit->values[i].text)
+            return false;
+        unit->refused[i] = false;
+    }
+    unit->refused_count = 0;
+    unit->start_time = unit->time = 0.0;
+    unit->phase = INSTANTIATED;
+    unit->outdated = unit->failed = unit->initialised = false;
+    return true;
+}
+
+Unit *unit_new(const char *name, Reporter report, void *host)
+{
+    Unit *unit = calloc(1, sizeof *unit);
+    if (!unit)
+        return NULL;
+    unit->values = calloc(VARIABLE_COUNT, sizeof *unit->values);
+    unit->refused = calloc(VARIABLE_COUNT, sizeof *unit->refused);
+    unit->refused_as = calloc(VARIABLE_COUNT, sizeof *unit->refused_as);
+    unit->space = calloc(1, sizeof *unit->space);
+    unit->spare = calloc(1, sizeof *unit->spare);
+    unit->settled = calloc(1, sizeof *unit->settled);
+    unit->model = calloc(1, MODEL_SIZE);
+    unit->name = unit_copied(name ? name : "");
+    unit->report = report;
+    unit->host = host;
+    if (!unit->values || !unit->refused || !unit->refused_as || !unit->space || !unit->spare || !unit->settled ||
+        !unit->model || !unit->name || !set_starts(unit)) {
+        unit_free(unit);
+        return NULL;
+    }
+    return unit;
+}
+
+static void free_space(Space *space)
+{
+    if (space)
+        space_free(space);
+    free(space);
+}
+
+void unit_free(Unit *unit)
+{
+    if (!unit)
+        return;
+    for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
+        free(unit->values[i].text);
+    free(unit->values);
+    free(unit->refused);
+    free(unit->refused_as);
+    free_space(unit->space);
+    free_space(unit->spare);
+    free_space(unit->settled);
+    free(unit->model);
+    free(unit->name);
+    free(unit);
+}
+
+Status unit_reset(Unit *unit)
+{
+    space_empty(unit->space);
+    space_empty(unit->settled);
+    memset(unit->model, 0, MODEL_SIZE);
+    if (!set_starts(unit))
+        return unit_say(unit, ERROR, "reset: there is no memory left");
+    return OK;
+}
+
+Status unit_prepare(Unit *unit, const char *call)
+{
+    jmp_buf back;
+    unit->initialised = false;
+    unit->space->back = unit->settled->back = &back;
+    unit->space->message[0] = unit->settled->message[0] = '\0';
+    space_empty(unit->space);
+    space_empty(unit->settled);
+    memset(unit->model, 0, MODEL_SIZE);
+    if (setjmp(back)) {
+        const char *reason = unit->space->message[0] ? unit->space->message : unit->settled->message;
+        return unit_say(unit, DISCARD, "%s: %s", call, reason);
+    }
+    model_initialise(unit->model, unit);
+    unit->live = 0;
+    unit->outdated = false;
+    unit->initialised = true;
+    return OK;
+}
+
+static const char *const PHASES[] = {"instantiated", "initialising", "stepping", "terminated"};
+
+static Status wrong_phase(Unit *unit, const char *call)
+{
+    return unit_say(unit, ERROR, "%s is not allowed while the unit is %s", call, PHASES[unit->phase]);
+}
+
+Status unit_setup(Unit *unit, double start_time)
+{
+    if (unit->phase != INSTANTIATED)
+        return wrong_phase(unit, "setting up the experiment");
+    if (!isfinite(start_time))
+        return unit_say(unit, ERROR, "setup: the start time %g s is not finite", start_time);
+    unit->start_time = unit->time = start_time;
+    return OK;
+}
+
+Status unit_enter_initialisation(Unit *unit)
+{
+    if (unit->phase != INSTANTIATED)
+        return wrong_phase(unit, "entering the initialisation");
+    unit->phase = INITIALISING;
+    unit->outdated = true;
+    return OK;
+}
+
+Status unit_exit_initialisation(Unit *unit)
+{
+    if (unit->phase != INITIALISING)
+        return wrong_phase(unit, "leaving the initialisation");
+    unit->phase = STEPPING;
+    unit->outdated = false;
+    if (unit_prepare(unit, "exitInitializationMode") != OK) {
+        unit->failed = true;
+        return ERROR;
+    }
+    return OK;
+}
+
+Status unit_terminate(Unit *unit)
+{
+    unit->phase = TERMINATED;
+    return OK;
+}
+
+/* Steps */
+
+/* Write why a value is refused. */
+static const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE])
+{
+    const Variable *variable = &VARIABLES[reference];
+    const char *blank = variable->physical_unit[0] ? " " : "";
+    char text[NUMBER_SIZE];
+    if (variable->kind == REAL)
+        write_shortest(text, value);
+    else
+        snprintf(text, sizeof text, "%.0f", value);
+    snprintf(
+        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name, text, blank,
+        variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
+    return reason;
+}
+
+static Status refuse_step(Unit *unit, double time, double step)
+{
+    char reason[MESSAGE_SIZE];
+    if (unit->phase != STEPPING)
+        return unit_say(
+            unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
+            PHASES[unit->phase], time);
+    if (unit->failed)
+        return unit_say(unit, DISCARD, "doStep: the initialisation failed; reset the unit");
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        if (unit->refused[i])
+            return unit_say(
+                unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time,
+                out_of_range(i, unit->refused_as[i], reason));
+    }
+    return unit_say(
+        unit, DISCARD, "doStep: communication step = %g s at t = %g s must be positive and below %g s", step, time,
+        LONGEST_STEP);
+}
+
+/* Copy what lives to the spare space and take the rest back. */
+static void tidy(Unit *unit)
+{
+    Space *old = unit->space;
+    space_empty(unit->spare);
+    unit->spare->back = old->back;
+    model_keep(unit->model, unit->spare);
+    unit->space = unit->spare;
+    unit->spare = old;
+    unit->live = unit->space->taken;
+}
+
+Status unit_step(Unit *unit, double time, double step)
+{
+    jmp_buf back;
+    if (unit->phase != STEPPING || unit->refused_count || unit->failed || !(step > 0.0 && step < LONGEST_STEP) ||
+        !isfinite(time))
+        return refuse_step(unit, time, step);
+    unit->space->back = unit->settled->back = &back;
+    if (setjmp(back))
+        return unit_say(unit, DISCARD, "doStep: %s", unit->space->message);
+    if (unit->space->taken > 2 * unit->live + UNTIDY)
+        tidy(unit);
+    model_advance(unit->model, unit, time, step);
+    unit->time = time + step;
+    return OK;
+}
+
+/* Values */
+
+static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
+
+static bool known(Unit *unit, Kind kind, uint32_t reference, Status *status)
+{
+    if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
+        return true;
+    *status = unit_say(unit, ERROR, "no %s variable has value reference %lu", KINDS[kind], (unsigned long)reference);
+    return false;
+}
+
+static bool open_to_set(Unit *unit, uint32_t reference, Status *status)
+{
+    const Variable *variable = &VARIABLES[reference];
+    const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
+    if (variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable)))
+        return true;
+    *status = unit_say(
+        unit, ERROR, "%s %s; the value was ignored", variable->name,
+        variable->causality == OUTPUT ? "is an output" : "is fixed once initialisation has ended");
+    return false;
+}
+
+Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
+{
+    Status status = OK;
+    if (!known(unit, kind, reference, &status) || !open_to_set(unit, reference, &status))
+        return status;
+    const Variable *variable = &VARIABLES[reference];
+    if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
+        unit->refused_count += !unit->refused[reference];
+        unit->refused[reference] = true;
+        unit->refused_as[reference] = value;
+        char reason[MESSAGE_SIZE];
+        return unit_say(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
+    }
+    if (unit->refused[reference]) {
+        unit->refused[reference] = false;
+        unit->refused_count--;
+    }
+    unit->values[reference].real = value;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
+{
+    Status status = OK;
+    if (!known(unit, STRING, reference, &status) || !open_to_set(unit, reference, &status))
+        return status;
+    char *copy = text ? unit_copied(text) : NULL;
+    if (!copy)
+        return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
+    free(unit->values[reference].text);
+    unit->values[reference].text = copy;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
+{
+    Status status = OK;
+    if (!known(unit, kind, reference, &status))
+        return status;
+    if (unit->outdated)
+        status = unit_prepare(unit, "get");
+    *value = unit->values[reference].real;
+    return status;
+}
+
+Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
+{
+    Status status = OK;
+    if (known(unit, STRING, reference, &status))
+        *text = unit->values[reference].text;
+    return status;
+}

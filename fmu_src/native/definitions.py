@@ -1,0 +1,162 @@
+"""The native twins of the units: which functions are translated and which variables they read."""
+
+from __future__ import annotations
+
+from heli_identifier.online import (
+    WATCHABLE,
+    Candidate,
+    IdentifierSettings,
+    ModelParameters,
+    Sampled,
+    before_samples,
+    begin_sampling,
+    candidate,
+    default_settings,
+    determined,
+    is_closed,
+    prepare,
+    take_samples,
+)
+from heli_identifier.online.excitation import (
+    SquareChirp,
+    check_bounds,
+    check_multisine,
+    combined,
+    multisine_components,
+    multisine_value,
+    paper_channels,
+    phases,
+)
+from heli_plant import communication, control, laws, motor, plant, state
+from heli_plant.encoders import EncoderCounts
+from heli_plant.parameters import PARAMETERS, PlantParameters
+
+from .definition import Definition
+from .translator import choose
+
+
+def plant_twin() -> Definition:
+    """HelicopterPlant."""
+    return Definition(
+        "plant.c",
+        (
+            communication.begin,
+            (communication.communicate, plant.step, plant.arriving),
+            communication.is_finite,
+            communication.shown,
+            state.start_state,
+            (laws.motor_time_constant, PlantParameters),
+            (laws.input_delay, PlantParameters),
+        ),
+        {
+            PlantParameters: {row.field: row.name for row in PARAMETERS},
+            EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
+        },
+        (communication.PlantMemory,),
+    )
+
+
+def identifier_twin() -> Definition:
+    """AdaptiveIdentifier; the law of every effect that can be watched becomes a function of its own."""
+    watchable = [candidate(name, axis) for axis, names in WATCHABLE.items() for name in names]
+    functions = tuple(dict.fromkeys(one.law for one in watchable))
+    choose(Candidate, "law", functions)
+    rows = "\n".join(
+        f'    {{"{one.name}", "{one.axis}", {functions.index(one.law)}, {_c(one.in_rotors)}, {_c(one.times_gain)}}},'
+        for one in watchable
+    )
+    table = (
+        "/* Effects that can be watched: name, axis, law, in_rotors, times_gain. */\n"
+        "typedef struct {\n    const char *name, *axis;\n    int64_t law;\n    bool in_rotors, times_gain;\n"
+        f"}} Watchable;\n\nstatic const Watchable CANDIDATES[] = {{\n{rows}\n}};\n"
+    )
+    settings = {
+        "sample_time": "sample.time",
+        "filter_frequency": "filter.frequency",
+        "filter_damping": "filter.damping",
+        "initial_gain": "adaptation.initial_gain",
+        "gain_limit": "adaptation.gain_limit",
+        "forgetting": "adaptation.forgetting",
+        "motor_time_constant": "motor.time_constant",
+        "lag_estimated": "motor.lag_estimated",
+        "voltage_limit": "motor.voltage_limit",
+        "excitation_window": "excitation.window",
+        "report_interval": "report.interval",
+        **{f"initial.{name}": f"initial.{name}" for name in ModelParameters._fields},
+    }
+    return Definition(
+        "identifier.c",
+        (
+            take_samples,
+            begin_sampling,
+            before_samples,
+            prepare,
+            default_settings,
+            determined,
+            is_closed,
+            (IdentifierSettings.__post_init__, IdentifierSettings),
+        ),
+        {IdentifierSettings: settings},
+        (Sampled,),
+        {candidate: "find_candidate"},
+        table,
+    )
+
+
+def _c(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def controller_twin() -> Definition:
+    """PidController."""
+    gains = {
+        f"{axis}.{gain}": f"{axis}.{gain}"
+        for axis in ("pitch", "elevation", "travel")
+        for gain in control.AxisGains._fields
+    }
+    settings = {
+        "travel_enabled": "travel.enabled",
+        "trim": "trim",
+        "pitch_limit": "travel.pitch_limit",
+        "rate_time_constant": "rate.time_constant",
+        "voltage_limit": "voltage_limit",
+    }
+    return Definition(
+        "pid.c",
+        (control.pid_step, control.start_pid, control.risen, motor.saturate),
+        {control.PidSettings: {**gains, **settings}},
+        (control.PidState,),
+    )
+
+
+def exciter_twin() -> Definition:
+    """Exciter."""
+    return Definition(
+        "exciter.c",
+        (
+            (SquareChirp.at, SquareChirp),
+            paper_channels,
+            check_multisine,
+            multisine_components,
+            multisine_value,
+            check_bounds,
+            combined,
+        ),
+        externals={phases: "phases"},
+        files=("mersenne.c",),
+    )
+
+
+def player_twin() -> Definition:
+    """LogPlayer, whose file is read in C."""
+    return Definition("player.c", files=("log_file.h", "log_file.c"))
+
+
+DEFINITIONS = {
+    "HelicopterPlant": plant_twin,
+    "AdaptiveIdentifier": identifier_twin,
+    "PidController": controller_twin,
+    "Exciter": exciter_twin,
+    "LogPlayer": player_twin,
+}
+"""By the unit's name."""

@@ -1,0 +1,80 @@
+"""All sources of a native unit, and the description by which an importer compiles them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.resources import files
+from xml.etree.ElementTree import Element, SubElement
+
+from ..packaging import xml_text
+from ..slave_base import SlaveBase
+from ..variables import Value
+from .definition import Definition
+from .definitions import DEFINITIONS
+from .tables import variables_header, variables_source
+from .translator import Struct, Translation, header, persistence, source
+
+RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c")
+"""Files in C that every unit has."""
+
+HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+           3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
+"""Headers of the standard, which fmpy carries."""
+
+
+@cache
+def _model(unit: str) -> tuple[Definition, str, str]:
+    """Return the definition of a unit, model.h and model.c: the translation of its functions."""
+    definition = DEFINITIONS[unit]()
+    translation = Translation(dict(definition.externals))
+    entries = []
+    for entry in definition.entries:
+        function, *bound = entry if isinstance(entry, tuple) else (entry,)
+        entries.append(translation.entry(function, *bound))
+    for kind in (*definition.settings, *definition.memory):
+        translation.use(Struct(kind))
+    external = set(definition.externals.values())
+    written = [f"{unit.head};" for unit in translation.units.values() if unit.name in external]
+    memory = persistence([Struct(kind) for kind in definition.memory], translation)
+    more = "\n".join([*written, memory, definition.more])
+    return (
+        definition,
+        header(translation, "MODEL_H", entries, more),
+        source(entries, "model.h", external),
+    )
+
+
+def native_sources(unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, fmi: int) -> dict[str, str]:
+    """Return every source of a unit by its file name.
+
+    Raises
+    ------
+    Untranslatable
+        A function that the unit needs uses a form of Python that has no translation: file, line, reason.
+    """
+    definition, model_header, model_source = _model(unit.__name__)
+    own = (*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files)
+    found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
+    found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
+    found["model.h"], found["model.c"] = model_header, model_source
+    found["variables.h"] = variables_header(unit, definition)
+    found["variables.c"] = variables_source(unit, start_values, unit.__name__, token)
+    return dict(sorted(found.items()))
+
+
+def compiled_files(sources: Mapping[str, str]) -> list[str]:
+    """Return the files that are compiled."""
+    return [name for name in sources if name.endswith(".c")]
+
+
+def build_description(identifier: str, sources: Mapping[str, str], fmi: int) -> bytes:
+    """Return sources/buildDescription.xml (FMI 3.0, section 2.5.5; tools read it in FMI 2.0 units as well)."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    listed = SubElement(configuration, "SourceFileSet", language="C11", compilerOptions="-ffp-contract=off")
+    for name in compiled_files(sources):
+        SubElement(listed, "SourceFile", name=name)
+    SubElement(listed, "IncludeDirectory", name=".")
+    SubElement(configuration, "Library", name="m", external="true")
+    return xml_text(root)

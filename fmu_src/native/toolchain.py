@@ -1,0 +1,130 @@
+"""Compilers of the native units: ziglang from PyPI, which compiles for every platform, or the system's own.
+
+Every product and sum is rounded by itself (``-ffp-contract=off``): with contraction most results would differ from
+CPython's in the last bits.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import platform
+import shutil
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..errors import BuildError
+
+FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-s")
+
+
+@dataclass(frozen=True)
+class Platform:
+    """A platform: its folder in FMI 2.0 and 3.0, the suffix of its libraries, and what compiles for it."""
+
+    fmi2: str
+    fmi3: str
+    suffix: str
+    zig_target: str
+    system_compilers: tuple[str, ...]
+    flags: tuple[str, ...]
+
+    def folder(self, fmi: int) -> str:
+        """Folder below ``binaries``."""
+        return self.fmi2 if fmi == 2 else self.fmi3
+
+
+LINUX = Platform("linux64", "x86_64-linux", ".so", "x86_64-linux-gnu.2.17", ("gcc", "clang", "cc"), ("-fPIC",))
+WINDOWS = Platform(
+    "win64", "x86_64-windows", ".dll", "x86_64-windows-gnu", ("x86_64-w64-mingw32-gcc",), ("-static-libgcc",)
+)
+MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos", (), ("-fPIC",))
+ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",), ("-fPIC",))
+ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos", (), ("-fPIC",))
+PLATFORMS = (LINUX, WINDOWS)
+"""Platforms that every native unit is compiled for where a compiler is at hand."""
+
+FURTHER = (MAC, ARM_LINUX, ARM_MAC)
+"""Platforms for which a unit is compiled if it is asked for; FMI 2.0 has no name for those on ARM."""
+
+ADVICE = "install a compiler: pip install 'heli-twin[native]', or gcc and gcc-mingw-w64 of the system"
+
+
+def compiler(target: Platform) -> list[str] | None:
+    """Return the command that compiles for a platform, or None if there is none.
+
+    For Linux ziglang comes first, because its binaries run with older C libraries than that of this machine. For
+    Windows the system's compiler does, because ziglang's first build for a platform takes half a minute.
+    """
+    zig = None
+    if importlib.util.find_spec("ziglang") is not None:
+        zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+    if zig is not None and target is LINUX:
+        return zig
+    own = target is not LINUX or (sys.platform == "linux" and platform.machine() == "x86_64")
+    for name in target.system_compilers:
+        found = shutil.which(name)
+        if found and own:
+            return [found]
+    return zig
+
+
+def without_compiler(all_platforms: bool = False) -> str | None:
+    """Return one sentence on the platforms that there is no compiler for, or None."""
+    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
+    missing = [target.fmi2 or target.fmi3 for target in wanted if compiler(target) is None]
+    if not missing:
+        return None
+    return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {ADVICE}."
+
+
+def runs_here() -> bool:
+    """Whether the units are built for this machine."""
+    here = {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
+    return here is not None and compiler(here) is not None
+
+
+def compiled(
+    sources: Mapping[str, str], files: Sequence[str], target: Platform, library: str, flags: Sequence[str] = ()
+) -> bytes:
+    """Return the shared library of these sources for a platform.
+
+    Raises
+    ------
+    BuildError
+        There is no compiler, or it fails: its message.
+    """
+    command = compiler(target)
+    if command is None:
+        raise BuildError(f"there is no C compiler for {target.fmi2 or target.fmi3}; {ADVICE}")
+    with TemporaryDirectory(prefix="heli-native-") as folder:
+        for name, text in sources.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        own = [*FLAGS, *target.flags, *flags]
+        if target.suffix == ".dll":
+            own.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
+        done = subprocess.run(
+            [*command, *own, "-o", library, *files, "-lm"], cwd=folder, capture_output=True, text=True, check=False
+        )
+        if done.returncode != 0:
+            raise BuildError(f"{command[0]} cannot compile {library}: {done.stderr.strip()[-1000:]}")
+        return Path(folder, library).read_bytes()
+
+
+def binaries(
+    sources: Mapping[str, str], files: Sequence[str], identifier: str, fmi: int, all_platforms: bool = False
+) -> dict[str, bytes]:
+    """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
+    wanted = (*PLATFORMS, *FURTHER) if all_platforms else PLATFORMS
+    targets = [target for target in wanted if target.folder(fmi) and compiler(target) is not None]
+
+    def entry(target: Platform) -> tuple[str, bytes]:
+        name = f"{identifier}{target.suffix}"
+        return f"binaries/{target.folder(fmi)}/{name}", compiled(sources, files, target, name)
+
+    with ThreadPoolExecutor() as pool:
+        return dict(pool.map(entry, targets))

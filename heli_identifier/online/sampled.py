@@ -1,0 +1,59 @@
+"""The identifier between communication points: it samples at its own period, whatever step its host takes.
+
+Sample k is due at t_0 + k h. At a communication point t the samples that are due are taken in; one between two points
+has the angles of the straight line between them and the voltages held since the earlier one.
+"""
+
+from typing import NamedTuple
+
+from .identifier import start, step
+from .plan import Plan
+from .state import IdentifierOutput, IdentifierState
+
+_EARLY = 1e-6
+"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
+
+Sample = tuple[float, float, float, float, float]
+"""Front and rear voltage [V]; pitch, elevation, travel [rad]."""
+
+
+class Sampled(NamedTuple):
+    """State of the identifier; times [s] of sample 0 and of the communication point before; what was read there."""
+
+    state: IdentifierState
+    first: float
+    before: float
+    previous: Sample
+
+
+def begin_sampling(time: float, now: Sample, plan: Plan) -> Sampled:
+    """Return what is remembered after sample 0, which is ``now`` at ``time`` [s]."""
+    v_front, v_rear, pitch, elevation, travel = now
+    return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel), time, time, now)
+
+
+def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput | None]:
+    """Take in the samples that are due up to ``time`` [s], at which ``now`` is read.
+
+    Returns
+    -------
+    sampled : Sampled
+    output : IdentifierOutput or None
+        None if no sample was due.
+    """
+    state, first, before, previous = sampled
+    period = plan.settings.sample_time
+    instant = _EARLY * period
+    output: IdentifierOutput | None = None
+    due = first + (state.samples + 1) * period
+    while due <= time + instant:
+        v_front, v_rear, pitch, elevation, travel = now
+        if due < time - instant:
+            v_front, v_rear, pitch_0, elevation_0, travel_0 = previous
+            share = (due - before) / (time - before)
+            pitch = pitch_0 + share * (pitch - pitch_0)
+            elevation = elevation_0 + share * (elevation - elevation_0)
+            travel = travel_0 + share * (travel - travel_0)
+        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
+        due = first + (state.samples + 1) * period
+    return Sampled(state, first, time, now), output

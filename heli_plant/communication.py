@@ -1,0 +1,111 @@
+"""One communication step of the plant: equal integration steps under held, delayed and possibly quantised signals.
+
+    steps = ceil(H / h_max),    h = H / steps,    state at t_k + i h,    i = 0 .. steps
+
+This is what a unit does between two communication points, as pure functions; the units in Python and in C run it.
+"""
+
+from math import ceil, isfinite
+from typing import NamedTuple
+
+from .delay import remember
+from .encoders import EncoderCounts, quantise
+from .parameters import PlantParameters
+from .plant import measured_angles, rigid_start
+from .state import PlantState
+
+_ROUNDING = 1e-9
+"""Share of a step by which H may exceed a whole number of longest steps: H has rounding errors."""
+
+
+class PlantMemory(NamedTuple):
+    """What a unit remembers between communication steps.
+
+    The state, and the instants [s] from which voltages [V] (front, rear) were held, as far back as the input delay
+    reaches; both are empty without one.
+    """
+
+    state: PlantState
+    since: list[float]
+    held: list[tuple[float, float]]
+
+
+class Shown(NamedTuple):
+    """Angles [rad] as the encoders read them, and rates [rad/s]."""
+
+    pitch: float
+    elevation: float
+    travel: float
+    pitch_rate: float
+    elevation_rate: float
+    travel_rate: float
+
+
+def begin(first: PlantState, p: PlantParameters) -> PlantMemory:
+    """Return the memory at the start; the elevation of ``first`` is what the encoder reads."""
+    return PlantMemory(rigid_start(first, p), [], [])
+
+
+def communicate(
+    memory: PlantMemory,
+    v_front: float,
+    v_rear: float,
+    mass_command: float,
+    time: float,
+    start_time: float,
+    step_size: float,
+    longest: float,
+    delay: float,
+    p: PlantParameters,
+    step,
+    arriving,
+) -> PlantMemory:
+    """Return the memory one communication step later.
+
+    Parameters
+    ----------
+    memory : PlantMemory
+    v_front, v_rear : float
+        Voltages held over the step [V].
+    mass_command : float
+        Commanded position of the ADO's mass [m].
+    time, start_time, step_size : float
+        Communication point, start of the record, and communication step H [s].
+    longest : float
+        Longest integration step [s].
+    delay : float
+        Input delay of ``p`` [s].
+    p : PlantParameters
+    step, arriving : callable
+        :func:`heli_plant.plant.step` and :func:`heli_plant.plant.arriving`, or what they are for ``p`` alone.
+    """
+    state, since, held = memory
+    if delay > 0.0:
+        since, held = remember(since, held, time, v_front, v_rear, delay)
+    steps = max(ceil(step_size / longest - _ROUNDING), 1)
+    h = step_size / steps
+    record_time = time - start_time
+    for k in range(steps):
+        if delay > 0.0:
+            v_front, v_rear = arriving(since, held, len(since) - 1, time + k * h, h, p)
+        state = step(state, v_front, v_rear, mass_command, record_time + k * h, h, p)
+    return PlantMemory(state, since, held)
+
+
+def is_finite(state: PlantState) -> bool:
+    """Whether every number of the state is finite."""
+    th, ep, la, w1, w2, w3, nu_front, nu_rear, q, w, x, rest = state
+    return isfinite(th + ep + la + w1 + w2 + w3 + nu_front + nu_rear + q + w + x + rest)
+
+
+def shown(state: PlantState, counts: EncoderCounts) -> Shown:
+    """Return what encoders and rates show of the state; ``counts`` of 0 round nothing."""
+    pitch, elevation, travel = measured_angles(state)
+    return Shown(
+        quantise(pitch, counts.pitch),
+        quantise(elevation, counts.elevation),
+        quantise(travel, counts.travel),
+        state.pitch_rate,
+        state.elevation_rate + state.bending_rate,
+        state.travel_rate,
+    )

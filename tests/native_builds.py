@@ -1,0 +1,61 @@
+"""What the tests of the native units share: a compiler, a library of translated functions, a lockstep run."""
+
+import ctypes
+import json
+import os
+import shutil
+import subprocess
+import sys
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from fmu_src.native.toolchain import LINUX, compiler
+from fmu_src.native.translator import Translation, header, source
+
+HOSTS = Path(__file__).parent / "hosts"
+RUNTIME = files("fmu_src.native").joinpath("c")
+
+
+def c_compiler():
+    """The command of a C compiler for this machine, or the test is skipped."""
+    command = shutil.which("gcc") or shutil.which("cc")
+    if command is not None:
+        return [command]
+    found = compiler(LINUX)
+    if found is None:
+        pytest.skip("this machine has no C compiler (extra 'native')")
+    return found
+
+
+def needs_a_compiler(target=LINUX):
+    if compiler(target) is None:
+        pytest.skip(f"this machine has no C compiler for {target.fmi2} (extra 'native')")
+
+
+def library(folder, entries, more="", flags=("-O2",), translation=None):
+    """Translated functions, compiled and loaded; ``more`` is C text behind them."""
+    translation = translation or Translation()
+    units = [translation.entry(*(entry if isinstance(entry, tuple) else (entry,))) for entry in entries]
+    (folder / "model.h").write_text(header(translation, "MODEL_H", units))
+    (folder / "model.c").write_text(source(units, "model.h", more=more))
+    command = [
+        *c_compiler(), "-std=c11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off", *flags,
+        "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "space.c"), "-o", "model.so", "-lm",
+    ]  # fmt: skip
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return ctypes.CDLL(str(folder / "model.so"))
+
+
+def lockstep(folder, first, second, program="lockstep.py", **order):
+    """Run two FMUs side by side in a process of their own."""
+    path = folder / "order.json"
+    path.write_text(json.dumps(order))
+    done = subprocess.run(
+        [sys.executable, str(HOSTS / program), str(first), str(second), str(path)],
+        capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    return json.loads(done.stdout.strip().splitlines()[-1])

@@ -1,0 +1,86 @@
+"""The commands with --native: build, ssp, simulate and diagnose."""
+
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import fmpy
+import pytest
+
+import heli_identifier
+from fmu_src import UNITS
+from tests.native_builds import needs_a_compiler
+
+
+def heli(folder, *words):
+    return subprocess.run(
+        [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()", *words],
+        cwd=folder, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("fmi, folder", [("2", "linux64"), ("3", "x86_64-linux")])
+def test_build_writes_a_native_unit_of_either_version(tmp_path, fmi, folder):
+    needs_a_compiler()
+    done = heli(tmp_path, "build", "PidController", "--native", "--fmi", fmi, "--output", "out", "--set", "trim=-1.25")
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(tmp_path / "out/PidController.fmu") as archive:
+        assert f"binaries/{folder}/PidController.so" in archive.namelist()
+        assert 'name="trim"' in archive.read("modelDescription.xml").decode()
+        assert "-1.25" in archive.read("sources/variables.c").decode()
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["--fmi", "3"], "--fmi 3 belongs to native units; add --native."),
+        (["--all-platforms"], "--all-platforms belongs to native units; add --native."),
+        (["NoUnit", "--native"], "no unit is called 'NoUnit'"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path, words, said):
+    done = heli(tmp_path, "build", *words)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+    assert not (tmp_path / "build").exists()
+
+
+def test_ssp_holds_native_units(tmp_path):
+    needs_a_compiler()
+    done = heli(tmp_path, "ssp", "open_loop", "--native", "--output", "open.ssp")
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(tmp_path / "open.ssp") as archive:
+        (tmp_path / "plant.fmu").write_bytes(archive.read("resources/plant.fmu"))
+    with zipfile.ZipFile(tmp_path / "plant.fmu") as unit:
+        assert "sources/model.c" in unit.namelist()
+
+
+def test_simulate_gives_the_same_file_with_native_units(tmp_path):
+    needs_a_compiler()
+    for extra, name in (([], "python.csv"), (["--native"], "native.csv")):
+        done = heli(tmp_path, "simulate", "closed_loop", "--duration", "5", "--output", name, *extra)
+        assert done.returncode == 0, done.stderr
+    assert (tmp_path / "native.csv").read_bytes() == (tmp_path / "python.csv").read_bytes()
+
+
+@pytest.mark.slow
+def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
+    needs_a_compiler()
+    rig = Path(heli_identifier.__file__).parent / "demo_logs" / "rig-a"
+    logs = [str(rig / f"{name}.csv") for name in ("train1", "train2", "held")]
+    done = heli(tmp_path, "diagnose", *logs, "--native", "--output", "result")
+    assert done.returncode == 0, done.stderr
+    assert "HelicopterPlant-native.fmu" in done.stderr
+    starts: list[dict] = []
+    for name in ("HelicopterPlant.fmu", "HelicopterPlant-native.fmu"):
+        description = fmpy.read_model_description(tmp_path / "result" / name)
+        starts.append({v.name: v.start for v in description.modelVariables})
+    assert starts[0] == starts[1]
+    assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
+
+
+def test_every_unit_has_a_native_twin():
+    from fmu_src.native.definitions import DEFINITIONS
+
+    assert list(DEFINITIONS) == list(UNITS)

@@ -1,0 +1,177 @@
+"""Native units in hosts without Python: a C program, with sanitizers, at every optimisation, and under Wine."""
+
+import os
+import shutil
+import subprocess
+import zipfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from fmu_src import UNITS
+from fmu_src.native import build_native
+from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
+from tests.native_builds import needs_a_compiler
+
+HOST = Path(__file__).parent / "hosts" / "native_host.c"
+STEPS = 2000
+
+
+@pytest.fixture(scope="module")
+def twins(tmp_path_factory):
+    needs_a_compiler()
+    folder = tmp_path_factory.mktemp("native")
+    opened = {}
+    for unit in UNITS:
+        with zipfile.ZipFile(build_native(unit, folder)) as archive:
+            archive.extractall(folder / unit)
+        opened[unit] = folder / unit
+    return opened
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
+    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
+    return path
+
+
+def compiled(command, sources, target, *flags):
+    libraries = [] if target.suffix == ".exe" else ["-ldl", "-lm"]
+    done = subprocess.run(
+        [*command, "-std=gnu11", *flags, *map(str, sources), "-o", str(target), *libraries],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    return target
+
+
+def sources_of(folder):
+    build = ElementTree.parse(folder / "sources/buildDescription.xml").getroot()
+    return [folder / "sources" / node.get("name") for node in build.iter("SourceFile")]
+
+
+def arguments(folder, log):
+    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
+    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
+
+    def listed(causality):
+        found = [v.get("valueReference") for v in variables.values() if v.get("causality") == causality]
+        return [str(len(found)), *found]
+
+    text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
+    return [root.get("guid"), str(STEPS), text, str(log), *listed("input"), *listed("output")]
+
+
+def run(host, library, folder, log, **environment):
+    done = subprocess.run(
+        [*host, str(library), *arguments(folder, log)], capture_output=True, text=True, timeout=300, check=False,
+        env={"PATH": os.environ["PATH"], "HOME": os.environ.get("HOME", "/"), **environment},
+    )  # fmt: skip
+    assert done.returncode == 0, f"code {done.returncode}: {done.stdout[-500:]}{done.stderr[-4000:]}"
+    return [float(line) for line in done.stdout.split()]
+
+
+def system_gcc():
+    found = shutil.which("gcc")
+    if found is None:
+        pytest.skip("this machine has no gcc")
+    return [found]
+
+
+@pytest.fixture(scope="module")
+def host(tmp_path_factory):
+    target = tmp_path_factory.mktemp("host") / "native_host"
+    return compiled(system_gcc(), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_a_c_host_runs_a_native_unit_without_python(twins, host, log, unit):
+    library = twins[unit] / f"binaries/linux64/{unit}.so"
+    shown = run([str(host)], library, twins[unit], log)
+    assert len(shown) > 0
+    needed = subprocess.run(["ldd", str(library)], capture_output=True, text=True, check=False).stdout
+    assert "python" not in needed
+
+
+@pytest.mark.parametrize("level", ["-O0", "-O1", "-O2", "-O3", "-O3 -march=native"])
+@pytest.mark.parametrize("unit", UNITS)
+def test_every_optimisation_gives_the_same_bits(twins, host, log, tmp_path, unit, level):
+    own = compiled(system_gcc(), sources_of(twins[unit]), tmp_path / f"{unit}.so", *level.split(), "-shared", "-fPIC")
+    delivered = twins[unit] / f"binaries/linux64/{unit}.so"
+    assert run([str(host)], own, twins[unit], log) == run([str(host)], delivered, twins[unit], log)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_no_warning_at_the_highest_level(twins, tmp_path, unit):
+    """-Wextra without unused parameters: the laws of all effects share one list of arguments."""
+    flags = ["-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror", "-O2", "-shared", "-fPIC"]
+    compiled(system_gcc(), sources_of(twins[unit]), tmp_path / "unit.so", *flags)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_sanitizers_find_nothing(twins, log, tmp_path, unit):
+    """Addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
+    flags = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
+    probe = tmp_path / "probe.c"
+    probe.write_text("int main(void) { return 0; }\n")
+    works = subprocess.run(
+        [*system_gcc(), *flags, str(probe), "-o", str(tmp_path / "probe")], capture_output=True, check=False
+    )
+    if works.returncode != 0:
+        pytest.skip("this gcc has no sanitizers")
+    own = compiled(system_gcc(), sources_of(twins[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
+    program = compiled(system_gcc(), [HOST], tmp_path / "host", *flags)
+    run([str(program)], own, twins[unit], log, ASAN_OPTIONS="detect_leaks=1")
+
+
+def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
+    """Under qemu, with the C library for ARM of this system."""
+    emulator, root = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
+    if emulator is None or not root.is_dir():
+        pytest.skip("this machine has no qemu-aarch64 with libc6-arm64-cross")
+    needs_a_compiler(ARM_LINUX)
+    folder = tmp_path / "unit"
+    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path, all_platforms=True, fmi=3)) as archive:
+        archive.extractall(folder)
+    assert {path.name for path in (folder / "binaries").iterdir()} >= {"aarch64-linux", "aarch64-darwin"}
+    with zipfile.ZipFile(build_native("HelicopterPlant", tmp_path)) as archive:
+        archive.extractall(tmp_path / "fmi2")
+    own = sources_of(tmp_path / "fmi2")
+    there = compiled(compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+    program = compiled(compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
+    native = tmp_path / "fmi2/binaries/linux64/HelicopterPlant.so"
+    assert run([emulator, "-L", str(root), str(program)], there, tmp_path / "fmi2", log) == run(
+        [str(host)], native, tmp_path / "fmi2", log
+    )
+
+
+CLOSE = {
+    "HelicopterPlant": 1e-12,
+    "AdaptiveIdentifier": 1e-9,
+    "PidController": 1e-12,
+    "Exciter": 1e-12,
+    "LogPlayer": 0.0,
+}
+"""Largest difference under Wine, as a share of the largest value: sine and exponential there are another library's and
+may differ in the last bit (2e-16). The plant and the controller damp that, the identifier divides by its excitation."""
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_the_windows_binary_runs_under_wine(twins, host, log, tmp_path, unit):
+    wine = shutil.which("wine")
+    if wine is None:
+        pytest.skip("this machine has no Wine")
+    needs_a_compiler(WINDOWS)
+    program = compiled(compiler(WINDOWS), [HOST], tmp_path / "host.exe", "-O1")
+    there = run(
+        [wine, str(program)], twins[unit] / f"binaries/win64/{unit}.dll", twins[unit], f"Z:{log}", WINEDEBUG="-all",
+        WINEPREFIX=os.environ.get("WINEPREFIX", str(Path.home() / ".wine")),
+    )  # fmt: skip
+    here = run([str(host)], twins[unit] / f"binaries/linux64/{unit}.so", twins[unit], log)
+    scale = max(map(abs, here))
+    worst = max(abs(a - b) for a, b in zip(there, here, strict=True))
+    print(f"{unit}: largest difference under Wine {worst / scale:.1e} of the largest value")
+    assert worst <= CLOSE[unit] * scale

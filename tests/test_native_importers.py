@@ -1,0 +1,111 @@
+"""Other importers run the native loop and agree with the master; its compiled loop agrees with its tape.
+
+The order is that of test_importers.py: encoders, dry friction, a reference step and the paper's excitation. The units
+are deterministic; importers differ in how they form the time k H.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+
+from fmu_src import CLOSED_LOOP, OPEN_LOOP, UNITS, MasterError
+from fmu_src.master import run_apart
+from fmu_src.native import build_native
+from fmu_src.ssp import write_ssp
+from tests.native_builds import needs_a_compiler
+from tests.test_importers import AGREEMENT, PARAMETERS, STEP, STEPS, files_of, imported
+
+LONG = 100_000
+"""Steps from which on the master's loop is compiled."""
+
+
+@pytest.fixture(scope="module")
+def twins(tmp_path_factory):
+    needs_a_compiler()
+    folder = tmp_path_factory.mktemp("native")
+    return {unit: build_native(unit, folder) for unit in UNITS}
+
+
+@pytest.fixture(scope="module")
+def ours(twins):
+    return run_apart(CLOSED_LOOP, STEPS * STEP, STEP, PARAMETERS, files_of(CLOSED_LOOP, twins))
+
+
+@pytest.fixture(scope="module")
+def orders(twins, ours, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("order")
+    np.save(folder / "record.npy", ours.values)
+    order = {
+        "fmus": files_of(CLOSED_LOOP, twins),
+        "parameters": {
+            f"{unit}.{name}": value
+            for unit, given in CLOSED_LOOP.parameters_by_unit(PARAMETERS).items()
+            for name, value in given.items()
+        },
+        "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
+        "record": str(folder / "record.npy"),
+    }
+    (folder / "order.json").write_text(json.dumps(order))
+    return {
+        "json": folder / "order.json",
+        "ssp": write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, native=True),
+    }
+
+
+def test_the_master_gets_the_same_bits_from_native_and_pythonfmu_units(fmus, ours):
+    theirs = run_apart(CLOSED_LOOP, STEPS * STEP, STEP, PARAMETERS, files_of(CLOSED_LOOP, fmus))
+    assert ours.names == theirs.names
+    assert np.array_equal(ours.values, theirs.values)
+
+
+def test_the_compiled_loop_gets_the_bits_of_the_tape(ours, twins):
+    compiled = run_apart(CLOSED_LOOP, LONG * STEP, STEP, PARAMETERS, files_of(CLOSED_LOOP, twins))
+    assert np.array_equal(compiled.values[: STEPS + 1], ours.values)
+    print(f"compiled loop {1e6 * compiled.seconds / LONG:.1f} us a step, tape {1e6 * ours.seconds / STEPS:.1f} us")
+
+
+def test_the_compiled_loop_says_which_unit_refused_and_why(twins):
+    """A plant without gravity that is driven by a huge gain leaves the finite range."""
+    parameters = {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": 0.0, "controller.pitch.derivative": 0.0}
+    with pytest.raises(MasterError, match=r"doStep at t = .* answered discard: doStep: .*finite|must lie in"):
+        run_apart(OPEN_LOOP, LONG * STEP, STEP, {k: v for k, v in parameters.items() if k.startswith("plant")},
+                  files_of(OPEN_LOOP, twins))  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("host", "package", "order"),
+    [
+        ("libcosimpy_api", "libcosimpy", "json"),
+        ("libcosimpy_ssp", "libcosimpy", "ssp"),
+        ("ecos_api", "ecospy", "json"),
+        ("ecos_ssp", "ecospy", "ssp"),
+        ("fmucontainer", "fmu_manipulation_toolbox", "json"),
+        ("fmpy_simulate_fmu", "fmpy", "json"),
+    ],
+)
+def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, order, ours, orders, tmp_path):
+    if find_spec(package) is None:
+        pytest.skip(f"{package} is not installed (extra 'importers')")
+    theirs = imported(host, orders[order], STEPS, ours.names, tmp_path / "rows.npy")
+    largest = np.abs(theirs - ours.values[1:]).max()
+    print(f"{host}: largest difference {largest:.1e} (docs/toolchains.md)")
+    assert largest < AGREEMENT
+
+
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_fmpy_compiles_a_unit_from_its_sources(tmp_path, fmi):
+    if shutil.which("cmake") is None:
+        pytest.skip("this machine has no cmake, which fmpy compiles with")
+    path = build_native("HelicopterPlant", tmp_path, fmi=fmi)
+    done = subprocess.run(
+        [sys.executable, "-m", "fmpy", "compile", str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    with zipfile.ZipFile(path) as archive:
+        assert any(name.endswith("HelicopterPlant.so") for name in archive.namelist())
