@@ -6,6 +6,7 @@ forked copy of this process reads the file first. If it comes through, or ends w
 the same.
 """
 
+import faulthandler
 import os
 import resource
 import signal
@@ -65,6 +66,7 @@ def _read_and_leave(read: Callable[[], object]) -> None:
     """Read in the child, without a word, and end it without any of the parent's cleaning up."""
     code = 0
     try:
+        faulthandler.disable()  # a crash of the reader is an answer here, not news
         for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
             signal.signal(number, signal.SIG_DFL)
         nothing = os.open(os.devnull, os.O_RDWR)
