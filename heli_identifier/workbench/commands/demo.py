@@ -120,11 +120,18 @@ def demo(
 
 def diagnosed_rig(rig: str, folder: Path) -> "Diagnosis":
     """Diagnose a demonstration rig and write the results into ``folder``."""
+    import os
+
     from heli_identifier.records import RigConfiguration, demo_logs, read_data_set
     from heli_identifier.workbench.commands.diagnose import diagnosed
     from heli_identifier.workbench.commands.guard import terminable
     from heli_identifier.workbench.delivery.staging import whole_folder
 
-    training, held_out = read_data_set(*demo_logs(rig))
-    with terminable(), whole_folder(folder) as draft:
-        return diagnosed(training, held_out, RigConfiguration(name=rig), draft)
+    try:
+        with terminable():
+            training, held_out = read_data_set(*demo_logs(rig))
+            with whole_folder(folder) as draft:
+                return diagnosed(training, held_out, RigConfiguration(name=rig), draft)
+    except SystemExit as end:
+        # asked to end: a worker that only raised would wait for further work, and the pool for the worker
+        os._exit(end.code if isinstance(end.code, int) else 1)
