@@ -48,7 +48,9 @@ Parameters = Annotated[
 
 Native = Annotated[
     bool,
-    typer.Option("--native", help="Units in C, which need no Python on their host (compilers: heli-twin[native])."),
+    typer.Option(
+        "--native", help="Units in C, which need no Python on their host (compilers: extra `native`, or gcc)."
+    ),
 ]
 
 ScenarioName = Annotated[
