@@ -15,11 +15,12 @@ from heli_identifier.tracing.search.candidates import Candidate
 from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.search.scan import scan
 from heli_identifier.tracing.search.selection import score_catalogue
+from heli_identifier.tracing.search.settings import SHOWN_SCORE
 from heli_identifier.tracing.search.trials import refitted, trial
 from heli_identifier.tracing.search.unknown import search
 from heli_identifier.tracing.validation.held_out import held_out_log_likelihood, hold_out
 from heli_identifier.tracing.validation.plants import Plants
-from heli_identifier.tracing.validation.withdrawal import TOLERATED, remove_harmful, validate
+from heli_identifier.tracing.validation.withdrawal import TOLERATED, passing, remove_harmful, validate
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
@@ -103,7 +104,7 @@ def moved():
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(moved, size):
     model, null = moved[size]
-    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
+    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)), SHOWN_SCORE)
     assert left.model.effects == ()
     assert left.model.fit is null.fit
     assert left.after is left.before
@@ -113,11 +114,20 @@ def test_an_effect_of_the_training_logs_alone_is_withdrawn_however_strong_there(
     assert "likelier without it" in gone.why
 
 
+def test_an_effect_that_has_lost_its_score_is_withdrawn_with_the_figure(moved):
+    model, _ = moved[STRONG]
+    score = abs(effect_score(model.fit, MASS))
+    assert passing(model, 0.9 * score) == (model, [])
+    left, (gone,) = passing(model, 1.1 * score)
+    assert left.effects == ()
+    assert f"its score is {score:.1f}" in gone.why
+
+
 @pytest.mark.parametrize("size", [WEAK, STRONG])
 def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
     model, null = moved[size]
     same = TABLE_2._replace(moving_mass_elevation=size, moving_mass_time=MOVED_AT)
-    left = validate(model, null.fit, held_out_of(same, (8,)))
+    left = validate(model, null.fit, held_out_of(same, (8,)), SHOWN_SCORE)
     assert left.model is model
     assert left.withdrawn == ()
     estimate = left.after.of_effects["moving_mass_elevation"]
@@ -144,7 +154,7 @@ def test_likelihood_alone_does_not_cost_an_effect_that_predictions_need(rubbing)
     overconfident = replace(model, fit=replace(model.fit, whitener=whitener))
     frictionless = without(overconfident, FRICTION)
     assert held_out_log_likelihood(overconfident, held) < held_out_log_likelihood(frictionless, held)
-    left = validate(overconfident, model_of(model.fit.problem).fit, held)
+    left = validate(overconfident, model_of(model.fit.problem).fit, held, SHOWN_SCORE)
     assert left.model.effects == (FRICTION,)
     assert left.withdrawn == ()
 
@@ -197,10 +207,10 @@ def test_a_curve_that_another_filter_draws_upside_down_is_withdrawn(notched):
 def test_a_torque_of_unknown_origin_stays_where_the_held_out_log_has_it_and_only_there(notched):
     model, null = notched
     held = hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, detent)], 4.0)
-    left = validate(model, null.fit, held)
+    left = validate(model, null.fit, held, SHOWN_SCORE)
     assert left.model.unknowns == model.unknowns
     assert left.withdrawn == ()
-    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)))
+    left = validate(model, null.fit, held_out_of(TABLE_2, (7,)), SHOWN_SCORE)
     (gone,) = left.withdrawn
     assert left.model.unknowns == ()
     assert (gone.name, gone.axis) == ("unknown", "pitch")
@@ -221,8 +231,8 @@ def test_a_periodic_torque_is_fitted_to_the_held_out_log_with_a_phase_of_its_own
         return hum(k + 77, state)
 
     with_it, without_it = (hold_out([noisy(TABLE_2, drive(SECONDS, 7), 7, law)], 4.0) for law in (later, None))
-    assert validate(model, null.model.fit, with_it).withdrawn == ()
-    assert [w.name for w in validate(model, null.model.fit, without_it).withdrawn] == ["unknown"]
+    assert validate(model, null.model.fit, with_it, SHOWN_SCORE).withdrawn == ()
+    assert [w.name for w in validate(model, null.model.fit, without_it, SHOWN_SCORE).withdrawn] == ["unknown"]
 
 
 def test_an_effect_answers_for_the_axes_it_acts_on_and_for_no_other(rubbing):

@@ -7,7 +7,7 @@ from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.feedback import CLOSED, feedback_score
 from heli_identifier.tracing.search.selection import least_score
-from heli_identifier.tracing.search.settings import LEAST_SCORE, LEAST_SCORE_CLOSED
+from heli_identifier.tracing.search.settings import SHOWN_SCORE, SHOWN_SCORE_CLOSED
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
@@ -33,6 +33,6 @@ def test_in_open_loop_they_do_not():
 
 
 def test_least_score_is_higher_in_closed_loop_and_for_short_logs():
-    assert least_score(fitted(True, 95.0, 1)) == LEAST_SCORE_CLOSED
-    assert least_score(fitted(False, 60.0, 1)) == LEAST_SCORE_CLOSED
-    assert least_score(fitted(False, 95.0, 1)) == LEAST_SCORE
+    assert least_score(fitted(True, 95.0, 1)) == SHOWN_SCORE_CLOSED
+    assert least_score(fitted(False, 60.0, 1)) == SHOWN_SCORE_CLOSED
+    assert least_score(fitted(False, 95.0, 1)) == SHOWN_SCORE

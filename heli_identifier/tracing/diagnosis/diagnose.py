@@ -108,7 +108,7 @@ def _diagnosed(
     progress("checking at other filter frequencies", 0.6)
     model, agreed, unstable = agreement(with_horizontal_offset(selection.model), settings.agreement)
     progress("checking on the held-out logs", 0.75)
-    validated = validate(model, null, held_out)
+    validated = validate(model, null, held_out, selection.threshold)
     model, withdrawn = validated.model, (*unstable, *validated.withdrawn)
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)

@@ -26,13 +26,13 @@ from heli_identifier.tracing.search.noise import noise_whitener
 from heli_identifier.tracing.search.scan import Scan, extended, scan, scored
 from heli_identifier.tracing.search.settings import (
     COMPANION_SCORE,
-    LEAST_SCORE,
-    LEAST_SCORE_CLOSED,
     MOST_EFFECTS,
     SHARE_BESIDE_NAMED,
     SHARE_BESIDE_SAME_MECHANISM,
     SHARE_BESIDE_UNKNOWN,
     SHORT_LOGS,
+    SHOWN_SCORE,
+    SHOWN_SCORE_CLOSED,
     SIGNIFICANCE,
     UNKNOWN_FACTOR,
     UNKNOWN_LEVEL,
@@ -119,7 +119,7 @@ def least_score(fit_: Fit) -> float:
     """Score below which no surrogate is trusted: more in closed loop, and where the logs are short."""
     seconds = sum(record.duration for record in fit_.problem.records)
     hard = seconds < SHORT_LOGS or feedback_score(fit_) > CLOSED
-    return LEAST_SCORE_CLOSED if hard else LEAST_SCORE
+    return SHOWN_SCORE_CLOSED if hard else SHOWN_SCORE
 
 
 def is_material(null: Fit, model: Model, tried: Trial) -> bool:

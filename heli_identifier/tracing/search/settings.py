@@ -9,10 +9,10 @@ LOWEST_FREQUENCY = 0.06
 SIGNIFICANCE = 0.005
 """Probability that a record of the null model has any effect shown."""
 
-LEAST_SCORE = 4.0
+SHOWN_SCORE = 4.0
 """Least score that shows an effect in open loop."""
 
-LEAST_SCORE_CLOSED = 5.0
+SHOWN_SCORE_CLOSED = 5.0
 """The same in closed loop, where a coloured residual comes back through the voltages, and for short logs, of which few
 blocks make the surrogates."""
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model, effect_score, without, without_unknown
+from heli_identifier.tracing.search.settings import COMPANION_SCORE
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import (
     HeldOut,
@@ -42,11 +43,12 @@ class Validation:
     plants: Plants
 
 
-def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
+def validate(model: Model, null: Fit, held_out: HeldOut, threshold: float) -> Validation:
     """Withdraw what the held-out logs do not confirm.
 
     First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; an
-    effect without which they are predicted worse is kept. Then, as long as the plant with the effects predicts an axis
+    effect without which they are predicted worse is kept. An effect that was shown beside an unknown torque has to
+    pass its threshold without it, too. Then, as long as the plant with the effects predicts an axis
     worse than the plant before, the effect acting there whose removal improves that axis most.
 
     Parameters
@@ -55,6 +57,8 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
     null : Fit
         Fit of the null model to the same training records.
     held_out : HeldOut
+    threshold : float
+        Score that shows an effect.
     """
     withdrawn: list[Withdrawal] = []
     for unknown in sorted(model.unknowns, key=lambda u: u.likelihood_ratio):
@@ -64,6 +68,9 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
             why = f"it gains {ratio:.1f} in 2 log L on the held-out logs, where more than {least:.1f} is asked"
             withdrawn.append(Withdrawal(unknown.name, unknown.axis, why))
             model = without_unknown(model, unknown)
+    if withdrawn:
+        model, too_weak = passing(model, threshold)
+        withdrawn += too_weak
     likelihood = held_out_log_likelihood(model, held_out)
     for effect in sorted(model.effects, key=lambda e: abs(effect_score(model.fit, e))):
         reduced = _without(model, effect, null)
@@ -80,6 +87,25 @@ def validate(model: Model, null: Fit, held_out: HeldOut) -> Validation:
     if not model.effects and not model.unknowns:
         model = Model(null)  # nothing is left: the null model, to the last digit
     return Validation(model, plants.before, after, tuple(withdrawn), plants)
+
+
+def passing(model: Model, threshold: float) -> tuple[Model, list[Withdrawal]]:
+    """Withdraw, weakest first, the effects whose score has fallen below what shows them.
+
+    A coupling that the model has on another axis too is expected, so that less is asked of it.
+    """
+
+    def margin(effect: Effect) -> float:
+        expected = effect.coupled and any(e.name == effect.name and e is not effect for e in model.effects)
+        return abs(effect_score(model.fit, effect)) - (COMPANION_SCORE if expected else threshold)
+
+    withdrawn = []
+    while model.effects and margin(weakest := min(model.effects, key=margin)) < 0.0:
+        score = abs(effect_score(model.fit, weakest))
+        why = f"without the unknown torques beside which it was found its score is {score:.1f}, {threshold:.1f} needed"
+        withdrawn.append(Withdrawal(weakest.name, weakest.axis, why))
+        model = without(model, weakest)
+    return model, withdrawn
 
 
 def remove_harmful(
