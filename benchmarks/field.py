@@ -1,0 +1,90 @@
+"""The field battery diagnosed: what is shown falsely, what is found, what is only predictive.
+
+Usage: python -m benchmarks.field [--groups clean,...] [--limit RIGS] [--workers N]. Each half of a rig's logs is diagnosed by
+itself. Printed are the halves with something false shown, and per group the counts. False is an effect that the rig does
+not have, and an unknown torque on a rig that has only effects of the catalogue.
+"""
+
+import argparse
+import sys
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from multiprocessing import Pool
+from typing import NamedTuple
+
+from benchmarks.field_rigs import FIELD_GROUPS, field_sources
+from heli_identifier.errors import IdentifierError
+from heli_identifier.tracing import diagnose, use_threads
+from heli_identifier.tracing.predictive.families import family_of
+from heli_identifier.workbench.campaign import GeneratedRig
+
+
+class Outcome(NamedTuple):
+    """One half: effects shown that the rig lacks, families shown and true, predictive effects, refusal."""
+
+    name: str
+    group: str
+    false: list[str]
+    shown: set[str]
+    true: set[str]
+    predictive: list[str]
+    refused: str = ""
+
+
+def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
+    """Diagnose one half."""
+    name, group, source = job
+    use_threads(1)
+    rig = source.load()
+    assert rig.truth is not None
+    true = {(effect.name, effect.axis) for effect in rig.truth.effects}
+    true_families = {_family(*effect) for effect in true}
+    try:
+        found = diagnose(rig.training, held_out=rig.held_out)
+    except IdentifierError as error:
+        return Outcome(name, group, [], set(), true_families, [], str(error))
+    shown = {(effect.name, effect.axis) for effect in found.effects}
+    unknown_expected = rig.truth.unknown is not None
+    false = [
+        f"{effect.name} {effect.axis} (score {effect.score:.1f})"
+        for effect in found.effects
+        if (effect.name, effect.axis) not in true and not (effect.name == "unknown" and unknown_expected)
+    ]
+    predictive = [f"{effect.name} {effect.axis}" for effect in found.predictive]
+    return Outcome(name, group, false, {_family(*effect) for effect in shown}, true_families, predictive)
+
+
+def _family(name: str, axis: str) -> str:
+    return family_of(f"{name}_{axis}") or f"{name} {axis}"
+
+
+def main(arguments: Sequence[str]) -> None:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.field", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--groups", default=",".join(FIELD_GROUPS), help=f"of {', '.join(FIELD_GROUPS)}")
+    parser.add_argument("--limit", type=int, default=3, help="most rigs of each case")
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args(arguments)
+    groups = asked.groups.split(",")
+    rigs = field_sources(groups, dict.fromkeys(groups, asked.limit))
+    jobs = [(name, case.group, source) for name, (case, source) in rigs.items()]
+    by_group: dict[str, list[Outcome]] = defaultdict(list)
+    with Pool(asked.workers) as pool:
+        for outcome in pool.imap(diagnosed, jobs):
+            by_group[outcome.group].append(outcome)
+            if outcome.false or outcome.refused:
+                print(f"{outcome.name}: {'; '.join(outcome.false) or outcome.refused}", flush=True)
+    for group, outcomes in by_group.items():
+        done = [outcome for outcome in outcomes if not outcome.refused]
+        accused = sum(bool(outcome.false) for outcome in done)
+        found = sum(len(outcome.shown & outcome.true) for outcome in done)
+        predictive = sum(bool(outcome.predictive) for outcome in done)
+        names = Counter(name for outcome in done for name in outcome.predictive).most_common(5)
+        print(
+            f"{group}: {len(done)} of {len(outcomes)} halves diagnosed; something false shown in {accused}; "
+            f"{found} of {sum(len(outcome.true) for outcome in done)} true families shown; predictive effects in "
+            f"{predictive}: {', '.join(f'{name} {count}' for name, count in names) or 'none'}"
+        )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
