@@ -1,8 +1,8 @@
 """The field battery diagnosed: what is shown falsely, what is found, what is only predictive.
 
 Usage: python -m benchmarks.field [--groups clean,...] [--limit RIGS] [--workers N]. Each half of a rig's logs is
-diagnosed by itself. Printed are the halves with something false shown, and per group the counts. False is an effect that
-the rig does not have, and an unknown torque on a rig that has only effects of the catalogue.
+diagnosed by itself. Printed are the halves with something false shown, and per group the counts. False is an effect
+that the rig does not have, and an unknown torque on a rig that has only effects of the catalogue.
 """
 
 import argparse
