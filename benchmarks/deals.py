@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from heli_identifier.records import Log, read_logs
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect, PossibleEffect, diagnose
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
@@ -44,7 +45,7 @@ def one_deal(logs: Sequence[Log], random: np.random.Generator) -> tuple[NDArray[
     limit = max(5.0, max(float(np.abs(log.voltages).max()) for log in logs))
     observed = Problem(tuple(reduce_log(log) for log in training))
     one_step = fit(observed, first_estimate(observed.records, PlantParameters(v_max=limit)))
-    judges = [Starts(reduce_log(log)) for log in unseen]
+    judges = [Starts(reduce_log(log), SPACING) for log in unseen]
     began = perf_counter()
     found = diagnose(training, held_out=held_out, settings=DiagnosisSettings(voltage_limit=limit))
     seconds = perf_counter() - began

@@ -5,6 +5,7 @@ import pytest
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.multistep.horizons import HORIZONS, Starts, horizon_errors, root_mean_squares
+from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, exact, noisy
@@ -21,7 +22,7 @@ def record():
 @pytest.mark.parametrize("bending", [0.0, 0.01])
 def test_each_horizon_is_the_prediction_over_that_time_alone(record, number, horizon, bending):
     plant = PLANT._replace(arm_bending_elevation=bending)
-    errors = horizon_errors(Starts(record), plant)[:, number]
+    errors = horizon_errors(Starts(record, SPACING), plant)[:, number]
     alone = prediction_errors(record, plant, horizon)
     # the motors are simulated with the axes at rest here and with them in motion there: the same numbers
     np.testing.assert_allclose(errors[: len(alone)], alone, rtol=0.0, atol=1e-12)

@@ -2,10 +2,11 @@
 
 from functools import cache
 
+from heli_identifier.online import CLOSED
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
-from heli_identifier.tracing.search.feedback import CLOSED, feedback_score
+from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.selection import least_score
 from heli_identifier.tracing.search.settings import SHOWN_SCORE, SHOWN_SCORE_CLOSED
 from heli_plant.parameters import TABLE_2

@@ -1,5 +1,6 @@
 """From a path to a table: what kind of file it is, whether it may be read, and who reads it."""
 
+import errno
 import gzip
 import io
 import zlib
@@ -14,6 +15,12 @@ from heli_identifier.records.matlab import read_matlab_table
 from heli_identifier.records.spreadsheet import read_spreadsheet
 from heli_identifier.records.table import Table
 from heli_identifier.records.text import read_text_table
+
+_ADVICE = {
+    errno.EFBIG: f"; cut it, or set largest_file under [log] of {HELI_TOML}",
+    errno.EINVAL: "; save the log as a file and name that",
+}
+"""What to do about a file that :func:`heli_identifier.files.regular_bytes` refuses, by the error's number."""
 
 
 def log_bytes(path: Path, largest: float) -> bytes:
@@ -38,13 +45,8 @@ def log_bytes(path: Path, largest: float) -> bytes:
     except FileNotFoundError:
         raise LogError(f"{path} does not exist; check the path.") from None
     except OSError as error:
-        advice = ""
-        said = error.strerror or str(error)
-        if said.startswith("it has "):
-            advice = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
-        elif said.startswith("it is "):
-            advice = "; save the log as a file and name that"
-        raise LogError(f"{path} cannot be read: {said}{advice}.") from error
+        advice = _ADVICE.get(error.errno or 0, "")
+        raise LogError(f"{path} cannot be read: {error.strerror or error}{advice}.") from error
 
 
 def table_of(path: Path, data: bytes, format: LogFormat) -> Table:

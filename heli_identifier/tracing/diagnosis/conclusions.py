@@ -10,6 +10,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.tracing.diagnosis.result import PossibleEffect
 from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.predictive.families import members_of, together
+from heli_identifier.tracing.predictive.selection import Finding
 from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
@@ -62,7 +63,7 @@ def predictive_effects(beyond: Beyond) -> tuple[FoundEffect, ...]:
     found = []
     for finding in beyond.predictive:
         effect, estimate = effect_of(finding.field), beyond.plant.estimates[finding.field]
-        others = [effect_of(field) for field in members_of(finding.family) if field != finding.field]
+        others = _others(finding)
         found.append(
             FoundEffect(
                 effect.name,
@@ -84,13 +85,17 @@ def predictive_effects(beyond: Beyond) -> tuple[FoundEffect, ...]:
     return tuple(found)
 
 
+def _others(finding: Finding) -> list[Effect]:
+    """Give the other members of a finding's family."""
+    return [effect_of(field) for field in members_of(finding.family) if field != finding.field]
+
+
 def possible_effects(beyond: Beyond) -> tuple[PossibleEffect, ...]:
     """Families that only some of the training data find, the steadiest first."""
     found = []
     for finding in sorted(beyond.possible, key=lambda finding: -finding.stability):
         effect = effect_of(finding.field)
-        others = [effect_of(field) for field in members_of(finding.family) if field != finding.field]
-        names = tuple((other.name, other.axis) for other in others)
+        names = tuple((other.name, other.axis) for other in _others(finding))
         found.append(PossibleEffect(effect.name, effect.axis, names, finding.stability, finding.worth))
     return tuple(found)
 

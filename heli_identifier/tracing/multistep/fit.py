@@ -135,7 +135,8 @@ def fit_multistep(
 
 def settled(search: Search, converged: bool) -> MultistepFit:
     """Make a fit of a search that has ended, with the sensitivities and the covariance at its end."""
-    search.linearise()
+    if not search.fresh:
+        search.linearise()
     return MultistepFit(
         search.problem, search.frame, search.x, search.offsets, search.spreads, search.scales, search.objective(),
         search.errors, search.jacobian, search.normal_equations(search.problem.pieces()), converged,

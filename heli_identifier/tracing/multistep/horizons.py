@@ -1,10 +1,11 @@
 """Prediction errors at several horizons from smoothed start states: one simulation of a start gives them all.
 
-From every start t_i, a quarter of a second after the last one, the plant runs under the measured voltages; its error is
+From every start t_i the plant runs under the measured voltages; its error is
 
     e_ihj = y_j(t_i + H_h) - y_hat_j(t_i + H_h | t_i),    H = .5, 1, 2 s,    j = pitch, elevation, travel.
 
-Starts are those of the errors that a diagnosis reports. The encoder of the pitch may read z more than the angle in a
+Starts lie the shortest horizon apart: more of them would cost as much again and tell little, since predictions that
+overlap fail together. The encoder of the pitch may read z more than the angle in a
 log: then the plant starts at theta - z, and z is added to what it predicts.
 """
 
@@ -23,6 +24,9 @@ from heli_plant.parameters import PlantParameters
 HORIZONS = (0.5, 1.0, 2.0)
 """Horizons H [s]: a quarter of the pitch's period and longer, so that no encoder noise decides, short of a free run."""
 
+APART = HORIZONS[0]
+"""Time [s] from one start to the next."""
+
 DIVERGED = 1e4
 """Error [rad] from which on a prediction has diverged."""
 
@@ -34,6 +38,8 @@ class Starts:
     Attributes
     ----------
     record : Log
+    spacing : float
+        Time [s] from one start to the next.
     at : NDArray, shape (S,)
         Samples at which predictions start.
     motion : NDArray, shape (S, 6)
@@ -43,13 +49,14 @@ class Starts:
     """
 
     record: Log
+    spacing: float = APART
     at: NDArray[np.intp] = field(init=False)
     motion: NDArray[np.float64] = field(init=False)
     measured: NDArray[np.float64] = field(init=False)
 
     def __post_init__(self) -> None:
         record, steps = self.record, horizon_steps(self.record.step)
-        at = prediction_starts(record, int(steps[0]))
+        at = prediction_starts(record, int(steps[0]), self.spacing)
         motion = np.column_stack((smoothed_motion(record)[at], smoothed_motion(record, 1)[at]))
         ends = at[:, None] + steps
         measured = record.angles[np.minimum(ends, record.samples - 1)]

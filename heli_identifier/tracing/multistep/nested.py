@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from heli_identifier.tracing.multistep.fit import STEPS, MultistepFit, settled
-from heli_identifier.tracing.multistep.priors import coordinates
+from heli_identifier.tracing.multistep.priors import Coordinate, coordinates
 from heli_identifier.tracing.multistep.problem import Arrays
 from heli_identifier.tracing.multistep.robust import weights
 from heli_identifier.tracing.multistep.search import NEAR, SETTLED, Search
@@ -22,15 +22,31 @@ from heli_identifier.tracing.multistep.search import NEAR, SETTLED, Search
 
 def with_fields(fit: MultistepFit, added: Sequence[str], enough: float = SETTLED) -> MultistepFit:
     """Fit with further effects, until a step gains less than ``enough`` in log-likelihood."""
-    frame = (*fit.fields, *coordinates([field for field in added if field not in fit.names], fit.problem.base))
-    x = np.concatenate((fit.x, np.zeros(len(frame) - len(fit.x))))
-    search = Search(fit.problem, frame, x, fit.offsets, fit.spreads, fit.errors, fit.scales, [])
-    search.linearise()
+    search = widened(fit, coordinates([field for field in added if field not in fit.names], fit.problem.base))
     return settled(search, search.descend(STEPS, enough=enough))
 
 
+def widened(fit: MultistepFit, added: Sequence[Coordinate]) -> Search:
+    """Give the search that stands where a fit ended, with further coordinates at zero and all sensitivities."""
+    count, zeros = len(fit.x), np.zeros(len(added))
+    problem = replace(fit.problem, base=fit.parameters)
+    columns = problem.sensitivities(added, zeros, fit.offsets, fit.errors)
+    jacobian = [
+        np.concatenate((own[..., :count], new), axis=-1) for own, new in zip(fit.jacobian, columns, strict=True)
+    ]
+    x = np.concatenate((fit.x, zeros))
+    return Search(
+        fit.problem, (*fit.fields, *added), x, fit.offsets, fit.spreads, fit.errors, fit.scales, jacobian, fresh=True
+    )
+
+
+def without(fit: MultistepFit, dropped: Collection[str]) -> MultistepFit:
+    """Fit without some effects, until a step gains less than :data:`NEAR` in log-likelihood."""
+    return settled(search_without(fit, dropped), True)
+
+
 def search_without(fit: MultistepFit, dropped: Collection[str]) -> Search:
-    """Descend without some effects; :func:`heli_identifier.tracing.multistep.fit.settled` makes a fit of the search.
+    """Descend without some effects; the search has not taken the sensitivities at its end.
 
     Raises
     ------
@@ -61,7 +77,7 @@ def search_without(fit: MultistepFit, dropped: Collection[str]) -> Search:
     columns = [*kept, *range(count, fit.jacobian[0].shape[-1])]
     jacobian = [J[..., columns] for J in fit.jacobian]
     search = Search(problem, frame, x, offsets, fit.spreads, errors, fit.scales, jacobian)
-    search.descend(STEPS, fresh=False, enough=NEAR)
+    search.descend(STEPS, enough=NEAR)
     return search
 
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.multistep.horizons import HORIZONS, Starts, horizon_errors
+from heli_identifier.tracing.multistep.horizons import APART, HORIZONS, Starts, horizon_errors
 from heli_identifier.tracing.multistep.priors import Coordinate
-from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.fit import difference_step
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters
@@ -98,7 +97,7 @@ class Multistep:
         """Give the number of the piece of :data:`PIECE` seconds that each start lies in, one array a record."""
         labels, first = [], 0
         for starts in self.records:
-            count = max(1, round(len(starts.at) * SPACING / PIECE))
+            count = max(1, round(len(starts.at) * APART / PIECE))
             labels.append(first + np.arange(len(starts.at)) * count // len(starts.at))
             first += count
         return labels
@@ -107,6 +106,6 @@ class Multistep:
 def overlap_weights() -> NDArray[np.float64]:
     """Share (3,) of an independent observation that one start's error at each horizon is worth.
 
-    Starts lie closer than their horizons, so that each is worth SPACING / H; horizons are three views of one motion.
+    Starts lie no farther apart than their horizons, so that each is worth APART / H; horizons are views of one motion.
     """
-    return SPACING / np.array(HORIZONS) / len(HORIZONS)
+    return APART / np.array(HORIZONS) / len(HORIZONS)

@@ -14,6 +14,7 @@ from heli_identifier.tracing.multistep.normal import NormalEquations, normal_equ
 from heli_identifier.tracing.multistep.priors import Coordinate, prior_precision
 from heli_identifier.tracing.multistep.problem import OFFSET_WIDTHS, Arrays, Multistep
 from heli_identifier.tracing.multistep.robust import loss, robust_scales, weights
+from heli_plant.parameters import PlantParameters
 
 NEAR = 1.0
 """Gain of the objective, in units of log-likelihood, below which scales and spreads are held."""
@@ -30,7 +31,10 @@ SHORTEST = 1e4
 
 @dataclass(eq=False)
 class Search:
-    """Where a descent stands; the arrays are those of :class:`heli_identifier.tracing.multistep.fit.MultistepFit`."""
+    """Where a descent stands; the arrays are those of :class:`heli_identifier.tracing.multistep.fit.MultistepFit`.
+
+    ``fresh``: whether the sensitivities were taken where the search stands.
+    """
 
     problem: Multistep
     frame: tuple[Coordinate, ...]
@@ -40,6 +44,7 @@ class Search:
     errors: Arrays
     scales: NDArray[np.float64]
     jacobian: Arrays
+    fresh: bool = False
 
     @classmethod
     def begun(cls, problem: Multistep, frame: tuple[Coordinate, ...], x: NDArray[np.float64]) -> "Search | None":
@@ -55,6 +60,12 @@ class Search:
     def linearise(self) -> None:
         """Take the sensitivities where the search stands."""
         self.jacobian = self.problem.sensitivities(self.frame, self.x, self.offsets, self.errors)
+        self.fresh = True
+
+    @property
+    def parameters(self) -> PlantParameters:
+        """Parameter set for predictions on any log."""
+        return self.problem.parameters(self.frame, self.x)
 
     def penalty(self) -> float:
         """Half the squared distance from the priors' centre."""
@@ -73,11 +84,8 @@ class Search:
             prior_precision(self.frame), self.offsets, self.spreads, blocks,
         )  # fmt: skip
 
-    def descend(self, steps: int, fresh: bool = True, enough: float = SETTLED) -> bool:
-        """Take up to ``steps`` steps and tell whether the search has settled: the last one gained less than ``enough``.
-
-        ``fresh``: whether the sensitivities were taken where the search stands.
-        """
+    def descend(self, steps: int, enough: float = SETTLED) -> bool:
+        """Take up to ``steps`` steps; tell whether it has settled: the last one gained less than ``enough``."""
         lower, upper = np.array([c.bounds for c in self.frame]).T
         damping, gain = 1e-3, np.inf
         for _ in range(steps):
@@ -88,24 +96,21 @@ class Search:
                 step, offset_step = system.step(damping, self.x <= lower, self.x >= upper)
                 trial = self.moved(np.clip(self.x + step, lower, upper), self.offsets + offset_step)
                 gain = before - trial.objective()
-                if gain >= 0.0 or not fresh or damping > SHORTEST:
+                if gain >= 0.0 or not self.fresh or damping > SHORTEST:
                     break
                 damping *= 8.0
             if gain >= 0.0:
                 promised = system.promised(trial.x - self.x, trial.offsets - self.offsets)
-                self.x, self.offsets, self.errors = trial.x, trial.offsets, trial.errors
+                self.x, self.offsets, self.errors, self.fresh = trial.x, trial.offsets, trial.errors, False
+                if gain < enough:
+                    return True
                 damping, good = max(damping / 8.0, 1e-6), gain > PROMISED * promised
-            elif fresh:
+            elif self.fresh:
                 return True  # a corner of the objective: no step, however short, lowers it
             else:
                 gain, good = np.inf, False
-            if good:
-                fresh = False
-            else:
+            if not good:
                 self.linearise()
-                fresh = True
-            if gain < enough:
-                return True
         return False
 
     def _renew(self) -> None:

@@ -14,13 +14,13 @@ SPACING = 0.25
 """Time [s] from one prediction's start to the next."""
 
 
-def prediction_starts(record: Log, steps: int) -> NDArray[np.intp]:
-    """Give the samples (S,) at which predictions start, :data:`SPACING` apart, each followed by ``steps`` more.
+def prediction_starts(record: Log, steps: int, spacing: float = SPACING) -> NDArray[np.intp]:
+    """Give the samples (S,) at which predictions start, ``spacing`` [s] apart, each followed by ``steps`` more.
 
     Those at the start of the record, for which the smoother has too little before them, are left out.
     """
     h = record.step
-    return np.arange(int(WINDOW / h), record.samples - steps, max(1, round(SPACING / h)))
+    return np.arange(int(WINDOW / h), record.samples - steps, max(1, round(spacing / h)))
 
 
 def _predict(time, voltages, at, states, steps, h, p, angles):

@@ -1,7 +1,7 @@
 """Whitening of the innovations: one autoregressive model per axis, by Burg's method, common to all records.
 
 Process noise and encoder noise make the innovations correlated in time. Without whitening, t-scores would show effects
-in a clean record far too often. Source: Ljung, System Identification, 2nd ed., section 7.2; Burg 1967 (statsmodels).
+in a clean record far too often. Source: Ljung, System Identification, 2nd ed., section 7.2.
 """
 
 from collections.abc import Sequence
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from statsmodels.regression.linear_model import burg
 
+from heli_identifier.tracing.prediction.autoregression import burg
 from heli_plant.compiled import compiled
 
 BLOCK = 1024
@@ -87,9 +87,9 @@ def whitened(signals: Sequence[NDArray[np.float64]], taps: NDArray[np.float64], 
 def fit_axis(
     signals: Sequence[NDArray[np.float64]], order: int = ORDER, contraction: float = 1.0
 ) -> tuple[NDArray[np.float64], float]:
-    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,) joined end to end.
+    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,).
 
-    A joint spoils ``order`` samples of thousands. The mean is taken off: left in, it would drive the filter towards a
+    The mean of all is taken off: left in, it would drive the filter towards a
     unit root, behind which the constant torque that caused it can no longer be estimated.
 
     Parameters
@@ -98,11 +98,12 @@ def fit_axis(
         Factor on the radius of the autoregression's poles. Below 1 no step, drift or period can hide behind a pole on
         the unit circle, at the price of a residual that is not quite white (bandwidth expansion, Tohkura 1978).
     """
-    joined = np.concatenate(list(signals))
-    coefficients, variance = burg(joined, order, demean=True)
-    taps = np.concatenate(([1.0], -coefficients)) * contraction ** np.arange(order + 1)
+    mean = np.concatenate(list(signals)).mean()
+    centred = [signal - mean for signal in signals]
+    taps, variance = burg(centred, order)
     if contraction != 1.0:
-        variance = float(np.var(whitened([joined - joined.mean()], taps, 1.0)))
+        taps = taps * contraction ** np.arange(order + 1)
+        variance = float(np.var(whitened(centred, taps, 1.0)))
     return taps, float(np.sqrt(variance))
 
 

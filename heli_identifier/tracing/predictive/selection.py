@@ -12,18 +12,18 @@
 The list says what improves predictions, not what causes the motion.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from heli_identifier.tracing.multistep.fit import MultistepFit, settled
-from heli_identifier.tracing.multistep.nested import growth, search_without, with_fields
+from heli_identifier.tracing.multistep.nested import growth, search_without, widened, with_fields, without
 from heli_identifier.tracing.multistep.priors import ENTRIES, prior_precision
 from heli_identifier.tracing.multistep.robust import loss
 from heli_identifier.tracing.multistep.search import NEAR
 from heli_identifier.tracing.predictive.families import FAMILIES, family_of
-from heli_identifier.tracing.predictive.judge import POSSIBLE, STEADY, WORTH, Judge
+from heli_identifier.tracing.predictive.judge import POSSIBLE, STEADY, WORTH, Judge, Support
 from heli_identifier.tracing.predictive.quadratic import quadratic_of
 
 GROUND_EFFECT = "ground_effect_elevation"
@@ -40,7 +40,7 @@ class Finding:
     field : str
         Coefficient of the member that represents it.
     stability : float
-        Share of the resamples in which the left-out blocks miss it.
+        Share of the halves of the data in which it is found.
     worth : float
         Largest share over the axes by which the error grows in a fit without it; NaN where none was made.
     """
@@ -64,7 +64,7 @@ class PredictiveSelection:
     predictive : tuple of Finding
         Families that are steady and worth their parameter, the most worth first.
     possible : tuple of Finding
-        Families that only some resamples find.
+        Families that only some halves of the data find.
     """
 
     everything: MultistepFit
@@ -93,18 +93,19 @@ def select_predictive(shown: MultistepFit) -> PredictiveSelection:
     judge = Judge(quadratic_of(everything), everything.names, shown.names, families)
     steady = judge.steady()
     fields = {name: judge.best(name, steady) for name in steady}
-    fit, fields, worth, judge = _proven(shown, everything, fields, families)
-    support, stability = judge.around(list(fields))
+    proven = _proven(shown, everything, fields, families)
+    fit, fields, worth, stability = proven.fit, proven.fields, proven.worth, proven.stability
     predictive = [Finding(n, field, stability[n], worth[n]) for n, field in fields.items() if stability[n] >= STEADY]
     named = {finding.family for finding in predictive}
+    best = proven.judge.best
     possible = [
-        Finding(name, fields.get(name) or judge.best(name, fields), stability[name], worth.get(name, found.worth))
-        for name, found in support.items()
+        Finding(name, fields.get(name) or best(name, fields), stability[name], worth.get(name, found.worth))
+        for name, found in proven.support.items()
         if name not in named and stability[name] >= POSSIBLE and found.worth > WORTH
     ]
     unsteady = [field for name, field in fields.items() if name not in named]
     if unsteady:
-        fit = _without(fit, unsteady)
+        fit = without(fit, unsteady)
     predictive.sort(key=lambda finding: -finding.worth)
     return PredictiveSelection(everything, fit, tuple(predictive), tuple(possible))
 
@@ -117,15 +118,12 @@ def _above_ground(shown: MultistepFit) -> MultistepFit:
     return replace(shown, problem=replace(shown.problem, base=shown.problem.base._replace(ground_elevation=lowest)))
 
 
-def _proven(
-    shown: MultistepFit, everything: MultistepFit, fields: dict[str, str], families: dict[str, tuple[str, ...]]
-) -> tuple[MultistepFit, dict[str, str], dict[str, float], Judge]:
-    """Fit with the representatives that prove their worth, and with what that fit lacks.
+@dataclass(frozen=True, eq=False)
+class _Proven:
+    """A fit with representatives that proved their worth, and what the quadratic problem around it says.
 
-    No family comes back that was dropped here.
-
-    Returns
-    -------
+    Attributes
+    ----------
     fit : MultistepFit
     fields : dict of str to str
         The representatives left, by family.
@@ -133,15 +131,37 @@ def _proven(
         Share of an axis's error that each takes off.
     judge : Judge
         Of the quadratic problem around the fit.
+    support : dict of str to Support
+        Of every family, beside those left.
+    stability : dict of str to float
+        The same for the share of the halves.
+    """
+
+    fit: MultistepFit
+    fields: dict[str, str]
+    worth: dict[str, float]
+    judge: Judge
+    support: dict[str, Support]
+    stability: dict[str, float]
+
+
+def _proven(
+    shown: MultistepFit, everything: MultistepFit, fields: dict[str, str], families: dict[str, tuple[str, ...]]
+) -> _Proven:
+    """Fit with the representatives that prove their worth, and with what that fit lacks.
+
+    No family comes back that was dropped here.
     """
     dropped: set[str] = set()
     fields = dict(fields)
     fit = _fitted(shown, everything, list(fields.values())) if fields else shown
     while True:
-        worth = {name: growth(fit, search_without(fit, {field}).errors) for name, field in fields.items()}
+        smaller = {name: search_without(fit, {field}) for name, field in fields.items()}
+        worth = {name: growth(fit, search.errors) for name, search in smaller.items()}
         least = min(worth, key=lambda name: worth[name], default=None)
         if least is not None and worth[least] <= WORTH:
-            fit = _without(fit, [fields.pop(least)])
+            fit = settled(smaller[least], True)
+            del fields[least]
             dropped.add(least)
             continue
         judge = Judge(quadratic_of(_around(fit, everything)), everything.names, shown.names, families)
@@ -150,7 +170,7 @@ def _proven(
             n for n in found if n not in fields and n not in dropped and found[n].enough and stability[n] >= STEADY
         ]
         if not lacking:
-            return fit, fields, worth, judge
+            return _Proven(fit, fields, worth, judge, found, stability)
         name = max(lacking, key=lambda n: found[n].score)
         field = judge.best(name, fields)
         larger = with_fields(fit, [field])
@@ -166,23 +186,22 @@ def _fitted(shown: MultistepFit, everything: MultistepFit, added: Sequence[str])
     Friction that sticks makes corners in the objective, at which one of the two may end early.
     """
     others = set(everything.names) - set(shown.names) - set(added)
-    ends = [with_fields(shown, added), _without(everything, others)]
+    ends = [with_fields(shown, added), without(everything, others)]
     common = np.min([end.scales for end in ends], axis=0)
     return min(
         ends, key=lambda end: loss(end.errors, common) + 0.5 * float(end.x @ prior_precision(end.fields) @ end.x)
     )
 
 
-def _without(fit: MultistepFit, dropped: Collection[str]) -> MultistepFit:
-    return settled(search_without(fit, dropped), True)
-
-
 def _around(fit: MultistepFit, everything: MultistepFit) -> MultistepFit:
     """Give the problem of everything linearised at another fit, where all other effects are off."""
     names = fit.names
-    frame = (*fit.fields, *(c for c in everything.fields if c.field not in names))
-    order = [[c.field for c in frame].index(name) for name in everything.names]
-    x = np.concatenate((fit.x, np.zeros(len(frame) - len(names))))[order]
-    fields = tuple(frame[i] for i in order)
-    jacobian = fit.problem.sensitivities(fields, x, fit.offsets, fit.errors)
-    return replace(fit, fields=fields, x=x, jacobian=jacobian)
+    search = widened(fit, [c for c in everything.fields if c.field not in names])
+    order = [[c.field for c in search.frame].index(name) for name in everything.names]
+    columns = [*order, *range(len(order), search.jacobian[0].shape[-1])]
+    return replace(
+        fit,
+        fields=tuple(search.frame[i] for i in order),
+        x=search.x[order],
+        jacobian=[J[..., columns] for J in search.jacobian],
+    )

@@ -15,9 +15,6 @@ import numpy as np
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE
 
-CLOSED = 3.0
-"""Score beyond which, on any axis, the loop counts as closed; an open one passes it once in 125 times."""
-
 DRIVES = np.array(((1.0, -1.0), (1.0, 1.0), (1.0, -1.0)))
 """What drives pitch, elevation and travel: weights of front and rear voltage."""
 

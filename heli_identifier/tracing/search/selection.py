@@ -15,12 +15,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from heli_identifier.online import CLOSED
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.candidates import candidates, companions, stepping_at
-from heli_identifier.tracing.search.feedback import CLOSED, feedback_score
+from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
 from heli_identifier.tracing.search.scan import Scan, extended, scan, scored

@@ -79,10 +79,10 @@ def _borne_out(
     """Withdraw, least useful first, the predictive effects that do not improve predictions of the held-out logs."""
     fit, predictive, withdrawn = selection.fit, list(selection.predictive), []
     while predictive:
-        reduced = [settled(search_without(fit, {finding.field}), True) for finding in predictive]
+        smaller = [search_without(fit, {finding.field}) for finding in predictive]
         without = [
             mean_over(effect_of(finding.field), held_out.ratios(other.parameters, fit.parameters))
-            for finding, other in zip(predictive, reduced, strict=True)
+            for finding, other in zip(predictive, smaller, strict=True)
         ]
         least = int(np.argmin(without))
         if without[least] > 1.0:
@@ -94,7 +94,7 @@ def _borne_out(
             f"{without[least]:.2f} times that with it"
         )
         withdrawn.append(Withdrawal(effect.name, effect.axis, why))
-        fit = reduced[least]
+        fit = settled(smaller[least], True)
     return fit, predictive, withdrawn
 
 

@@ -150,19 +150,20 @@ def compared(
         would make its residual look the whiter of the two.
     """
     stages = {"before": before, "shown": shown, "after": after, "everything": everything}
+    free_runs: dict[PlantParameters, list[NDArray[np.float64]]] = {}
     found: dict[PlantParameters, Figures] = {}
     for parameters in stages.values():
         if parameters is not None and parameters not in found:
-            errors = [log.angles - free_run(log, parameters) for log in held_out.logs]
+            runs = free_runs[parameters] = [free_run(log, parameters) for log in held_out.logs]
+            errors = [log.angles - run for log, run in zip(held_out.logs, runs, strict=True)]
             found[parameters] = figures(held_out.errors(parameters), errors, [log.step for log in held_out.logs])
-    run_before, run_after = (held_out_run(held_out, parameters, whitener) for parameters in (before, after))
-    runs = (run_before, run_after)
+    run_before, run_after = (_held_out_run(held_out, p, free_runs[p], whitener) for p in (before, after))
     floor = noise_floor(held_out.errors(after))
     inputs = _inputs(held_out.problem, after.T_m, whitener.order)
     naive = [naive_figures(held_out.problem, horizon) for horizon in HORIZONS]
     reports = {}
     for i, axis in enumerate(AXES):
-        white = [[z[:, i] for z in run.white] for run in runs]
+        white = [[z[:, i] for z in run.white] for run in (run_before, run_after)]
         reports[axis] = AxisReport(
             found[before].axis(i),
             found[shown].axis(i),
@@ -183,11 +184,13 @@ def naive_figures(problem: Problem, horizon: float) -> tuple[list[ErrorFigure], 
     return rms_figures(stays, SPACING), rms_figures(goes_on, SPACING)
 
 
-def held_out_run(held_out: HeldOut, parameters: PlantParameters, whitener: Whitener) -> HeldOutRun:
-    """Free runs and residuals of a parameter set on the held-out logs, whitened by ``whitener``."""
+def _held_out_run(
+    held_out: HeldOut, parameters: PlantParameters, free_runs: list[NDArray[np.float64]], whitener: Whitener
+) -> HeldOutRun:
+    """Put the free runs of a parameter set beside its residuals on the held-out logs, whitened by ``whitener``."""
     residuals = held_out.errors(parameters).residuals
     white = [np.column_stack([whitener.apply_axis(axis, [r[:, axis]]) for axis in range(3)]) for r in residuals]
-    return HeldOutRun([free_run(log, parameters) for log in held_out.logs], residuals, white)
+    return HeldOutRun(free_runs, residuals, white)
 
 
 def _inputs(problem: Problem, time_constant: float, order: int) -> list[list[NDArray[np.float64]]]:
