@@ -78,6 +78,8 @@ LAWS = {
     "gyroscopic_coupling_elevation": lambda s, c, w, p: c * s.mu_sum * s.w_th,
     "speed_stability": lambda s, c, w, p: c * s.w_la,
     "rotor_drag_torque": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * cos(horizontal(s, p)),
+    "thrust_tilt": lambda s, c, w, p: c * s.mu_sum * sin(s.th),
+    "translational_lift": lambda s, c, w, p: c * s.mu_sum * cos(s.th) * s.w_la**2,
     "cable_stiffness": lambda s, c, w, p: -c * (s.la - s.cable_rest),
     "inertial_coupling_elevation": lambda s, c, w, p: -c / 2 * sin(2 * horizontal(s, p)) * s.w_la**2,
     "inertial_coupling_travel": lambda s, c, w, p: 2 * c * tan(horizontal(s, p)) * s.w_ep * s.w_la,
@@ -241,11 +243,12 @@ def test_friction_at_the_catalogues_bound_is_integrated_without_chatter():
 OF_RATES = [
     e for e in BY_AXIS
     if e.name in ("dry_friction", "breakaway_friction", "quadratic_drag", "airspeed_thrust_loss",
-                  "gyroscopic_coupling", "inertial_coupling", "speed_stability")
+                  "gyroscopic_coupling", "inertial_coupling", "speed_stability", "translational_lift")
 ]  # fmt: skip
 OF_LIFT = [
     e for e in BY_AXIS
-    if e.name in ("rotor_mismatch", "airspeed_thrust_loss", "gyroscopic_coupling", "rotor_drag_torque", "ground_effect")
+    if e.name in ("rotor_mismatch", "airspeed_thrust_loss", "gyroscopic_coupling", "rotor_drag_torque", "thrust_tilt",
+                  "translational_lift", "ground_effect")
 ]  # fmt: skip
 
 

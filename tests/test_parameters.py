@@ -35,6 +35,8 @@ DESIGN = {
     "airspeed_thrust_loss": "pitch elevation",
     "gyroscopic_coupling": "pitch elevation",
     "rotor_drag_torque": "travel",
+    "thrust_tilt": "elevation",
+    "translational_lift": "elevation",
     "cable_stiffness": "travel",
     "inertial_coupling": "elevation travel",
     "large_angle_gravity": "elevation",
@@ -48,7 +50,8 @@ DESIGN = {
 
 NOT_NEGATIVE = {
     "dry_friction", "breakaway_friction", "quadratic_drag", "reverse_thrust_loss", "dead_zone", "input_delay",
-    "airspeed_thrust_loss", "cable_stiffness", "large_angle_gravity", "pitch_gravity_coupling", "ground_effect",
+    "airspeed_thrust_loss", "translational_lift", "cable_stiffness", "large_angle_gravity", "pitch_gravity_coupling",
+    "ground_effect",
     # theory gives 1; with a negative coupling the kinetic energy would be negative
     "inertial_coupling",
 }  # fmt: skip

@@ -40,6 +40,8 @@ from . import (
     airspeed_thrust_loss,
     gyroscopic_coupling,
     rotor_drag_torque,
+    thrust_tilt,
+    translational_lift,
     cable_stiffness,
     inertial_coupling,
     large_angle_gravity,
