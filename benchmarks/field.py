@@ -2,32 +2,41 @@
 
 Usage: python -m benchmarks.field [--groups clean,...] [--limit RIGS] [--workers N]. Each half of a rig's logs is
 diagnosed by itself. Printed are the halves with something false shown, and per group the counts. False is an effect
-that the rig does not have, and an unknown torque on a rig that has only effects of the catalogue.
+that the rig does not have, and an unknown torque on a rig that has only effects of the catalogue. What counts as
+detectable, covered and within 1.1 of the true structure is in :mod:`benchmarks.field_measures`.
 """
 
 import argparse
 import sys
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing import Pool
 from typing import NamedTuple
 
+from benchmarks.deals import jaccard
+from benchmarks.field_measures import measured
 from benchmarks.field_rigs import FIELD_GROUPS, field_sources
 from heli_identifier.errors import IdentifierError
 from heli_identifier.tracing import diagnose, use_threads
 from heli_identifier.tracing.predictive.families import family_of
 from heli_identifier.workbench.campaign import GeneratedRig
 
+NEAR_TRUTH = 1.1
+"""Ratio of errors up to which a plant predicts as well as the true structure."""
+
 
 class Outcome(NamedTuple):
-    """One half: effects shown that the rig lacks, families shown and true, predictive effects, refusal."""
+    """One half: effects shown that the rig lacks, families shown, true and detectable, predictive effects, refusal."""
 
     name: str
     group: str
     false: list[str]
     shown: set[str]
     true: set[str]
-    predictive: list[str]
+    predictive: set[str]
+    detectable: set[str]
+    covered: dict[str, bool]
+    over_truth: dict[str, float]
     refused: str = ""
 
 
@@ -42,7 +51,7 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
     try:
         found = diagnose(rig.training, held_out=rig.held_out)
     except IdentifierError as error:
-        return Outcome(name, group, [], set(), true_families, [], str(error))
+        return Outcome(name, group, [], set(), true_families, set(), set(), {}, {}, str(error))
     shown = {(effect.name, effect.axis) for effect in found.effects}
     unknown_expected = rig.truth.unknown is not None
     false = [
@@ -50,8 +59,18 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
         for effect in found.effects
         if (effect.name, effect.axis) not in true and not (effect.name == "unknown" and unknown_expected)
     ]
-    predictive = [f"{effect.name} {effect.axis}" for effect in found.predictive]
-    return Outcome(name, group, false, {_family(*effect) for effect in shown}, true_families, predictive)
+    measures = measured(rig, found)
+    return Outcome(
+        name,
+        group,
+        false,
+        {_family(*effect) for effect in shown},
+        true_families,
+        {_family(effect.name, effect.axis) for effect in found.predictive},
+        {_family(*effect) for effect in measures.detectable},
+        measures.covered,
+        measures.over_truth,
+    )
 
 
 def _family(name: str, axis: str) -> str:
@@ -71,19 +90,38 @@ def main(arguments: Sequence[str]) -> None:
     with Pool(asked.workers) as pool:
         for outcome in pool.imap(diagnosed, jobs):
             by_group[outcome.group].append(outcome)
-            if outcome.false or outcome.refused:
-                print(f"{outcome.name}: {'; '.join(outcome.false) or outcome.refused}", flush=True)
+            missed = outcome.detectable - outcome.shown
+            if outcome.false or outcome.refused or missed:
+                said = [*outcome.false, *(f"missed: {name}" for name in sorted(missed))]
+                print(f"{outcome.name}: {'; '.join(said) or outcome.refused}", flush=True)
     for group, outcomes in by_group.items():
         done = [outcome for outcome in outcomes if not outcome.refused]
         accused = sum(bool(outcome.false) for outcome in done)
         found = sum(len(outcome.shown & outcome.true) for outcome in done)
         predictive = sum(bool(outcome.predictive) for outcome in done)
         names = Counter(name for outcome in done for name in outcome.predictive).most_common(5)
+        detected = sum(len(outcome.shown & outcome.detectable) for outcome in done)
+        near = [ratio <= NEAR_TRUTH for outcome in done for ratio in outcome.over_truth.values()]
+        covered = [hit for outcome in done for hit in outcome.covered.values()]
         print(
             f"{group}: {len(done)} of {len(outcomes)} halves diagnosed; something false shown in {accused}; "
-            f"{found} of {sum(len(outcome.true) for outcome in done)} true families shown; predictive effects in "
-            f"{predictive}: {', '.join(f'{name} {count}' for name, count in names) or 'none'}"
+            f"{found} of {sum(len(outcome.true) for outcome in done)} true families shown, {detected} of "
+            f"{sum(len(outcome.detectable) for outcome in done)} detectable ones; Jaccard index of halves: shown "
+            f"{_agreement(done, lambda o: o.shown):.2f}, with predictive "
+            f"{_agreement(done, lambda o: o.shown | o.predictive):.2f}; 1 s error within {NEAR_TRUTH} of the true "
+            f"structure's: {sum(near)} of {len(near)} axes; intervals cover {sum(covered)} of {len(covered)}; "
+            f"predictive effects in {predictive}: {', '.join(f'{name} {count}' for name, count in names) or 'none'}"
         )
+
+
+def _agreement(outcomes: Sequence[Outcome], named: Callable[[Outcome], set[str]]) -> float:
+    """Mean Jaccard index of the two halves of a rig, where either names something."""
+    rigs: dict[str, list[set[str]]] = defaultdict(list)
+    for outcome in outcomes:
+        rigs[outcome.name.rpartition(" ")[0]].append(named(outcome))
+    found = [jaccard(sets) for sets in rigs.values()]
+    known = [value for value in found if value == value]
+    return sum(known) / len(known) if known else float("nan")
 
 
 if __name__ == "__main__":
