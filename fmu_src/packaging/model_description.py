@@ -8,22 +8,9 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from pythonfmu._version import __version__ as PYTHONFMU
 
 from ..slave_base import SlaveBase
-from ..variables import LARGEST, Value, Variable
-from .unit_definitions import DISPLAY, unit_definitions
-
-AUTHOR = "The heli-twin authors"
-LICENSE = "MIT"
-VERSION = "0.1.0"
-DATE = "2025-01-01T00:00:00Z"
-"""Fixed, so that two builds of the same sources are the same bytes."""
-STEP = 0.01
-"""Communication step of the default experiment [s]."""
-LOG_CATEGORIES = {
-    "logStatusWarning": "unusual values",
-    "logStatusDiscard": "refused calls: the value, time or file, and the bound that it breaks",
-    "logStatusError": "faults inside the unit, with their traceback",
-    "logAll": "all messages",
-}
+from ..variables import Value, Variable
+from .described import add_categories_and_experiment, described, type_attributes, variable_element
+from .unit_definitions import unit_definitions
 
 
 def model_description(
@@ -37,20 +24,7 @@ def model_description(
 
     ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=unit.__name__,
-        guid=guid,
-        description=unit.summary,
-        author=AUTHOR,
-        version=VERSION,
-        copyright=f"Copyright (c) 2025 {AUTHOR}",
-        license=LICENSE,
-        generationTool=tool,
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-    )
+    root = described(unit, "2.0", {"guid": guid}, tool)
     interface = SubElement(
         root,
         "CoSimulation",
@@ -70,10 +44,7 @@ def model_description(
         for name in sources:
             SubElement(listed, "File", name=name)
     root.append(unit_definitions(variable.unit for variable in unit.variables if variable.unit))
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(STEP))
+    add_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(unit.variables):
         listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
@@ -83,38 +54,9 @@ def model_description(
 
 def _scalar_variable(reference: int, variable: Variable, start: Value | None) -> Element:
     """``<ScalarVariable>`` with its typed child."""
-    continuous = variable.type == "Real" or variable.causality == "parameter"
-    node = Element(
-        "ScalarVariable",
-        name=variable.name,
-        valueReference=str(reference),
-        description=variable.description,
-        causality=variable.causality,
-        variability=variable.variability if continuous else "discrete",
-    )
-    if variable.causality != "input":  # FMI 2.0.4 forbids ``initial`` on inputs
-        node.set("initial", "calculated" if variable.causality == "output" else "exact")
-    attributes = {}
-    if variable.unit:
-        attributes["unit"] = variable.unit
-        if variable.unit in DISPLAY:
-            attributes["displayUnit"] = DISPLAY[variable.unit][0][0]
-    for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
-        if value is not None and abs(value) < LARGEST:
-            attributes[name] = value_text(value, variable.type)
-    if variable.causality != "output" and start is not None:
-        attributes["start"] = value_text(start, variable.type)
-    SubElement(node, variable.type, attributes)
+    node = variable_element("ScalarVariable", reference, variable)
+    SubElement(node, variable.type, type_attributes(variable, start))
     return node
-
-
-def value_text(value: Value, kind: str) -> str:
-    """Return a value of an FMI type as XML text that reads back to the same bits."""
-    if kind == "Real":
-        return repr(float(value))
-    if kind == "Boolean":
-        return "true" if value else "false"
-    return str(value if kind == "String" else int(value))
 
 
 def _model_structure(variables: tuple[Variable, ...]) -> Element:

@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from ..slave_base import SlaveBase
-from ..variables import LARGEST, Value, Variable
-from .model_description import AUTHOR, DATE, LICENSE, LOG_CATEGORIES, STEP, VERSION, model_description, value_text
-from .unit_definitions import DISPLAY, unit_definitions
+from ..variables import Value, Variable
+from .described import VERSION, add_categories_and_experiment, described, type_attributes, variable_element
+from .model_description import model_description
+from .unit_definitions import unit_definitions
 
 _TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String": "String"}
 """Type in FMI 3.0 of each type of FMI 2.0."""
@@ -24,20 +25,7 @@ def native_model_description(
     """Return ``<fmiModelDescription>``; ``start_values`` override those of the unit's variables."""
     if fmi == 2:
         return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources)
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=unit.__name__,
-        instantiationToken=token,
-        description=unit.summary,
-        author=AUTHOR,
-        version=VERSION,
-        copyright=f"Copyright (c) 2025 {AUTHOR}",
-        license=LICENSE,
-        generationTool=f"heli-twin {VERSION}",
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-    )
+    root = described(unit, "3.0", {"instantiationToken": token}, f"heli-twin {VERSION}")
     SubElement(
         root,
         "CoSimulation",
@@ -49,10 +37,7 @@ def native_model_description(
         canHandleVariableCommunicationStepSize="true",
     )
     root.append(unit_definitions([*(variable.unit for variable in unit.variables if variable.unit), "s"]))
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(STEP))
+    add_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
     for reference, variable in enumerate(unit.variables):
         listed.append(_variable(reference, variable, start_values.get(variable.name, variable.start)))
@@ -71,30 +56,13 @@ def native_model_description(
 
 
 def _variable(reference: int, variable: Variable, start: Value | None) -> Element:
-    """Return the element of a variable."""
-    continuous = variable.type == "Real" or variable.causality == "parameter"
-    node = Element(
-        _TYPES[variable.type],
-        name=variable.name,
-        valueReference=str(reference),
-        description=variable.description,
-        causality=variable.causality,
-        variability=variable.variability if continuous else "discrete",
-    )
-    if variable.causality != "input":
-        node.set("initial", "calculated" if variable.causality == "output" else "exact")
-    if variable.unit:
-        node.set("unit", variable.unit)
-        if variable.unit in DISPLAY:
-            node.set("displayUnit", DISPLAY[variable.unit][0][0])
-    for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
-        if value is not None and abs(value) < LARGEST:
-            node.set(name, value_text(value, variable.type))
-    if variable.causality != "output" and start is not None:
-        if variable.type == "String":
-            SubElement(node, "Start", value=str(start))
+    """Return the element of a variable; the start value of a String is an element of its own."""
+    node = variable_element(_TYPES[variable.type], reference, variable)
+    for name, text in type_attributes(variable, start).items():
+        if name == "start" and variable.type == "String":
+            SubElement(node, "Start", value=text)
         else:
-            node.set("start", value_text(start, variable.type))
+            node.set(name, text)
     return node
 
 
