@@ -143,13 +143,13 @@ def exciter_twin() -> Definition:
             combined,
         ),
         externals={phases: "phases"},
-        files=("mersenne.c",),
+        files=("mersenne.c", "stateless.c"),
     )
 
 
 def player_twin() -> Definition:
     """LogPlayer, whose file is read in C."""
-    return Definition("player.c", files=("log_file.h", "log_file.c"))
+    return Definition("player.c", files=("log_file.h", "log_file.c", "stateless.c"))
 
 
 DEFINITIONS = {

@@ -15,7 +15,7 @@ from .definitions import DEFINITIONS
 from .tables import variables_header, variables_source
 from .translator import Struct, Translation, header, persistence, source
 
-RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c")
+RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c", "calls.h", "calls.c")
 """Files in C that every unit has."""
 
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),

@@ -1,4 +1,4 @@
-"""What the model descriptions of FMI 2.0 and 3.0 say in the same words: the unit, its log, its experiment, a variable."""
+"""What the model descriptions of FMI 2.0 and 3.0 say in the same words of a unit, its log and its variables."""
 
 from __future__ import annotations
 
@@ -28,17 +28,19 @@ def described(unit: type[SlaveBase], version: str, token: Mapping[str, str], too
     """Return ``<fmiModelDescription>`` with its attributes; ``token`` is the GUID under the version's name for it."""
     return Element(
         "fmiModelDescription",
-        fmiVersion=version,
-        modelName=unit.__name__,
-        **token,
-        description=unit.summary,
-        author=AUTHOR,
-        version=VERSION,
-        copyright=f"Copyright (c) 2025 {AUTHOR}",
-        license=LICENSE,
-        generationTool=tool,
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
+        {
+            "fmiVersion": version,
+            "modelName": unit.__name__,
+            **token,
+            "description": unit.summary,
+            "author": AUTHOR,
+            "version": VERSION,
+            "copyright": f"Copyright (c) 2025 {AUTHOR}",
+            "license": LICENSE,
+            "generationTool": tool,
+            "generationDateAndTime": DATE,
+            "variableNamingConvention": "structured",
+        },
     )
 
 

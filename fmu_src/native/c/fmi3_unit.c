@@ -1,6 +1,6 @@
 /* The functions of FMI 3.0 for co-simulation, on top of unit.h. */
 #include "fmi3Functions.h"
-#include "unit.h"
+#include "calls.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,15 +11,8 @@ typedef struct {
     fmi3Boolean logging;
 } Host;
 
-typedef struct {
-    size_t size;
-    unsigned char bytes[];
-} State;
-
 static void report(Unit *unit, Status status, const char *message)
 {
-    static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                             "logStatusError"};
     const Host *host = unit->host;
     if (host->logging && host->log)
         host->log(host->environment, (fmi3Status)status, CATEGORIES[status], message);
@@ -143,13 +136,7 @@ fmi3Status fmi3DoStep(
     return (fmi3Status)status;
 }
 
-/* Values: all are set or read, and the worst status is returned. The time stands behind the other variables. */
-
-static void note(Status *worst, Status status)
-{
-    if (status > *worst)
-        *worst = status;
-}
+/* Values; the time stands behind the other variables. */
 
 static bool fits(fmi3Instance instance, size_t references, size_t values, Status *status)
 {
@@ -245,58 +232,36 @@ fmi3Status fmi3SetString(
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
 {
-    const size_t size = unit_state_size(instance);
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "getFMUState: there is no memory left");
-    kept->size = size;
-    *state = kept;
-    return (fmi3Status)unit_save(instance, kept->bytes, size);
+    return (fmi3Status)state_get(instance, "getFMUState", state);
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
 {
-    const State *kept = state;
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "setFMUState: there is no state");
-    return (fmi3Status)unit_restore(instance, kept->bytes, kept->size);
+    return (fmi3Status)state_set(instance, "setFMUState", state);
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
 {
     (void)instance;
-    free(*state);
-    *state = NULL;
+    state_free(state);
     return fmi3OK;
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
 {
     (void)instance;
-    *size = ((State *)state)->size;
+    *size = state_size(state);
     return fmi3OK;
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    const State *kept = state;
-    if (size < kept->size)
-        return (fmi3Status)unit_say(
-            instance, ERROR, "serializeFMUState: the state has %zu bytes, not %zu", kept->size, size);
-    memcpy(bytes, kept->bytes, kept->size);
-    return fmi3OK;
+    return (fmi3Status)state_serialise(instance, "serializeFMUState", state, bytes, size);
 }
 
-fmi3Status fmi3DeserializeFMUState(
-    fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "deserializeFMUState: there is no memory left");
-    kept->size = size;
-    memcpy(kept->bytes, bytes, size);
-    *state = kept;
-    return fmi3OK;
+    return (fmi3Status)state_deserialise(instance, "deserializeFMUState", bytes, size, state);
 }
 
 /* What the model description says that the unit does not offer; importers ask that every function is exported. */

@@ -16,6 +16,7 @@ from heli_plant.syntax import definition_of
 from . import assignments, displays, operators, statements, subscripts
 from .body import Body, Handler, c_name
 from .calls import call, parameter_types
+from .conversions import as_type
 from .expression import Expr
 from .homes import homes
 from .refusal import Untranslatable
@@ -205,7 +206,7 @@ def _parameters(body: Body, unit: Unit, assigned: set[str]) -> None:
         elif name in assigned and (isinstance(kind, Struct) or body.types.get(name, kind) != kind):
             wanted = body.widen(name, kind)
             given = Expr(kind, c_name(name), pointer=isinstance(kind, Struct))
-            body.emit(f"{wanted.name} {name}_now = {body.as_type(given, wanted).text};")
+            body.emit(f"{wanted.name} {name}_now = {as_type(body, given, wanted).text};")
             body.bind(name, Expr(wanted, f"{name}_now"))
             body.renamed[name] = f"{name}_now"
         elif name in assigned:
