@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from ..packaging import value_text
-from ..slave_base import SlaveBase
+from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .definition import Definition
 from .translator import BOOL, INT, CType, Struct, fields
@@ -56,11 +56,14 @@ def _converted(kind: CType, text: str) -> str:
 
 
 def variables_source(unit: type[SlaveBase], start_values: Mapping[str, Value], identifier: str, token: str) -> str:
-    """Return variables.c: the table of all variables, the unit's name and the token of its model description."""
+    """Return variables.c: all variables, the unit's name, the token of its model description, its limits."""
     rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in unit.variables)
     return (
         '/* Generated from the unit\'s definition. */\n#include "unit.h"\n\n'
         f"const char UNIT_NAME[] = {quoted(identifier)};\nconst char UNIT_TOKEN[] = {quoted(token)};\n\n"
+        f"const bool HAS_PAST = {'true' if unit.has_past else 'false'};\n"
+        f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
+        f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"
         "/* name, kind, causality, tunable, unit, minimum, maximum, start, text */\n"
         f"const Variable VARIABLES[] = {{\n{rows}\n}};\n\n"
         "const size_t VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0];\n"

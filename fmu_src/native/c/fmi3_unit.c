@@ -152,7 +152,7 @@ fmi3Status fmi3GetFloat64(
     Status worst = OK;
     for (size_t i = 0; fits(instance, count, size, &worst) && i < count; i++) {
         if (vr[i] == VARIABLE_COUNT)
-            values[i] = ((Unit *)instance)->time;
+            values[i] = ((Unit *)instance)->reached;
         else
             note(&worst, unit_get(instance, REAL, vr[i], &values[i]));
     }

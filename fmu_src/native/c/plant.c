@@ -49,6 +49,12 @@ void model_initialise(Model *model, Unit *unit)
 void model_advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
+    if (step > (double)MOST_SUBSTEPS * model->longest_step)
+        refuse(
+            unit->space,
+            "the step of %g s from t = %g s needs %.3g steps of solver.step = %g s; at most %lld are taken, take a "
+            "shorter step",
+            step, time, step / model->longest_step, model->longest_step, (long long)MOST_SUBSTEPS);
     const PlantMemory next = communication_communicate(
         unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real, values[REF_mass_position].real,
         time, unit->start_time, step, model->longest_step, model->delay, &model->parameters);

@@ -31,6 +31,12 @@ extern const Variable VARIABLES[];
 extern const size_t VARIABLE_COUNT;
 extern const char UNIT_NAME[], UNIT_TOKEN[];
 
+/* The limits of the unit in Python: fmu_src/slave_base.py. */
+extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
+extern const double LONGEST_STEP;    /* of a communication step [s]; this also keeps infinity out */
+extern const int64_t MOST_SUBSTEPS;  /* inside of one communication step */
+extern const double CLOCK_TOLERANCE; /* of the begin of a step, as a share of the step */
+
 typedef struct {
     double real; /* of a Real, Integer or Boolean */
     char *text;  /* of a String */
@@ -42,13 +48,13 @@ typedef void (*Reporter)(Unit *unit, Status status, const char *message);
 
 struct Unit {
     Phase phase;
-    double start_time, time; /* [s] */
+    double start_time, reached; /* start of the run, end of the last step [s] */
     Value *values;
     bool *refused;      /* variables whose last value was bad */
     double *refused_as; /* that value */
     size_t refused_count;
     bool outdated;   /* the outputs do not follow from the values yet */
-    bool failed;     /* the initialisation failed; the unit can only be reset */
+    char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
     bool initialised; /* the model has been initialised with the values as they are */
     Space *space;    /* of the model's memory between steps */
     Space *spare;    /* where that is moved when it is tidied up */
