@@ -64,12 +64,12 @@ def variable_element(tag: str, reference: int, variable: Variable) -> Element:
         variability=variable.variability if continuous else "discrete",
     )
     if variable.causality != "input":  # FMI 2.0.4 forbids ``initial`` on inputs
-        node.set("initial", "calculated" if variable.causality == "output" else "exact")
+        node.set("initial", "exact" if variable.causality == "parameter" else "calculated")
     return node
 
 
 def type_attributes(variable: Variable, start: Value | None) -> dict[str, str]:
-    """Return unit, range and start value of a variable; an output has no start value."""
+    """Return unit, range and start value of a variable; what is calculated has no start value."""
     attributes = {}
     if variable.unit:
         attributes["unit"] = variable.unit
@@ -78,7 +78,7 @@ def type_attributes(variable: Variable, start: Value | None) -> dict[str, str]:
     for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
         if value is not None and abs(value) < LARGEST:
             attributes[name] = value_text(value, variable.type)
-    if variable.causality != "output" and start is not None:
+    if variable.causality in ("input", "parameter") and start is not None:
         attributes["start"] = value_text(start, variable.type)
     return attributes
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from pythonfmu._version import __version__ as PYTHONFMU
@@ -18,13 +18,32 @@ def model_description(
     start_values: Mapping[str, Value],
     guid: str,
     tool: str = f"PythonFMU {PYTHONFMU}",
-    sources: Iterable[str] = (),
+    sources: Collection[str] = (),
+    extra: Sequence[Variable] = (),
 ) -> Element:
     """Return ``<fmiModelDescription>`` of a unit class; ``start_values`` override those of its variables.
 
-    ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it.
+    ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it. A unit with Model
+    Exchange has its states and, behind them, their derivatives as ``extra`` variables.
     """
     root = described(unit, "2.0", {"guid": guid}, tool)
+    if extra:
+        root.set("numberOfEventIndicators", "0")
+        _add_sources(
+            SubElement(
+                root,
+                "ModelExchange",
+                modelIdentifier=unit.__name__,
+                needsExecutionTool="false",
+                completedIntegratorStepNotNeeded="true",
+                canBeInstantiatedOnlyOncePerProcess="false",
+                canNotUseMemoryManagementFunctions="true",
+                canGetAndSetFMUstate="true",
+                canSerializeFMUstate="true",
+                providesDirectionalDerivative="true",
+            ),
+            sources,
+        )
     interface = SubElement(
         root,
         "CoSimulation",
@@ -39,17 +58,26 @@ def model_description(
         canSerializeFMUstate="true",
         providesDirectionalDerivative="false",
     )
+    _add_sources(interface, sources)
+    variables = (*unit.variables, *extra)
+    root.append(unit_definitions(variable.unit for variable in variables if variable.unit))
+    add_categories_and_experiment(root)
+    listed = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
+    states = len(extra) // 2
+    for place in range(len(variables) - states, len(variables)):
+        listed[place][0].set("derivative", str(place - states + 1))
+    root.append(_model_structure(unit.variables, states))
+    return root
+
+
+def _add_sources(interface: Element, sources: Collection[str]) -> None:
+    """List the files by which an importer can compile a unit."""
     if sources:
         listed = SubElement(interface, "SourceFiles")
         for name in sources:
             SubElement(listed, "File", name=name)
-    root.append(unit_definitions(variable.unit for variable in unit.variables if variable.unit))
-    add_categories_and_experiment(root)
-    listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(unit.variables):
-        listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
-    root.append(_model_structure(unit.variables))
-    return root
 
 
 def _scalar_variable(reference: int, variable: Variable, start: Value | None) -> Element:
@@ -59,18 +87,32 @@ def _scalar_variable(reference: int, variable: Variable, start: Value | None) ->
     return node
 
 
-def _model_structure(variables: tuple[Variable, ...]) -> Element:
-    """``<ModelStructure>``; outputs depend on no input at a communication point, because they change in doStep only."""
+def _model_structure(variables: tuple[Variable, ...], states: int) -> Element:
+    """``<ModelStructure>``: outputs depend on no input, in co-simulation because they change in doStep only.
+
+    The ``states`` of Model Exchange stand behind the variables, their derivatives behind them. Outputs depend on them
+    and derivatives on everything that is known, which goes without saying.
+    """
     position = {variable.name: str(index + 1) for index, variable in enumerate(variables)}
     outputs = [variable for variable in variables if variable.causality == "output"]
+
+    def places(first: int, last: int) -> str:
+        return " ".join(str(len(variables) + k) for k in range(first, last + 1))
+
     structure = Element("ModelStructure")
     listed = SubElement(structure, "Outputs")
     for variable in outputs:
-        SubElement(listed, "Unknown", index=position[variable.name], dependencies="")
+        SubElement(listed, "Unknown", index=position[variable.name], dependencies=places(1, states))
+    if states:
+        listed = SubElement(structure, "Derivatives")
+        for index in places(1 + states, 2 * states).split():
+            SubElement(listed, "Unknown", index=index)
     unknowns = SubElement(structure, "InitialUnknowns")
     for variable in outputs:
         known = sorted(int(position[name]) for name in variable.initial_dependencies)
         SubElement(unknowns, "Unknown", index=position[variable.name], dependencies=" ".join(map(str, known)))
+    for index in places(1, 2 * states).split():
+        SubElement(unknowns, "Unknown", index=index)
     return structure
 
 

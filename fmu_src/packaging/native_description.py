@@ -20,12 +20,32 @@ _TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String":
 
 
 def native_model_description(
-    unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, sources: Sequence[str], fmi: int
+    unit: type[SlaveBase],
+    start_values: Mapping[str, Value],
+    token: str,
+    sources: Sequence[str],
+    fmi: int,
+    extra: Sequence[Variable] = (),
 ) -> Element:
-    """Return ``<fmiModelDescription>``; ``start_values`` override those of the unit's variables."""
+    """Return ``<fmiModelDescription>``; ``start_values`` override those of the unit's variables.
+
+    A unit with Model Exchange has its states and, behind them, their derivatives as ``extra`` variables.
+    """
     if fmi == 2:
-        return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources)
+        return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources, extra)
     root = described(unit, "3.0", {"instantiationToken": token}, f"heli-twin {VERSION}")
+    states, variables = len(extra) // 2, (*unit.variables, *extra)
+    if extra:
+        SubElement(
+            root,
+            "ModelExchange",
+            modelIdentifier=unit.__name__,
+            needsExecutionTool="false",
+            canBeInstantiatedOnlyOncePerProcess="false",
+            canGetAndSetFMUState="true",
+            canSerializeFMUState="true",
+            providesDirectionalDerivatives="true",
+        )
     SubElement(
         root,
         "CoSimulation",
@@ -36,22 +56,24 @@ def native_model_description(
         canSerializeFMUState="true",
         canHandleVariableCommunicationStepSize="true",
     )
-    root.append(unit_definitions([*(variable.unit for variable in unit.variables if variable.unit), "s"]))
+    root.append(unit_definitions([*(variable.unit for variable in variables if variable.unit), "s"]))
     add_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(unit.variables):
+    for reference, variable in enumerate(variables):
         listed.append(_variable(reference, variable, start_values.get(variable.name, variable.start)))
+    for place in range(len(variables) - states, len(variables)):
+        listed[place].set("derivative", str(place - states))
     SubElement(
         listed,
         "Float64",
         name="time",
-        valueReference=str(len(unit.variables)),
+        valueReference=str(len(variables)),
         causality="independent",
         variability="continuous",
         unit="s",
         description="time of the last communication point",
     )
-    root.append(_structure(unit.variables))
+    root.append(_structure(unit.variables, states))
     return root
 
 
@@ -66,14 +88,22 @@ def _variable(reference: int, variable: Variable, start: Value | None) -> Elemen
     return node
 
 
-def _structure(variables: Sequence[Variable]) -> Element:
-    """Return ``<ModelStructure>``; outputs depend on no input, because they change in doStep only."""
+def _structure(variables: Sequence[Variable], states: int) -> Element:
+    """Return ``<ModelStructure>``; outputs depend on no input, and in Model Exchange on the states."""
     place = {variable.name: str(reference) for reference, variable in enumerate(variables)}
     outputs = [variable for variable in variables if variable.causality == "output"]
+
+    def places(first: int, beyond: int) -> str:
+        return " ".join(str(len(variables) + k) for k in range(first, beyond))
+
     structure = Element("ModelStructure")
     for variable in outputs:
-        SubElement(structure, "Output", valueReference=place[variable.name], dependencies="")
+        SubElement(structure, "Output", valueReference=place[variable.name], dependencies=places(0, states))
+    for reference in places(states, 2 * states).split():
+        SubElement(structure, "ContinuousStateDerivative", valueReference=reference)
     for variable in outputs:
         known = " ".join(place[name] for name in variable.initial_dependencies)
         SubElement(structure, "InitialUnknown", valueReference=place[variable.name], dependencies=known)
+    for reference in places(0, 2 * states).split():
+        SubElement(structure, "InitialUnknown", valueReference=reference)
     return structure

@@ -1,4 +1,4 @@
-/* The functions of FMI 2.0 for co-simulation, on top of unit.h. */
+/* The functions of FMI 2.0 that every unit has, on top of unit.h; those of model exchange are in fmi2_exchange.c. */
 #include "fmi2Functions.h"
 #include "calls.h"
 
@@ -56,12 +56,14 @@ fmi2Component fmi2Instantiate(
     const char *problem = NULL;
     if (!unit)
         problem = "there is no memory left";
-    else if (type != fmi2CoSimulation)
+    else if (type != fmi2CoSimulation && !EXCHANGE)
         problem = "the unit is for co-simulation only";
     else if (!token || strcmp(token, UNIT_TOKEN) != 0)
         problem = "the GUID is that of another model description";
-    if (!problem)
+    if (!problem) {
+        unit->exchange = type == fmi2ModelExchange;
         return unit;
+    }
     if (host->log)
         host->log(host->environment, name ? name : "", fmi2Error, "logStatusError", "instantiate: %s", problem);
     unit_free(unit);
@@ -223,19 +225,6 @@ fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size
 }
 
 /* What the model description says that the unit does not offer */
-
-fmi2Status fmi2GetDirectionalDerivative(
-    fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
-    size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])
-{
-    (void)unknown;
-    (void)unknowns;
-    (void)known;
-    (void)knowns;
-    (void)seed;
-    (void)sensitivity;
-    return NOT_HERE("getDirectionalDerivative");
-}
 
 fmi2Status fmi2SetRealInputDerivatives(
     fmi2Component c, const fmi2ValueReference vr[], size_t count, const fmi2Integer order[], const fmi2Real value[])

@@ -158,5 +158,6 @@ Status unit_restore(Unit *unit, const unsigned char *at, size_t size)
     unit->space = unit->spare;
     unit->spare = old;
     unit->live = unit->space->taken;
+    exchange_begin(unit);
     return OK;
 }

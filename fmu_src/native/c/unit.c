@@ -41,7 +41,7 @@ static bool set_starts(Unit *unit)
     unit->start_time = unit->reached = 0.0;
     unit->phase = INSTANTIATED;
     unit->failure[0] = '\0';
-    unit->outdated = unit->initialised = false;
+    unit->outdated = unit->stale = unit->initialised = false;
     return true;
 }
 
@@ -122,8 +122,9 @@ Status unit_prepare(Unit *unit, const char *call)
         return DISCARD;
     }
     model_initialise(unit->model, unit);
-    unit->live = 0;
     unit->reached = unit->start_time;
+    exchange_begin(unit);
+    unit->live = 0;
     unit->outdated = false;
     unit->initialised = true;
     return OK;
@@ -270,6 +271,8 @@ static void tidy(Unit *unit)
 Status unit_step(Unit *unit, double time, double step)
 {
     jmp_buf back;
+    if (unit->exchange)
+        return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
     if (unit->phase != STEPPING || unit->refused_count || unit->failure[0] || !(step > 0.0 && step < LONGEST_STEP) ||
         !begins_well(unit, time, step))
         return refuse_step(unit, time, step);
@@ -281,6 +284,7 @@ Status unit_step(Unit *unit, double time, double step)
         tidy(unit);
     model_advance(unit->model, unit, time, step);
     unit->reached = time + step;
+    unit->stale = EXCHANGE != NULL;
     return OK;
 }
 
@@ -308,7 +312,9 @@ static bool open_to_set(Unit *unit, uint32_t reference, const char *value, Statu
         return true;
     *status = unit_say(
         unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name,
-        variable->causality == OUTPUT ? "is an output" : "is fixed once initialisation has ended", quote, value, quote);
+        variable->causality == OUTPUT  ? "is an output"
+        : variable->causality == LOCAL ? "is calculated"
+                                       : "is fixed once initialisation has ended", quote, value, quote);
     return false;
 }
 
@@ -332,6 +338,7 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
         unit->refused_count--;
     }
     unit->values[reference].real = value;
+    unit->stale = EXCHANGE && unit->initialised;
     unit->outdated = unit->phase == INITIALISING;
     return OK;
 }
@@ -358,6 +365,8 @@ Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
         return status;
     if (unit->outdated)
         status = unit_prepare(unit, "get");
+    if (unit->stale && unit->initialised)
+        exchange_refresh(unit);
     *value = unit->values[reference].real;
     return status;
 }

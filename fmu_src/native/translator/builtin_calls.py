@@ -13,12 +13,13 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from . import duals
 from .body import Body
 from .conversions import as_type, known
 from .displays import loop, loops, whole
 from .expression import EQUALITY, PRODUCT, RELATION, SUM, UNARY, Expr, row
 from .iteration import run
-from .types import BOOL, FLOAT, INT, CType, Function, Listing, joined
+from .types import BOOL, DUAL, FLOAT, INT, CType, Function, Listing, joined
 from .values import items_of, simple, unwrapped
 
 _MATHEMATICS: dict[Any, str] = {
@@ -43,7 +44,10 @@ def builtin(body: Body, node: ast.Call, function: Any) -> Expr | None:
     if function in _REFUSED:
         body.refuse(node, _REFUSED[function])
     if function in _MATHEMATICS:
-        values = [as_type(body, unwrapped(body.value(argument)), FLOAT).text for argument in node.args]
+        given = [unwrapped(body.value(argument)) for argument in node.args]
+        if any(value.type == DUAL for value in given):
+            return duals.function(body, node, _MATHEMATICS[function], given)
+        values = [as_type(body, value, FLOAT).text for value in given]
         return Expr(FLOAT, f"{_MATHEMATICS[function]}({', '.join(values)})")
     if function in _OPERATORS:
         symbol, level = _OPERATORS[function]
@@ -79,6 +83,8 @@ def _abs(body: Body, node: ast.Call) -> Expr:
     x = unwrapped(body.value(node.args[0]))
     if x.type == INT:
         return Expr(INT, f"llabs({x.text})")
+    if x.type == DUAL:
+        return Expr(DUAL, f"dual_abs({x.text})")
     return Expr(FLOAT, f"fabs({as_type(body, x, FLOAT).text})")
 
 

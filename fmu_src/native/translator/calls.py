@@ -13,7 +13,7 @@ from .body import Body
 from .builtin_calls import builtin
 from .conversions import as_type, known, struct
 from .expression import Expr
-from .types import NOTHING, Choice, Function, Listing, NoType, Struct, annotated, fields
+from .types import DUAL, FLOAT, NOTHING, Choice, Function, Listing, NoType, Struct, annotated, fields
 from .values import items_of, simple, unwrapped
 
 _PLACE = re.compile(r"[A-Za-z_]\w*((\.|->)\w+|\[\w+\])*")
@@ -85,7 +85,7 @@ def project_call(body: Body, node: ast.AST, function: FunctionType, given: list[
     for (name, hint), value in zip(hints.items(), given, strict=True):
         if value.type == NOTHING and hint is None:
             body.refuse(node, f"None is given for {name} of {function.__name__}, which has no annotation")
-        typed.append(value if hint is None else as_type(body, value, hint))
+        typed.append(value if hint is None or (value.type, hint) == (DUAL, FLOAT) else as_type(body, value, hint))
     typed = [as_type(body, value, value.type) if value.items is not None else value for value in typed]
     unit = body.program.function(function, tuple(value.type for value in typed))
     body.callees.append(unit)

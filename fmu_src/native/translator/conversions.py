@@ -8,6 +8,7 @@ from .body import Body
 from .expression import ATOM, Expr, row
 from .types import (
     BOOL,
+    DUAL,
     FLOAT,
     INT,
     NOTHING,
@@ -86,6 +87,8 @@ def as_type(body: Body, value: Expr, wanted: CType) -> Expr:
         return Expr(wanted, f"({wanted.name}){{true, {as_type(body, value, wanted.item).text}}}")
     if isinstance(have, Maybe):
         return as_type(body, unwrapped(value), wanted)
+    if wanted == DUAL and have in (FLOAT, INT, BOOL):
+        return Expr(DUAL, f"dual_of({as_type(body, value, FLOAT).text})")
     if wanted == FLOAT and have in (INT, BOOL):
         return Expr(FLOAT, value.as_float or f"(double){value.at_least(90)}", ATOM if value.as_float else 90)
     if wanted == INT and have == BOOL:

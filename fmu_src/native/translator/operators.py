@@ -10,6 +10,7 @@ import ast
 import builtins
 from typing import Any
 
+from . import duals
 from .body import Body
 from .conversions import as_type, known, new_list
 from .expression import (
@@ -25,7 +26,7 @@ from .expression import (
     UNKNOWN_VALUE,
     Expr,
 )
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, joined
+from .types import BOOL, DUAL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, joined
 from .values import items_of, simple, unwrapped
 
 _SYMBOLS: dict[type, tuple[str, int]] = {
@@ -90,10 +91,12 @@ def binary(body: Body, node: ast.BinOp) -> Expr:
     a, b = unwrapped(body.value(node.left)), unwrapped(body.value(node.right))
     if isinstance(node.op, ast.Add) and _is_sequence(body, a) and _is_sequence(body, b):
         return _concatenated(body, node)
-    if not {a.type, b.type} <= {INT, FLOAT, BOOL}:
+    if not {a.type, b.type} <= {INT, FLOAT, DUAL, BOOL}:
         body.refuse(node, f"the operands are no numbers: {ast.unparse(node)}")
-    kind = FLOAT if isinstance(node.op, ast.Div) else joined(joined(a.type, b.type), INT)
+    kind = joined(joined(a.type, b.type), FLOAT if isinstance(node.op, ast.Div) else INT)
     a, b = as_type(body, a, kind), as_type(body, b, kind)
+    if kind == DUAL:
+        return duals.operation(body, node, a, b)
     if isinstance(node.op, ast.Mod | ast.FloorDiv):
         if kind == FLOAT and isinstance(node.op, ast.FloorDiv):
             body.refuse(node, "// of floats has no translation; use floor(a / b)")
@@ -151,6 +154,8 @@ def unary(body: Body, node: ast.UnaryOp) -> Expr:
             return known(body, not test.constant)
         return Expr(BOOL, f"!{test.at_least(UNARY)}", UNARY)
     operand = unwrapped(body.value(node.operand))
+    if operand.type == DUAL and isinstance(node.op, ast.USub):
+        return Expr(DUAL, f"dual_neg({operand.text})")
     if operand.type not in (INT, FLOAT) or not isinstance(node.op, ast.USub):
         body.refuse(node, f"{ast.unparse(node)} has no translation to C")
     if operand.constant is not UNKNOWN_VALUE:
@@ -183,6 +188,8 @@ def _compared(body: Body, node: ast.Compare, op: ast.cmpop, a: Expr, b: Expr) ->
         return Expr(BOOL, f"strcmp({a.text}, {b.text}) {symbol} 0", level)
     a, b = unwrapped(a), unwrapped(b)
     kind = joined(a.type, b.type)
+    if kind == DUAL:
+        return duals.comparison(op, symbol, level, as_type(body, a, kind), as_type(body, b, kind))
     if kind not in (BOOL, INT, FLOAT):
         body.refuse(node, f"only numbers and texts can be compared: {ast.unparse(node)}")
     a, b = as_type(body, a, kind), as_type(body, b, kind)
