@@ -302,29 +302,34 @@ static bool known(Unit *unit, const char *verb, Kind kind, uint32_t reference, S
     return false;
 }
 
-/* Whether a variable may be set now; ``value`` is what it is set to, as a text. */
-static bool open_to_set(Unit *unit, uint32_t reference, const char *value, Status *status)
+static bool open_to_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
+    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
+}
+
+/* Say that a variable may not be set to ``value`` now. */
+static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
+{
+    const Variable *variable = &VARIABLES[reference];
     const char *quote = variable->kind == STRING ? "'" : "";
-    if (variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable)))
-        return true;
-    *status = unit_say(
-        unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name,
-        variable->causality == OUTPUT  ? "is an output"
-        : variable->causality == LOCAL ? "is calculated"
-                                       : "is fixed once initialisation has ended", quote, value, quote);
-    return false;
+    const char *reason = variable->causality == OUTPUT  ? "is an output"
+                         : variable->causality == LOCAL ? "is calculated"
+                                                        : "is fixed once initialisation has ended";
+    return unit_say(
+        unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,
+        value, quote);
 }
 
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 {
     Status status = OK;
     char text[NUMBER_SIZE];
-    if (!known(unit, "set", kind, reference, &status) ||
-        !open_to_set(unit, reference, written(kind, value, text), &status))
+    if (!known(unit, "set", kind, reference, &status))
         return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, written(kind, value, text));
     const Variable *variable = &VARIABLES[reference];
     if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
         unit->refused_count += !unit->refused[reference];
@@ -346,9 +351,10 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
 {
     Status status = OK;
-    if (!known(unit, "set", STRING, reference, &status) ||
-        !open_to_set(unit, reference, text ? text : "", &status))
+    if (!known(unit, "set", STRING, reference, &status))
         return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, text ? text : "");
     char *copy = text ? unit_copied(text) : NULL;
     if (!copy)
         return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
