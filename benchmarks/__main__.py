@@ -24,6 +24,7 @@ MODULES = {
     "cost": "benchmarks.cost",
     "memory": "benchmarks.memory",
     "native": "benchmarks.native",
+    "runs": "benchmarks.native_runs",
 }
 """Module of each section; its function ``section`` measures and gives the text."""
 

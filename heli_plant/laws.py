@@ -6,6 +6,7 @@
     motor_time_constant(p)                  T_m, then the laws at LAG [s]
     input_delay(p)                          the laws at DELAY [s]
     bending_acceleration(...)               sum of the laws at BENDING [rad/s^2]
+    next_step_time(time, p)                 when a law steps next [s], infinity if none does
 
 No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
 behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
@@ -17,7 +18,7 @@ import math
 from collections.abc import Iterable
 from types import FunctionType
 
-from .effects import ACCELERATION, AXES, BENDING, DELAY, LAG, THRUST, VOLTAGE, Effect, at
+from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TIMES, THRUST, VOLTAGE, Effect, at
 from .errors import PlantError
 from .motor import saturate
 from .syntax import definition_of, made
@@ -139,6 +140,22 @@ bending_acceleration = _sum(
 )
 bends = _function(
     "bends", (), [f"return {_any_on(at(BENDING, 'elevation'))}"], "Return whether the arm's bending mode is on."
+)
+
+next_step_time = _function(
+    "next_step_time",
+    ("time",),
+    [
+        "found = inf",
+        *(
+            f"if p.{entry.field} != 0.0 and time < p.{shape.field} < found: found = p.{shape.field}"
+            for entry in CATALOGUE
+            for shape in entry.shapes
+            if shape.start == STEP_TIMES
+        ),
+        "return found",
+    ],
+    "Return the first time [s] after ``time`` at which a law that is on steps.",
 )
 
 

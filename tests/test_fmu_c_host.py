@@ -8,13 +8,11 @@ import sys
 import sysconfig
 import zipfile
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
 from fmu_src import UNITS
-
-HOSTS = Path(__file__).parent / "hosts"
+from tests.c_hosts import HOSTS, compiled, described, written_log
 
 
 @pytest.fixture(scope="module")
@@ -22,31 +20,13 @@ def host(tmp_path_factory):
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("this machine has no C compiler")
-    program = tmp_path_factory.mktemp("host") / "c_host"
-    source = HOSTS / "c_host.c"
-    command = [
-        compiler,
-        "-std=gnu11",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-O1",
-        str(source),
-        "-o",
-        str(program),
-        "-ldl",
-        "-lm",
-    ]
-    subprocess.run(command, check=True)
-    return program
+    target = tmp_path_factory.mktemp("host") / "c_host"
+    return compiled([compiler], [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    path = tmp_path_factory.mktemp("log") / "log.csv"
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
-    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
-    return path
+    return written_log(tmp_path_factory.mktemp("log"))
 
 
 def libpython():
@@ -61,24 +41,16 @@ def libpython():
 def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, host, log, tmp_path, unit):
     with zipfile.ZipFile(fmus[unit]) as archive:
         archive.extractall(tmp_path)
-    root = ElementTree.parse(tmp_path / "modelDescription.xml").getroot()
-    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
-
-    def listed(causality):
-        found = [v.get("valueReference") for v in variables.values() if v.get("causality") == causality]
-        return [str(len(found)), *found]
-
-    text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
+    guid, text, references = described(tmp_path)
     done = subprocess.run(
         [
             str(host),
             str(tmp_path / f"binaries/linux64/{unit}.so"),
             (tmp_path / "resources").as_uri(),
-            root.get("guid"),
+            guid,
             text,
             str(log),
-            *listed("input"),
-            *listed("output"),
+            *references,
         ],
         capture_output=True,
         text=True,

@@ -1,15 +1,4 @@
-"""Other importers run the same units and agree with the master, each in a process of its own.
-
-The four-unit loop with encoders, dry friction, a reference step and the paper's excitation, 10 000 steps. The units
-are deterministic; what differs between importers is how they form the time k H (integer nanoseconds, a running sum,
-a product). A running sum of 10 000 steps is off by up to 1e-10 s; the exciter's chirp moves by 2.5 V/s.
-"""
-
-import json
-import os
-import subprocess
-import sys
-from pathlib import Path
+"""Other importers run the same units and agree with the master, each in a process of its own."""
 
 import numpy as np
 import pytest
@@ -20,21 +9,17 @@ from fmu_src.ssp import write_ssp
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
-
-HOSTS = Path(__file__).parent / "hosts" / "importers"
-STEPS, STEP = 10_000, 0.01
-PARAMETERS = {
-    "plant.encoder.enabled": True,
-    "plant.effects.dry_friction.pitch": 0.02,
-    "controller.reference.step_pitch": 0.2,
-    "exciter.excitation.experiment": 2,
-    "identifier.method": "adaptation",  # prediction errors amplify differences of the time to 3e-8
-}
-AGREEMENT = 1e-9
-
-
-def files_of(wiring, fmus):
-    return {name: str(fmus[kind]) for name, kind in wiring.units}
+from tests.importing import (
+    AGREEMENT,
+    IMPORTERS,
+    PARAMETERS,
+    STEP,
+    STEPS,
+    check_agreement,
+    files_of,
+    imported,
+    written_order,
+)
 
 
 @pytest.fixture(scope="module")
@@ -46,57 +31,15 @@ def ours(fmus):
 def orders(fmus, ours, tmp_path_factory):
     """The .ssp, and the same system as JSON for those who build it by an API."""
     folder = tmp_path_factory.mktemp("order")
-    files = files_of(CLOSED_LOOP, fmus)
-    by_unit = CLOSED_LOOP.parameters_by_unit(PARAMETERS)
-    np.save(folder / "record.npy", ours.values)
-    order = {
-        "fmus": files,
-        "parameters": {f"{unit}.{name}": value for unit, given in by_unit.items() for name, value in given.items()},
-        "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
-        "record": str(folder / "record.npy"),
-    }
-    (folder / "order.json").write_text(json.dumps(order))
     return {
-        "json": folder / "order.json",
-        "ssp": write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, files),
+        "json": written_order(folder, fmus, ours),
+        "ssp": write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, files_of(CLOSED_LOOP, fmus)),
     }
 
 
-def imported(host, order, steps, names, out):
-    """Rows 1 .. steps of ``names`` as the importer shows them, shape (steps, len(names))."""
-    libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
-    done = subprocess.run(
-        [sys.executable, str(HOSTS / f"{host}.py"), str(order), str(steps), str(STEP), str(out), *names],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**os.environ, "LD_LIBRARY_PATH": libraries},
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
-    return np.load(out)
-
-
-@pytest.mark.parametrize(
-    ("host", "package", "order"),
-    [
-        ("libcosimpy_api", "libcosimpy", "json"),
-        ("libcosimpy_ssp", "libcosimpy", "ssp"),
-        ("ecos_api", "ecospy", "json"),
-        ("ecos_ssp", "ecospy", "ssp"),
-        ("fmucontainer", "fmu_manipulation_toolbox", "json"),
-        ("fmpy_simulate_fmu", "fmpy", "json"),
-    ],
-)
+@pytest.mark.parametrize(("host", "package", "order"), IMPORTERS)
 def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, order, ours, orders, tmp_path):
-    from importlib.util import find_spec
-
-    if find_spec(package) is None:
-        pytest.skip(f"{package} is not installed (extra 'importers')")
-    theirs = imported(host, orders[order], STEPS, ours.names, tmp_path / "rows.npy")
-    largest = np.abs(theirs - ours.values[1:]).max()
-    print(f"{host}: largest difference {largest:.1e} (docs/toolchains.md)")
-    assert largest < AGREEMENT
+    check_agreement(host, package, orders[order], ours, tmp_path)
 
 
 def test_fmpy_ssp_reads_the_file_and_runs_it_but_for_its_first_step(fmus, tmp_path):

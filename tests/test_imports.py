@@ -61,7 +61,8 @@ RULES = (
     ),
     Rule(
         "physics is plain floats, but for what runs off line",
-        "heli_plant", ARRAYS, ("heli_plant.compiled", "heli_plant.code_cache", "heli_plant.simulation"),
+        "heli_plant", ARRAYS,
+        ("heli_plant.compiled", "heli_plant.code_cache", "heli_plant.simulation", "heli_plant.dual"),
     ),
     Rule(
         "identification takes the form of the physics, never true values",

@@ -12,9 +12,10 @@ import pytest
 from fmu_src import UNITS
 from fmu_src.native import build_native
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
+from tests.c_hosts import HOSTS, compiled, described, written_log
 from tests.native_builds import needs_a_compiler
 
-HOST = Path(__file__).parent / "hosts" / "native_host.c"
+HOST = HOSTS / "native_host.c"
 STEPS = 2000
 
 
@@ -32,20 +33,7 @@ def twins(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
-    path = tmp_path_factory.mktemp("log") / "log.csv"
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
-    path.write_text(header + "".join(f"{0.01 * k:.2f},{k},{-k},.1,.2,.3\n" for k in range(100)))
-    return path
-
-
-def compiled(command, sources, target, *flags):
-    libraries = [] if target.suffix == ".exe" else ["-ldl", "-lm"]
-    done = subprocess.run(
-        [*command, "-std=gnu11", *flags, *map(str, sources), "-o", str(target), *libraries],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return target
+    return written_log(tmp_path_factory.mktemp("log"))
 
 
 def sources_of(folder):
@@ -54,15 +42,8 @@ def sources_of(folder):
 
 
 def arguments(folder, log):
-    root = ElementTree.parse(folder / "modelDescription.xml").getroot()
-    variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
-
-    def listed(causality):
-        found = [v.get("valueReference") for v in variables.values() if v.get("causality") == causality]
-        return [str(len(found)), *found]
-
-    text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
-    return [root.get("guid"), str(STEPS), text, str(log), *listed("input"), *listed("output")]
+    guid, text, references = described(folder)
+    return [guid, str(STEPS), text, str(log), *references]
 
 
 def run(host, library, folder, log, **environment):

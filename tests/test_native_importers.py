@@ -1,15 +1,12 @@
 """Other importers run the native loop and agree with the master; its compiled loop agrees with its tape.
 
-The order is that of test_importers.py: encoders, dry friction, a reference step and the paper's excitation. The units
-are deterministic; importers differ in how they form the time k H.
+The order is that of the pythonfmu units (tests/importing.py).
 """
 
-import json
 import shutil
 import subprocess
 import sys
 import zipfile
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -18,8 +15,8 @@ from fmu_src import CLOSED_LOOP, OPEN_LOOP, UNITS, MasterError
 from fmu_src.master import run_apart
 from fmu_src.native import build_native
 from fmu_src.ssp import write_ssp
+from tests.importing import IMPORTERS, PARAMETERS, STEP, STEPS, check_agreement, files_of, written_order
 from tests.native_builds import needs_a_compiler
-from tests.test_importers import AGREEMENT, PARAMETERS, STEP, STEPS, files_of, imported
 
 LONG = 100_000
 """Steps from which on the master's loop is compiled."""
@@ -40,20 +37,8 @@ def ours(twins):
 @pytest.fixture(scope="module")
 def orders(twins, ours, tmp_path_factory):
     folder = tmp_path_factory.mktemp("order")
-    np.save(folder / "record.npy", ours.values)
-    order = {
-        "fmus": files_of(CLOSED_LOOP, twins),
-        "parameters": {
-            f"{unit}.{name}": value
-            for unit, given in CLOSED_LOOP.parameters_by_unit(PARAMETERS).items()
-            for name, value in given.items()
-        },
-        "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
-        "record": str(folder / "record.npy"),
-    }
-    (folder / "order.json").write_text(json.dumps(order))
     return {
-        "json": folder / "order.json",
+        "json": written_order(folder, twins, ours),
         "ssp": write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, native=True),
     }
 
@@ -78,24 +63,9 @@ def test_the_compiled_loop_says_which_unit_refused_and_why(twins):
                   files_of(OPEN_LOOP, twins))  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("host", "package", "order"),
-    [
-        ("libcosimpy_api", "libcosimpy", "json"),
-        ("libcosimpy_ssp", "libcosimpy", "ssp"),
-        ("ecos_api", "ecospy", "json"),
-        ("ecos_ssp", "ecospy", "ssp"),
-        ("fmucontainer", "fmu_manipulation_toolbox", "json"),
-        ("fmpy_simulate_fmu", "fmpy", "json"),
-    ],
-)
+@pytest.mark.parametrize(("host", "package", "order"), IMPORTERS)
 def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, order, ours, orders, tmp_path):
-    if find_spec(package) is None:
-        pytest.skip(f"{package} is not installed (extra 'importers')")
-    theirs = imported(host, orders[order], STEPS, ours.names, tmp_path / "rows.npy")
-    largest = np.abs(theirs - ours.values[1:]).max()
-    print(f"{host}: largest difference {largest:.1e} (docs/toolchains.md)")
-    assert largest < AGREEMENT
+    check_agreement(host, package, orders[order], ours, tmp_path)
 
 
 @pytest.mark.parametrize("fmi", [2, 3])

@@ -1,5 +1,5 @@
 from .loop import run
-from .process import die_with_parent, run_apart
-from .result import Result
+from .process import die_with_parent, run_apart, run_many_apart
+from .result import Bands, Result
 
-__all__ = ["Result", "die_with_parent", "run", "run_apart"]
+__all__ = ["Bands", "Result", "die_with_parent", "run", "run_apart", "run_many_apart"]

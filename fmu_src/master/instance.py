@@ -152,6 +152,11 @@ class Instance:
         """Leave initialisation mode."""
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
+    def reset(self) -> None:
+        """Set the unit back to where it was when it was instantiated."""
+        self.log.clear()
+        self._call("reset", 0.0, self.slave.reset)
+
     def bind(
         self, inputs: list[str], outputs: list[str], fed: NDArray[np.float64], shown: NDArray[np.float64], clock: Clock
     ) -> None:

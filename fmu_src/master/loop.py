@@ -14,6 +14,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.drafts import draft_folder
 
@@ -83,16 +84,30 @@ def run(
     steps = whole_steps(duration, step)
     per_unit = wiring.parameters_by_unit(parameters or {})
     alarm: list[UnitLog] = []
-    with _instances(wiring, fmus or {}, alarm, alive, build_native if native else build) as units:
+    with instances(wiring, fmus or {}, alarm, alive, build_native if native else build) as units:
         layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
         for name, unit in units.items():
             alive()
             unit.initialise(per_unit[name], 0.0, steps * step)
-        return _stepped(wiring, layout, units, steps, step, alarm, progress, alive)
+        wired = Wired(units, layout, step, alarm, alive)
+        values = np.empty((steps + 1, len(layout.names)))
+        values[0] = wired.start()
+        began = perf_counter()
+        if steps >= WORTH_COMPILING and all(unit.is_native for unit in units.values()):
+            take = wired.compiled()
+            began = perf_counter()
+            for first in range(0, steps, WORTH_COMPILING):
+                alive()
+                take(values[first + 1 : first + 1 + WORTH_COMPILING], step, first)
+        else:
+            wired.play(values[1:], _counted(steps, progress, wiring.title))
+        seconds = perf_counter() - began
+        time = np.arange(steps + 1, dtype=np.float64) * step
+        return Result(layout.names, wired.physical_units(), time, values, seconds)
 
 
 @contextmanager
-def _instances(
+def instances(
     wiring: Scenario,
     fmus: Mapping[str, str | Path],
     alarm: list[UnitLog],
@@ -109,58 +124,85 @@ def _instances(
         yield units
 
 
-def _stepped(
-    wiring: Scenario,
-    layout: Layout,
-    units: dict[str, Instance],
-    steps: int,
-    step: float,
-    alarm: list[UnitLog],
-    progress: bool,
-    alive: Callable[[], None],
-) -> Result:
-    """Finish the initialisation of the units and take all steps."""
-    everyone, clock = list(units.values()), Clock(step)
-    shown, fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
-    first_in = first_out = 0
-    for name, unit in units.items():
-        inputs, outputs = layout.inputs[name], layout.outputs[name]
-        beyond_in, beyond_out = first_in + len(inputs), first_out + len(outputs)
-        unit.bind(inputs, outputs, fed[first_in:beyond_in], shown[first_out:beyond_out], clock)
-        first_in, first_out = beyond_in, beyond_out
-    copy_connections = partial(shown.take, layout.sources, None, fed, "clip")
+class Wired:
+    """The units of a scenario with their inputs and outputs in two arrays.
 
-    Tape((call for unit in everyone for call in unit.fetches), clock, alarm).play(0.0)
-    copy_connections()
-    for unit in everyone:
-        alive()
-        Tape(unit.puts, clock, alarm).play(0.0)
-        unit.finish_initialisation(0.0)
-        Tape(unit.fetches, clock, alarm).play(0.0)
-    values = np.empty((steps + 1, len(shown)))
-    values[0] = shown
-    if steps >= WORTH_COMPILING and all(unit.is_native for unit in everyone):
+    Parameters
+    ----------
+    units : dict
+        Instances by name.
+    layout : Layout
+        Places in the arrays.
+    step : float
+        Communication step [s].
+    alarm : list of UnitLog
+        Shared by the instances.
+    alive : callable
+        Called whenever the units have answered.
+    """
+
+    def __init__(
+        self,
+        units: dict[str, Instance],
+        layout: Layout,
+        step: float,
+        alarm: list[UnitLog],
+        alive: Callable[[], None],
+    ) -> None:
+        self.units, self.layout, self.step, self.alarm, self.alive = units, layout, step, alarm, alive
+        self.clock = Clock(step)
+        self.shown, self.fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
+        first_in = first_out = 0
+        for name, unit in units.items():
+            inputs, outputs = layout.inputs[name], layout.outputs[name]
+            beyond_in, beyond_out = first_in + len(inputs), first_out + len(outputs)
+            unit.bind(inputs, outputs, self.fed[first_in:beyond_in], self.shown[first_out:beyond_out], self.clock)
+            first_in, first_out = beyond_in, beyond_out
+        self._copy_connections = partial(self.shown.take, layout.sources, None, self.fed, "clip")
+
+    def start(self) -> NDArray[np.float64]:
+        """Finish the initialisation of the units; return the outputs at t = 0."""
+        everyone = list(self.units.values())
+        Tape((call for unit in everyone for call in unit.fetches), self.clock, self.alarm).play(0.0)
+        self._copy_connections()
+        for unit in everyone:
+            self.alive()
+            Tape(unit.puts, self.clock, self.alarm).play(0.0)
+            unit.finish_initialisation(0.0)
+            Tape(unit.fetches, self.clock, self.alarm).play(0.0)
+        return self.shown
+
+    def play(self, values: NDArray[np.float64], counted: Iterator[int]) -> None:
+        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k."""
+        everyone = self.units.values()
+        calls = (call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches))
+        tape = Tape(calls, self.clock, self.alarm)
+        for k in counted:
+            if k % STRIDE == 0:
+                self.alive()
+            self._copy_connections()
+            tape.play(k * self.step)
+            values[k] = self.shown
+
+    def compiled(self) -> Callable[[NDArray[np.float64], float, int], None]:
+        """Return the loop in machine code, for native units (:mod:`.compiled_loop`)."""
         from .compiled_loop import compiled_loop  # late: numba takes .5 s to import
 
-        take = compiled_loop(units, layout, fed, shown)
-        began = perf_counter()
-        for first in range(0, steps, WORTH_COMPILING):
-            alive()
-            take(values[first + 1 : first + 1 + WORTH_COMPILING], step, first)
-    else:
-        tape = Tape((call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches)), clock, alarm)
-        began = perf_counter()
-        for k in _counted(steps, progress, wiring.title):
-            if k % STRIDE == 0:
-                alive()
-            copy_connections()
-            tape.play(k * step)
-            values[k + 1] = shown
-    seconds = perf_counter() - began
-    physical = tuple(
-        unit.variable(output).unit or "1" for name, unit in units.items() for output in layout.outputs[name]
-    )
-    return Result(layout.names, physical, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
+        return compiled_loop(self.units, self.layout, self.fed, self.shown)
+
+    def reset(self) -> None:
+        """Set all units back to where they were when they were instantiated."""
+        self.alarm.clear()
+        for unit in self.units.values():
+            unit.reset()
+
+    def physical_units(self) -> tuple[str, ...]:
+        """Return the physical unit of every output that is read."""
+        return tuple(
+            unit.variable(output).unit or "1"
+            for name, unit in self.units.items()
+            for output in self.layout.outputs[name]
+        )
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:

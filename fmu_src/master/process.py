@@ -17,10 +17,10 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,9 @@ from .. import errors
 from ..errors import FmuError, MasterError
 from ..variables import Value
 from ..wiring import Connection, Scenario, whole_steps
-from .result import Result
+from .result import Bands, Result
+
+Answer = TypeVar("Answer")
 
 PATIENCE = 120.0
 """Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
@@ -70,17 +72,79 @@ def run_apart(
     OSError
         There is no room for temporary files.
     """
+    order = {
+        **_order(scenario_name, duration, step, parameters, fmus, record),
+        "progress": progress,
+        "native": native,
+    }
+    return _ordered(order, _result)
+
+
+def run_many_apart(
+    scenario_name: str | Scenario,
+    duration: float,
+    step: float,
+    parameters: Mapping[str, Value],
+    variations: Sequence[Mapping[str, Value]],
+    fmus: Mapping[str, str | Path] | None = None,
+    record: Collection[str] | None = None,
+) -> Bands:
+    """Run a scenario many times in a child process; as :func:`fmu_src.master.many.run_many`, with its errors."""
+    order = {
+        **_order(scenario_name, duration, step, parameters, fmus, record),
+        "variations": [{name: plain(value) for name, value in one.items()} for one in variations],
+    }
+    return _ordered(order, _bands)
+
+
+def _order(
+    scenario_name: str | Scenario,
+    duration: float,
+    step: float,
+    parameters: Mapping[str, Value] | None,
+    fmus: Mapping[str, str | Path] | None,
+    record: Collection[str] | None,
+) -> dict[str, Any]:
+    """Return what both kinds of run are told, as JSON holds it."""
     whole_steps(duration, step)
-    order: dict[str, Any] = {
+    return {
         "scenario_name": asdict(scenario_name) if isinstance(scenario_name, Scenario) else scenario_name,
         "duration": float(duration),
         "step": float(step),
         "parameters": {name: plain(value) for name, value in (parameters or {}).items()},
         "fmus": {name: os.path.abspath(file) for name, file in (fmus or {}).items()},
-        "progress": progress,
         "record": None if record is None else list(record),
-        "native": native,
     }
+
+
+def _result(found: Any) -> Result:
+    names, units = (tuple(found[key].tolist()) for key in ("names", "units"))
+    return Result(names, units, found["time"], found["values"], float(found["seconds"]))
+
+
+def _bands(found: Any) -> Bands:
+    return Bands(_result(found), found["low"], found["high"], int(found["runs"]), tuple(found["refused"].tolist()))
+
+
+def _arrays(answer: Result | Bands) -> dict[str, Any]:
+    """Return a result or bands as named arrays."""
+    result = answer.nominal if isinstance(answer, Bands) else answer
+    arrays: dict[str, Any] = {
+        "names": np.array(result.names),
+        "units": np.array(result.units),
+        "time": result.time,
+        "values": result.values,
+        "seconds": np.array(result.seconds),
+    }
+    if isinstance(answer, Bands):
+        refused = np.array(answer.refused, dtype=str)
+        arrays |= {"low": answer.low, "high": answer.high, "runs": np.array(answer.runs), "refused": refused}
+    return arrays
+
+
+def _ordered(order: dict[str, Any], answer: Callable[[Any], Answer]) -> Answer:
+    """Let a child do what is ordered; ``answer`` makes its answer of the arrays that it leaves."""
+    progress = order.get("progress", False)
     with draft_folder() as folder:
         child = subprocess.run(
             [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())],
@@ -93,8 +157,7 @@ def run_apart(
         )
         if (folder / "answer.npz").is_file():
             with np.load(folder / "answer.npz", allow_pickle=False) as found:
-                names, units = (tuple(found[key].tolist()) for key in ("names", "units"))
-                return Result(names, units, found["time"], found["values"], float(found["seconds"]))
+                return answer(found)
         if (folder / "problem.json").is_file():
             kind, sentence = json.loads((folder / "problem.json").read_text())
             raise getattr(errors, kind)(sentence)
@@ -128,6 +191,7 @@ def main(folder: Path, parent: int) -> NoReturn:
     if os.getppid() != parent:  # it ended before that was arranged
         leave(0)
     from .loop import run
+    from .many import run_many
 
     order = json.loads(sys.stdin.buffer.read())
     if isinstance(order["scenario_name"], dict):
@@ -139,16 +203,9 @@ def main(folder: Path, parent: int) -> NoReturn:
 
         problem = None
         try:
-            result = run(**order, alive=alive)
+            done = run_many(**order, alive=alive) if "variations" in order else run(**order, alive=alive)
             faulthandler.cancel_dump_traceback_later()
-            np.savez(
-                folder / "draft.npz",
-                names=np.array(result.names),
-                units=np.array(result.units),
-                time=result.time,
-                values=result.values,
-                seconds=np.array(result.seconds),
-            )
+            np.savez(folder / "draft.npz", **_arrays(done))
             os.replace(folder / "draft.npz", folder / "answer.npz")
         except FmuError as error:
             problem = type(error).__name__, str(error)

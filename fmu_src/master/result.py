@@ -1,4 +1,4 @@
-"""The result of a run: the recorded outputs of all units at every communication point."""
+"""The result of a run: the recorded outputs of all units at every communication point; the bands of many runs."""
 
 from __future__ import annotations
 
@@ -63,3 +63,32 @@ class Result:
         for time, row in zip(self.time.tolist(), self.values.tolist(), strict=True):
             text.write(",".join(map(repr, (time, *row))) + "\n")
         return write_atomically(Path(path), text.getvalue().encode())
+
+
+@dataclass(frozen=True, eq=False)
+class Bands:
+    """A nominal run and the bands of the varied ones.
+
+    Attributes
+    ----------
+    nominal : Result
+        At the kept instants; its ``seconds`` are those of all runs with their initialisation.
+    low, high : ndarray, shape (N, M)
+        Ends of the band of each output.
+    runs : int
+        Varied runs that came to their end.
+    refused : tuple of str
+        One sentence per run that a unit refused.
+    """
+
+    nominal: Result
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    runs: int
+    refused: tuple[str, ...]
+
+    def write_csv(self, path: str | Path) -> Path:
+        """Write the nominal run and behind it the ends of the bands as CSV, complete or not at all."""
+        names = tuple(name + end for end in ("", " low", " high") for name in self.nominal.names)
+        values = np.hstack([self.nominal.values, self.low, self.high])
+        return Result(names, self.nominal.units * 3, self.nominal.time, values).write_csv(path)

@@ -35,6 +35,11 @@ class UnitLog:
         if status >= DISCARD:
             self.alarm.append(self)
 
+    def clear(self) -> None:
+        """Forget all messages."""
+        self.messages.clear()
+        self.worst = OK
+
     def check(self, call: str, time: float, status: int = OK) -> None:
         """Check the answer to ``call`` at ``time`` [s].
 

@@ -17,7 +17,7 @@ from heli_identifier.files import write_atomically
 from ..builder import checked_start_values, unit_class
 from ..packaging import icon, index_html, native_model_description, xml_text, zip_bytes
 from ..variables import Value
-from .sources import build_description, compiled_files, native_sources
+from .sources import build_description, compiled_files, exchange_of, native_sources
 from .toolchain import binaries
 
 FMI_VERSIONS = (2, 3)
@@ -34,6 +34,14 @@ until the variable has a good value; the unit stays usable. Parameters are fixed
 the table says tunable. The state can be saved, restored and serialised at any time, exact to the bit.</p>
 """
 
+_EXCHANGE = """<h2>Model Exchange</h2>
+<p>The unit can be instantiated for Model Exchange as well. Then the importer integrates the variables
+<code>state.*</code>; directional derivatives of their derivatives and of the outputs by states and inputs come from
+dual numbers. There are events in time (a moving mass) and no state events: dry friction is smooth (tanh), saturations
+and dead zones are corners, in front of which a solver with step control shortens its steps. An input delay and encoders
+are refused; the moving mass (ADO) stands where its input says, without the lead screw's speed.</p>
+"""
+
 
 def build_native(
     unit: str,
@@ -41,6 +49,7 @@ def build_native(
     parameters: Mapping[str, Value] | None = None,
     fmi: int = 2,
     all_platforms: bool = False,
+    model_exchange: bool = False,
 ) -> Path:
     """Build the native twin of a unit into ``directory/<unit>.fmu``.
 
@@ -57,6 +66,9 @@ def build_native(
     all_platforms : bool
         Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
 
+    model_exchange : bool
+        The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
+
     Returns
     -------
     Path
@@ -65,21 +77,25 @@ def build_native(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, or a compiler that fails.
+        An unknown unit or parameter, a value out of range, a unit that has no model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})
-    token = _token(native_sources(kind, start_values, "", fmi))
-    sources = native_sources(kind, start_values, token, fmi)
+    exchange = exchange_of(unit) if model_exchange else None
+    extra = exchange.variables if exchange else ()
+    token = _token(native_sources(kind, start_values, "", fmi, exchange))
+    sources = native_sources(kind, start_values, token, fmi, exchange)
     files = compiled_files(sources)
     built = binaries(sources, files, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = build_description(unit, sources, fmi)
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
-    entries["documentation/index.html"] = index_html(kind, start_values, _HOST.format(platforms=platforms)).encode()
+    said = _HOST.format(platforms=platforms) + (_EXCHANGE if exchange else "")
+    entries["documentation/index.html"] = index_html(kind, start_values, said).encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon(unit)
-    entries["modelDescription.xml"] = xml_text(native_model_description(kind, start_values, token, files, fmi))
+    described = native_model_description(kind, start_values, token, files, fmi, extra)
+    entries["modelDescription.xml"] = xml_text(described)
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 

@@ -27,11 +27,12 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, control, laws, motor, plant, state
+from heli_plant import communication, continuous, control, laws, motor, plant, state
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PARAMETERS, PlantParameters
 
-from .definition import Definition
+from ..variables import Variable
+from .definition import Definition, Exchange
 from .translator import choose
 
 
@@ -53,7 +54,29 @@ def plant_twin() -> Definition:
             EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
         },
         (communication.PlantMemory,),
+        files=("plant.h",),
+        exchange=plant_exchange(),
     )
+
+
+def plant_exchange() -> Exchange:
+    """HelicopterPlant as a differential equation, with slopes by its states and its continuous inputs."""
+    states = tuple(
+        Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=nominal)
+        for name, unit, nominal in continuous.STATES
+    )
+    return Exchange(
+        "plant_exchange.c",
+        (continuous.rates_of_change, (laws.next_step_time, float, PlantParameters)),
+        {
+            continuous.rates_of_change: (
+                "th", "ep", "la", "w1", "w2", "w3", "nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear",
+                "mass_position",
+            ),
+            continuous.measured: ("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"),
+        },
+        states,
+    )  # fmt: skip
 
 
 def identifier_twin() -> Definition:
@@ -143,13 +166,13 @@ def exciter_twin() -> Definition:
             combined,
         ),
         externals={phases: "phases"},
-        files=("mersenne.c",),
+        files=("mersenne.c", "stateless.c"),
     )
 
 
 def player_twin() -> Definition:
     """LogPlayer, whose file is read in C."""
-    return Definition("player.c", files=("log_file.h", "log_file.c"))
+    return Definition("player.c", files=("log_file.h", "log_file.c", "stateless.c"))
 
 
 DEFINITIONS = {

@@ -7,15 +7,16 @@ from functools import cache
 from importlib.resources import files
 from xml.etree.ElementTree import Element, SubElement
 
+from ..errors import BuildError
 from ..packaging import xml_text
 from ..slave_base import SlaveBase
 from ..variables import Value
-from .definition import Definition
+from .definition import Definition, Exchange
 from .definitions import DEFINITIONS
 from .tables import variables_header, variables_source
 from .translator import Struct, Translation, header, persistence, source
 
-RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c")
+RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c", "calls.h", "calls.c")
 """Files in C that every unit has."""
 
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -23,15 +24,33 @@ HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
 """Headers of the standard, which fmpy carries."""
 
 
+def exchange_of(unit: str) -> Exchange:
+    """Return what Model Exchange adds to a unit.
+
+    Raises
+    ------
+    BuildError
+        The unit has none: it is sampled.
+    """
+    exchange = DEFINITIONS[unit]().exchange
+    if exchange is None:
+        having = ", ".join(name for name, definition in DEFINITIONS.items() if definition().exchange)
+        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {having} has")
+    return exchange
+
+
 @cache
-def _model(unit: str) -> tuple[Definition, str, str]:
+def _model(unit: str, exchanged: bool) -> tuple[Definition, str, str]:
     """Return the definition of a unit, model.h and model.c: the translation of its functions."""
     definition = DEFINITIONS[unit]()
     translation = Translation(dict(definition.externals))
     entries = []
-    for entry in definition.entries:
+    exchange = definition.exchange if exchanged else None
+    for entry in (*definition.entries, *(exchange.entries if exchange else ())):
         function, *bound = entry if isinstance(entry, tuple) else (entry,)
         entries.append(translation.entry(function, *bound))
+    for function, by in exchange.differentiated.items() if exchange else ():
+        entries.append(translation.differentiated(function, by))
     for kind in (*definition.settings, *definition.memory):
         translation.use(Struct(kind))
     external = set(definition.externals.values())
@@ -45,21 +64,29 @@ def _model(unit: str) -> tuple[Definition, str, str]:
     )
 
 
-def native_sources(unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, fmi: int) -> dict[str, str]:
-    """Return every source of a unit by its file name.
+def native_sources(
+    unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, fmi: int, exchange: Exchange | None = None
+) -> dict[str, str]:
+    """Return every source of a unit by its file name; with ``exchange`` it has Model Exchange as well.
 
     Raises
     ------
     Untranslatable
         A function that the unit needs uses a form of Python that has no translation: file, line, reason.
     """
-    definition, model_header, model_source = _model(unit.__name__)
-    own = (*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files)
+    definition, model_header, model_source = _model(unit.__name__, exchange is not None)
+    own = [*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files]
+    own += ["absent.h"] if fmi == 3 else []
+    if exchange is not None:
+        own += ["dual.h", "exchange.h", "exchange.c", f"fmi{fmi}_exchange.c", exchange.adapter]
+    else:
+        own += ["no_exchange.c", f"fmi{fmi}_no_exchange.c"]
+    variables = (*unit.variables, *(exchange.variables if exchange else ()))
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = model_header, model_source
-    found["variables.h"] = variables_header(unit, definition)
-    found["variables.c"] = variables_source(unit, start_values, unit.__name__, token)
+    found["variables.h"] = variables_header(variables, definition)
+    found["variables.c"] = variables_source(unit, variables, start_values, token)
     return dict(sorted(found.items()))
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ..packaging import value_text
-from ..slave_base import SlaveBase
+from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .definition import Definition
 from .translator import BOOL, INT, CType, Struct, fields
@@ -24,9 +24,9 @@ def quoted(text: str) -> str:
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def variables_header(unit: type[SlaveBase], definition: Definition) -> str:
+def variables_header(variables: Sequence[Variable], definition: Definition) -> str:
     """Return variables.h: the value references, and the functions that fill the settings."""
-    names = ",\n".join(f"    {reference(variable.name)}" for variable in unit.variables)
+    names = ",\n".join(f"    {reference(variable.name)}" for variable in variables)
     settings = "\n".join(_setter(kind, paths) for kind, paths in definition.settings.items())
     return (
         "/* Generated from the unit's definition. */\n#ifndef VARIABLES_H\n#define VARIABLES_H\n\n"
@@ -55,13 +55,18 @@ def _converted(kind: CType, text: str) -> str:
     return f"{text} != 0.0" if kind == BOOL else f"(int64_t){text}" if kind == INT else text
 
 
-def variables_source(unit: type[SlaveBase], start_values: Mapping[str, Value], identifier: str, token: str) -> str:
-    """Return variables.c: the table of all variables, the unit's name and the token of its model description."""
-    rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in unit.variables)
+def variables_source(
+    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str
+) -> str:
+    """Return variables.c: all variables, the unit's name, the token of its model description, its limits."""
+    rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
     return (
         '/* Generated from the unit\'s definition. */\n#include "unit.h"\n\n'
-        f"const char UNIT_NAME[] = {quoted(identifier)};\nconst char UNIT_TOKEN[] = {quoted(token)};\n\n"
-        "/* name, kind, causality, tunable, unit, minimum, maximum, start, text */\n"
+        f"const char UNIT_NAME[] = {quoted(unit.__name__)};\nconst char UNIT_TOKEN[] = {quoted(token)};\n\n"
+        f"const bool HAS_PAST = {'true' if unit.has_past else 'false'};\n"
+        f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
+        f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"
+        "/* name, kind, causality, tunable, unit, minimum, maximum, nominal, start, text */\n"
         f"const Variable VARIABLES[] = {{\n{rows}\n}};\n\n"
         "const size_t VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0];\n"
     )
@@ -76,5 +81,5 @@ def _row(variable: Variable, start: Value | None) -> str:
     return (
         f"    {{{quoted(variable.name)}, {_KINDS[variable.type]}, {variable.causality.upper()}, "
         f"{'true' if variable.variability == 'tunable' else 'false'}, {quoted(variable.unit or '')}, {bounds}, "
-        f"{number}, {text}}},"
+        f"{float(variable.nominal or 1.0)!r}, {number}, {text}}},"
     )

@@ -7,7 +7,7 @@ from html import escape
 
 from ..slave_base import SlaveBase
 from ..variables import Value, Variable
-from .model_description import AUTHOR, LICENSE, VERSION
+from .described import AUTHOR, LICENSE, VERSION
 
 _HEAD = """<!DOCTYPE html>
 <html lang="en">

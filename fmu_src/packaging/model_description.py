@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from pythonfmu._version import __version__ as PYTHONFMU
 
 from ..slave_base import SlaveBase
-from ..variables import LARGEST, Value, Variable
-from .unit_definitions import DISPLAY, unit_definitions
-
-AUTHOR = "The heli-twin authors"
-LICENSE = "MIT"
-VERSION = "0.1.0"
-DATE = "2025-01-01T00:00:00Z"
-"""Fixed, so that two builds of the same sources are the same bytes."""
-STEP = 0.01
-"""Communication step of the default experiment [s]."""
-LOG_CATEGORIES = {
-    "logStatusWarning": "unusual values",
-    "logStatusDiscard": "refused calls: the value, time or file, and the bound that it breaks",
-    "logStatusError": "faults inside the unit, with their traceback",
-    "logAll": "all messages",
-}
+from ..variables import Value, Variable
+from .described import add_categories_and_experiment, described, type_attributes, variable_element
+from .unit_definitions import unit_definitions
 
 
 def model_description(
@@ -31,26 +18,32 @@ def model_description(
     start_values: Mapping[str, Value],
     guid: str,
     tool: str = f"PythonFMU {PYTHONFMU}",
-    sources: Iterable[str] = (),
+    sources: Collection[str] = (),
+    extra: Sequence[Variable] = (),
 ) -> Element:
     """Return ``<fmiModelDescription>`` of a unit class; ``start_values`` override those of its variables.
 
-    ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it.
+    ``tool`` is what made the FMU, ``sources`` are the files by which an importer can compile it. A unit with Model
+    Exchange has its states and, behind them, their derivatives as ``extra`` variables.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=unit.__name__,
-        guid=guid,
-        description=unit.summary,
-        author=AUTHOR,
-        version=VERSION,
-        copyright=f"Copyright (c) 2025 {AUTHOR}",
-        license=LICENSE,
-        generationTool=tool,
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-    )
+    root = described(unit, "2.0", {"guid": guid}, tool)
+    if extra:
+        root.set("numberOfEventIndicators", "0")
+        _add_sources(
+            SubElement(
+                root,
+                "ModelExchange",
+                modelIdentifier=unit.__name__,
+                needsExecutionTool="false",
+                completedIntegratorStepNotNeeded="true",
+                canBeInstantiatedOnlyOncePerProcess="false",
+                canNotUseMemoryManagementFunctions="true",
+                canGetAndSetFMUstate="true",
+                canSerializeFMUstate="true",
+                providesDirectionalDerivative="true",
+            ),
+            sources,
+        )
     interface = SubElement(
         root,
         "CoSimulation",
@@ -65,70 +58,61 @@ def model_description(
         canSerializeFMUstate="true",
         providesDirectionalDerivative="false",
     )
+    _add_sources(interface, sources)
+    variables = (*unit.variables, *extra)
+    root.append(unit_definitions(variable.unit for variable in variables if variable.unit))
+    add_categories_and_experiment(root)
+    listed = SubElement(root, "ModelVariables")
+    for reference, variable in enumerate(variables):
+        listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
+    states = len(extra) // 2
+    for place in range(len(variables) - states, len(variables)):
+        listed[place][0].set("derivative", str(place - states + 1))
+    root.append(_model_structure(unit.variables, states))
+    return root
+
+
+def _add_sources(interface: Element, sources: Collection[str]) -> None:
+    """List the files by which an importer can compile a unit."""
     if sources:
         listed = SubElement(interface, "SourceFiles")
         for name in sources:
             SubElement(listed, "File", name=name)
-    root.append(unit_definitions(variable.unit for variable in unit.variables if variable.unit))
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(STEP))
-    listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(unit.variables):
-        listed.append(_scalar_variable(reference, variable, start_values.get(variable.name, variable.start)))
-    root.append(_model_structure(unit.variables))
-    return root
 
 
 def _scalar_variable(reference: int, variable: Variable, start: Value | None) -> Element:
     """``<ScalarVariable>`` with its typed child."""
-    continuous = variable.type == "Real" or variable.causality == "parameter"
-    node = Element(
-        "ScalarVariable",
-        name=variable.name,
-        valueReference=str(reference),
-        description=variable.description,
-        causality=variable.causality,
-        variability=variable.variability if continuous else "discrete",
-    )
-    if variable.causality != "input":  # FMI 2.0.4 forbids ``initial`` on inputs
-        node.set("initial", "calculated" if variable.causality == "output" else "exact")
-    attributes = {}
-    if variable.unit:
-        attributes["unit"] = variable.unit
-        if variable.unit in DISPLAY:
-            attributes["displayUnit"] = DISPLAY[variable.unit][0][0]
-    for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
-        if value is not None and abs(value) < LARGEST:
-            attributes[name] = value_text(value, variable.type)
-    if variable.causality != "output" and start is not None:
-        attributes["start"] = value_text(start, variable.type)
-    SubElement(node, variable.type, attributes)
+    node = variable_element("ScalarVariable", reference, variable)
+    SubElement(node, variable.type, type_attributes(variable, start))
     return node
 
 
-def value_text(value: Value, kind: str) -> str:
-    """Return a value of an FMI type as XML text that reads back to the same bits."""
-    if kind == "Real":
-        return repr(float(value))
-    if kind == "Boolean":
-        return "true" if value else "false"
-    return str(value if kind == "String" else int(value))
+def _model_structure(variables: tuple[Variable, ...], states: int) -> Element:
+    """``<ModelStructure>``: outputs depend on no input, in co-simulation because they change in doStep only.
 
-
-def _model_structure(variables: tuple[Variable, ...]) -> Element:
-    """``<ModelStructure>``; outputs depend on no input at a communication point, because they change in doStep only."""
+    The ``states`` of Model Exchange stand behind the variables, their derivatives behind them. Outputs depend on them
+    and derivatives on everything that is known, which goes without saying.
+    """
     position = {variable.name: str(index + 1) for index, variable in enumerate(variables)}
     outputs = [variable for variable in variables if variable.causality == "output"]
+
+    def places(first: int, last: int) -> str:
+        return " ".join(str(len(variables) + k) for k in range(first, last + 1))
+
     structure = Element("ModelStructure")
     listed = SubElement(structure, "Outputs")
     for variable in outputs:
-        SubElement(listed, "Unknown", index=position[variable.name], dependencies="")
+        SubElement(listed, "Unknown", index=position[variable.name], dependencies=places(1, states))
+    if states:
+        listed = SubElement(structure, "Derivatives")
+        for index in places(1 + states, 2 * states).split():
+            SubElement(listed, "Unknown", index=index)
     unknowns = SubElement(structure, "InitialUnknowns")
     for variable in outputs:
         known = sorted(int(position[name]) for name in variable.initial_dependencies)
         SubElement(unknowns, "Unknown", index=position[variable.name], dependencies=" ".join(map(str, known)))
+    for index in places(1, 2 * states).split():
+        SubElement(unknowns, "Unknown", index=index)
     return structure
 
 

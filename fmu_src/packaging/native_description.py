@@ -10,34 +10,42 @@ from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from ..slave_base import SlaveBase
-from ..variables import LARGEST, Value, Variable
-from .model_description import AUTHOR, DATE, LICENSE, LOG_CATEGORIES, STEP, VERSION, model_description, value_text
-from .unit_definitions import DISPLAY, unit_definitions
+from ..variables import Value, Variable
+from .described import VERSION, add_categories_and_experiment, described, type_attributes, variable_element
+from .model_description import model_description
+from .unit_definitions import unit_definitions
 
 _TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean", "String": "String"}
 """Type in FMI 3.0 of each type of FMI 2.0."""
 
 
 def native_model_description(
-    unit: type[SlaveBase], start_values: Mapping[str, Value], token: str, sources: Sequence[str], fmi: int
+    unit: type[SlaveBase],
+    start_values: Mapping[str, Value],
+    token: str,
+    sources: Sequence[str],
+    fmi: int,
+    extra: Sequence[Variable] = (),
 ) -> Element:
-    """Return ``<fmiModelDescription>``; ``start_values`` override those of the unit's variables."""
+    """Return ``<fmiModelDescription>``; ``start_values`` override those of the unit's variables.
+
+    A unit with Model Exchange has its states and, behind them, their derivatives as ``extra`` variables.
+    """
     if fmi == 2:
-        return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources)
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=unit.__name__,
-        instantiationToken=token,
-        description=unit.summary,
-        author=AUTHOR,
-        version=VERSION,
-        copyright=f"Copyright (c) 2025 {AUTHOR}",
-        license=LICENSE,
-        generationTool=f"heli-twin {VERSION}",
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-    )
+        return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources, extra)
+    root = described(unit, "3.0", {"instantiationToken": token}, f"heli-twin {VERSION}")
+    states, variables = len(extra) // 2, (*unit.variables, *extra)
+    if extra:
+        SubElement(
+            root,
+            "ModelExchange",
+            modelIdentifier=unit.__name__,
+            needsExecutionTool="false",
+            canBeInstantiatedOnlyOncePerProcess="false",
+            canGetAndSetFMUState="true",
+            canSerializeFMUState="true",
+            providesDirectionalDerivatives="true",
+        )
     SubElement(
         root,
         "CoSimulation",
@@ -48,64 +56,54 @@ def native_model_description(
         canSerializeFMUState="true",
         canHandleVariableCommunicationStepSize="true",
     )
-    root.append(unit_definitions([*(variable.unit for variable in unit.variables if variable.unit), "s"]))
-    categories = SubElement(root, "LogCategories")
-    for name, text in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=text)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="90.0", stepSize=repr(STEP))
+    root.append(unit_definitions([*(variable.unit for variable in variables if variable.unit), "s"]))
+    add_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
-    for reference, variable in enumerate(unit.variables):
+    for reference, variable in enumerate(variables):
         listed.append(_variable(reference, variable, start_values.get(variable.name, variable.start)))
+    for place in range(len(variables) - states, len(variables)):
+        listed[place].set("derivative", str(place - states))
     SubElement(
         listed,
         "Float64",
         name="time",
-        valueReference=str(len(unit.variables)),
+        valueReference=str(len(variables)),
         causality="independent",
         variability="continuous",
         unit="s",
         description="time of the last communication point",
     )
-    root.append(_structure(unit.variables))
+    root.append(_structure(unit.variables, states))
     return root
 
 
 def _variable(reference: int, variable: Variable, start: Value | None) -> Element:
-    """Return the element of a variable."""
-    continuous = variable.type == "Real" or variable.causality == "parameter"
-    node = Element(
-        _TYPES[variable.type],
-        name=variable.name,
-        valueReference=str(reference),
-        description=variable.description,
-        causality=variable.causality,
-        variability=variable.variability if continuous else "discrete",
-    )
-    if variable.causality != "input":
-        node.set("initial", "calculated" if variable.causality == "output" else "exact")
-    if variable.unit:
-        node.set("unit", variable.unit)
-        if variable.unit in DISPLAY:
-            node.set("displayUnit", DISPLAY[variable.unit][0][0])
-    for name, value in (("min", variable.minimum), ("max", variable.maximum), ("nominal", variable.nominal)):
-        if value is not None and abs(value) < LARGEST:
-            node.set(name, value_text(value, variable.type))
-    if variable.causality != "output" and start is not None:
-        if variable.type == "String":
-            SubElement(node, "Start", value=str(start))
+    """Return the element of a variable; the start value of a String is an element of its own."""
+    node = variable_element(_TYPES[variable.type], reference, variable)
+    for name, text in type_attributes(variable, start).items():
+        if name == "start" and variable.type == "String":
+            SubElement(node, "Start", value=text)
         else:
-            node.set("start", value_text(start, variable.type))
+            node.set(name, text)
     return node
 
 
-def _structure(variables: Sequence[Variable]) -> Element:
-    """Return ``<ModelStructure>``; outputs depend on no input, because they change in doStep only."""
+def _structure(variables: Sequence[Variable], states: int) -> Element:
+    """Return ``<ModelStructure>``; outputs depend on no input, and in Model Exchange on the states."""
     place = {variable.name: str(reference) for reference, variable in enumerate(variables)}
     outputs = [variable for variable in variables if variable.causality == "output"]
+
+    def places(first: int, beyond: int) -> str:
+        return " ".join(str(len(variables) + k) for k in range(first, beyond))
+
     structure = Element("ModelStructure")
     for variable in outputs:
-        SubElement(structure, "Output", valueReference=place[variable.name], dependencies="")
+        SubElement(structure, "Output", valueReference=place[variable.name], dependencies=places(0, states))
+    for reference in places(states, 2 * states).split():
+        SubElement(structure, "ContinuousStateDerivative", valueReference=reference)
     for variable in outputs:
         known = " ".join(place[name] for name in variable.initial_dependencies)
         SubElement(structure, "InitialUnknown", valueReference=place[variable.name], dependencies=known)
+    for reference in places(0, 2 * states).split():
+        SubElement(structure, "InitialUnknown", valueReference=reference)
     return structure

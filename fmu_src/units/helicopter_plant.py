@@ -130,9 +130,7 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         except (ValueError, OverflowError):  # the sine of an infinite angle
             finite = False
         if not finite:
-            raise Refusal(
-                f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.memory.state}"
-            )
+            raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
         self.memory = memory
         self._publish()
 

@@ -1,9 +1,12 @@
 """An FMI host of the standard library alone: ctypes, zipfile, no fmpy. Prints what the units show after 50 steps.
 
-Usage: bare_host.py LOG FMU...; it leaves by os._exit, since pythonfmu's binary may abort at interpreter exit.
+Usage: bare_host.py [--steps N] LOG FMU...; with --steps it takes N steps and prints a digest of what the units show
+after each. It leaves by os._exit, since pythonfmu's binary may abort at interpreter exit.
 """
 
 import ctypes
+import hashlib
+import math
 import os
 import pathlib
 import sys
@@ -30,7 +33,14 @@ def logger(environment, name, status, category, message):
     said.append((name, status, message))
 
 
-def run(path, log):
+def fed_at(k, count):
+    """Inputs at step k: ramps, then sines."""
+    if k < 50:
+        return (0.01 * k * (i + 1) for i in range(count))
+    return (0.4 * math.sin(0.05 * k * (i + 1)) for i in range(count))
+
+
+def run(path, log, steps):
     folder = pathlib.Path(tempfile.mkdtemp())
     with zipfile.ZipFile(path) as archive:
         archive.extractall(folder)
@@ -67,7 +77,9 @@ def run(path, log):
     inputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "input"]
     outputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "output"]
     values = (double * len(outputs))()
-    for k in range(50):
+    references = (ctypes.c_uint * len(outputs))(*outputs)
+    digest = hashlib.sha256()
+    for k in range(steps or 50):
         if k == 25:  # through a state and its bytes: the second half must be as if nothing had happened
             state, size = ctypes.c_void_p(), ctypes.c_size_t()
             checked(fmu.fmi2GetFMUstate(component, ctypes.byref(state)))
@@ -76,17 +88,22 @@ def run(path, log):
             checked(fmu.fmi2SerializeFMUstate(component, state, raw, size))
             checked(fmu.fmi2DeSerializeFMUstate(component, raw, size, ctypes.byref(back)))
             checked(fmu.fmi2SetFMUstate(component, back))
-        fed = (double * len(inputs))(*(0.01 * k * (i + 1) for i in range(len(inputs))))
+        fed = (double * len(inputs))(*fed_at(k, len(inputs)))
         count = ctypes.c_size_t(len(inputs))
         checked(fmu.fmi2SetReal(component, (ctypes.c_uint * len(inputs))(*inputs), count, fed))
         checked(fmu.fmi2DoStep(component, double(0.01 * k), double(0.01), 1))
-    references = (ctypes.c_uint * len(outputs))(*outputs)
+        if steps:
+            checked(fmu.fmi2GetReal(component, references, ctypes.c_size_t(len(outputs)), values))
+            digest.update(bytes(values))
     checked(fmu.fmi2GetReal(component, references, ctypes.c_size_t(len(outputs)), values))
     assert not said, said
-    print(name, [repr(value) for value in values])
+    print(name, digest.hexdigest() if steps else [repr(value) for value in values])
 
 
-for fmu_path in sys.argv[2:]:
-    run(fmu_path, sys.argv[1])
+arguments = sys.argv[1:]
+wanted = int(arguments[1]) if arguments[0] == "--steps" else 0
+arguments = arguments[2:] if wanted else arguments
+for fmu_path in arguments[1:]:
+    run(fmu_path, arguments[0], wanted)
 sys.stdout.flush()
 os._exit(0)

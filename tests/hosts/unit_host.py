@@ -19,6 +19,9 @@ from fmpy.fmi2 import (
 )
 from fmpy.logging import addLoggerProxy
 
+_LOGS = {}
+"""Log of each instance by its name: fmpy's logger proxy serves one callback of a process."""
+
 
 class Unit:
     """One FMU, extracted once; it can be instantiated again and again."""
@@ -37,9 +40,10 @@ class Unit:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=name,
         )
+        _LOGS[name.encode()] = self.log
         self.callbacks = fmi2CallbackFunctions()
         self.callbacks.logger = fmi2CallbackLoggerTYPE(
-            lambda _, n, s, c, m: self.log.append((s, c.decode(), m.decode()))
+            lambda _, n, s, c, m: _LOGS[n].append((s, c.decode(), m.decode()))
         )
         self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)

@@ -1,6 +1,6 @@
-/* The functions of FMI 2.0 for co-simulation, on top of unit.h. */
+/* The functions of FMI 2.0 that every unit has, on top of unit.h; those of model exchange are in fmi2_exchange.c. */
 #include "fmi2Functions.h"
-#include "unit.h"
+#include "calls.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -13,15 +13,8 @@ typedef struct {
     fmi2Boolean logging;
 } Host;
 
-typedef struct {
-    size_t size;
-    unsigned char bytes[];
-} State;
-
 static void report(Unit *unit, Status status, const char *message)
 {
-    static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                             "logStatusError"};
     const Host *host = unit->host;
     if (host->logging && host->log)
         host->log(host->environment, unit->name, (fmi2Status)status, CATEGORIES[status], "%s", message);
@@ -63,12 +56,14 @@ fmi2Component fmi2Instantiate(
     const char *problem = NULL;
     if (!unit)
         problem = "there is no memory left";
-    else if (type != fmi2CoSimulation)
+    else if (type != fmi2CoSimulation && !EXCHANGE)
         problem = "the unit is for co-simulation only";
     else if (!token || strcmp(token, UNIT_TOKEN) != 0)
         problem = "the GUID is that of another model description";
-    if (!problem)
+    if (!problem) {
+        unit->exchange = type == fmi2ModelExchange;
         return unit;
+    }
     if (host->log)
         host->log(host->environment, name ? name : "", fmi2Error, "logStatusError", "instantiate: %s", problem);
     unit_free(unit);
@@ -116,13 +111,7 @@ fmi2Status fmi2Reset(fmi2Component c)
     return (fmi2Status)unit_reset(c);
 }
 
-/* Values: all are set or read, and the worst status is returned. */
-
-static void note(Status *worst, Status status)
-{
-    if (status > *worst)
-        *worst = status;
-}
+/* Values */
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t count, fmi2Real value[])
 {
@@ -203,72 +192,39 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real step, fmi2Boolean
 
 fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
-    const size_t size = unit_state_size(c);
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi2Status)unit_say(c, ERROR, "getFMUstate: there is no memory left");
-    kept->size = size;
-    *state = kept;
-    return (fmi2Status)unit_save(c, kept->bytes, size);
+    return (fmi2Status)state_get(c, "getFMUstate", state);
 }
 
 fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state)
 {
-    const State *kept = state;
-    if (!kept)
-        return (fmi2Status)unit_say(c, ERROR, "setFMUstate: there is no state");
-    return (fmi2Status)unit_restore(c, kept->bytes, kept->size);
+    return (fmi2Status)state_set(c, "setFMUstate", state);
 }
 
 fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    state_free(state);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size)
 {
     (void)c;
-    *size = ((State *)state)->size;
+    *size = state_size(state);
     return fmi2OK;
 }
 
 fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size)
 {
-    const State *kept = state;
-    if (size < kept->size)
-        return (fmi2Status)unit_say(c, ERROR, "serializeFMUstate: the state has %zu bytes, not %zu", kept->size, size);
-    memcpy(bytes, kept->bytes, kept->size);
-    return fmi2OK;
+    return (fmi2Status)state_serialise(c, "serializeFMUstate", state, bytes, size);
 }
 
 fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state)
 {
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi2Status)unit_say(c, ERROR, "deSerializeFMUstate: there is no memory left");
-    kept->size = size;
-    memcpy(kept->bytes, bytes, size);
-    *state = kept;
-    return fmi2OK;
+    return (fmi2Status)state_deserialise(c, "deSerializeFMUstate", bytes, size, state);
 }
 
 /* What the model description says that the unit does not offer */
-
-fmi2Status fmi2GetDirectionalDerivative(
-    fmi2Component c, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
-    size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])
-{
-    (void)unknown;
-    (void)unknowns;
-    (void)known;
-    (void)knowns;
-    (void)seed;
-    (void)sensitivity;
-    return NOT_HERE("getDirectionalDerivative");
-}
 
 fmi2Status fmi2SetRealInputDerivatives(
     fmi2Component c, const fmi2ValueReference vr[], size_t count, const fmi2Integer order[], const fmi2Real value[])

@@ -1,6 +1,6 @@
-/* The functions of FMI 3.0 for co-simulation, on top of unit.h. */
+/* The functions of FMI 3.0 that every unit has, on top of unit.h; those of model exchange are in fmi3_exchange.c. */
 #include "fmi3Functions.h"
-#include "unit.h"
+#include "calls.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -11,15 +11,8 @@ typedef struct {
     fmi3Boolean logging;
 } Host;
 
-typedef struct {
-    size_t size;
-    unsigned char bytes[];
-} State;
-
 static void report(Unit *unit, Status status, const char *message)
 {
-    static const char *const CATEGORIES[] = {"logAll", "logStatusWarning", "logStatusDiscard", "logStatusError",
-                                             "logStatusError"};
     const Host *host = unit->host;
     if (host->logging && host->log)
         host->log(host->environment, (fmi3Status)status, CATEGORIES[status], message);
@@ -38,6 +31,35 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t cou
     return fmi3OK;
 }
 
+static fmi3Instance instantiated(
+    fmi3String name, fmi3String token, fmi3Boolean logging, bool exchange, fmi3InstanceEnvironment environment,
+    fmi3LogMessageCallback log)
+{
+    Host *host = calloc(1, sizeof *host);
+    if (!host)
+        return NULL;
+    host->log = log;
+    host->environment = environment;
+    host->logging = logging;
+    Unit *unit = unit_new(name, report, host);
+    const char *problem = NULL;
+    if (!unit)
+        problem = "instantiate: there is no memory left";
+    else if (exchange && !EXCHANGE)
+        problem = "instantiate: the unit is for co-simulation only";
+    else if (!token || strcmp(token, UNIT_TOKEN) != 0)
+        problem = "instantiate: the token is that of another model description";
+    if (!problem) {
+        unit->exchange = exchange;
+        return unit;
+    }
+    if (log)
+        log(environment, fmi3Error, "logStatusError", problem);
+    unit_free(unit);
+    free(host);
+    return NULL;
+}
+
 fmi3Instance fmi3InstantiateCoSimulation(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3Boolean event_mode, fmi3Boolean early_return, const fmi3ValueReference required[], size_t required_count,
@@ -50,39 +72,16 @@ fmi3Instance fmi3InstantiateCoSimulation(
     (void)required;
     (void)required_count;
     (void)update;
-    Host *host = calloc(1, sizeof *host);
-    if (!host)
-        return NULL;
-    host->log = log;
-    host->environment = environment;
-    host->logging = logging;
-    Unit *unit = unit_new(name, report, host);
-    const char *problem = NULL;
-    if (!unit)
-        problem = "instantiate: there is no memory left";
-    else if (!token || strcmp(token, UNIT_TOKEN) != 0)
-        problem = "instantiate: the token is that of another model description";
-    if (!problem)
-        return unit;
-    if (log)
-        log(environment, fmi3Error, "logStatusError", problem);
-    unit_free(unit);
-    free(host);
-    return NULL;
+    return instantiated(name, token, logging, false, environment, log);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
-    (void)name;
-    (void)token;
     (void)resources;
     (void)visible;
-    (void)logging;
-    if (log)
-        log(environment, fmi3Error, "logStatusError", "instantiate: the unit is for co-simulation only");
-    return NULL;
+    return instantiated(name, token, logging, true, environment, log);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(
@@ -90,10 +89,17 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3ClockUpdateCallback clock_update,
     fmi3LockPreemptionCallback lock, fmi3UnlockPreemptionCallback unlock)
 {
+    (void)name;
+    (void)token;
+    (void)resources;
+    (void)visible;
+    (void)logging;
     (void)clock_update;
     (void)lock;
     (void)unlock;
-    return fmi3InstantiateModelExchange(name, token, resources, visible, logging, environment, log);
+    if (log)
+        log(environment, fmi3Error, "logStatusError", "instantiate: the unit has no scheduled execution");
+    return NULL;
 }
 
 void fmi3FreeInstance(fmi3Instance instance)
@@ -143,13 +149,7 @@ fmi3Status fmi3DoStep(
     return (fmi3Status)status;
 }
 
-/* Values: all are set or read, and the worst status is returned. The time stands behind the other variables. */
-
-static void note(Status *worst, Status status)
-{
-    if (status > *worst)
-        *worst = status;
-}
+/* Values; the time stands behind the other variables. */
 
 static bool fits(fmi3Instance instance, size_t references, size_t values, Status *status)
 {
@@ -165,7 +165,7 @@ fmi3Status fmi3GetFloat64(
     Status worst = OK;
     for (size_t i = 0; fits(instance, count, size, &worst) && i < count; i++) {
         if (vr[i] == VARIABLE_COUNT)
-            values[i] = ((Unit *)instance)->time;
+            values[i] = ((Unit *)instance)->reached;
         else
             note(&worst, unit_get(instance, REAL, vr[i], &values[i]));
     }
@@ -245,76 +245,41 @@ fmi3Status fmi3SetString(
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state)
 {
-    const size_t size = unit_state_size(instance);
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "getFMUState: there is no memory left");
-    kept->size = size;
-    *state = kept;
-    return (fmi3Status)unit_save(instance, kept->bytes, size);
+    return (fmi3Status)state_get(instance, "getFMUState", state);
 }
 
 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state)
 {
-    const State *kept = state;
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "setFMUState: there is no state");
-    return (fmi3Status)unit_restore(instance, kept->bytes, kept->size);
+    return (fmi3Status)state_set(instance, "setFMUState", state);
 }
 
 fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state)
 {
     (void)instance;
-    free(*state);
-    *state = NULL;
+    state_free(state);
     return fmi3OK;
 }
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size)
 {
     (void)instance;
-    *size = ((State *)state)->size;
+    *size = state_size(state);
     return fmi3OK;
 }
 
 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size)
 {
-    const State *kept = state;
-    if (size < kept->size)
-        return (fmi3Status)unit_say(
-            instance, ERROR, "serializeFMUState: the state has %zu bytes, not %zu", kept->size, size);
-    memcpy(bytes, kept->bytes, kept->size);
-    return fmi3OK;
+    return (fmi3Status)state_serialise(instance, "serializeFMUState", state, bytes, size);
 }
 
-fmi3Status fmi3DeserializeFMUState(
-    fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size, fmi3FMUState *state)
 {
-    State *kept = realloc(*state, sizeof *kept + size);
-    if (!kept)
-        return (fmi3Status)unit_say(instance, ERROR, "deserializeFMUState: there is no memory left");
-    kept->size = size;
-    memcpy(kept->bytes, bytes, size);
-    *state = kept;
-    return fmi3OK;
+    return (fmi3Status)state_deserialise(instance, "deserializeFMUState", bytes, size, state);
 }
 
 /* What the model description says that the unit does not offer; importers ask that every function is exported. */
 
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#endif
-
-static fmi3Status absent(fmi3Instance instance, const char *call)
-{
-    return (fmi3Status)unit_say(instance, ERROR, "%s: this unit does not offer it", call);
-}
-
-#define ABSENT(call, ...) \
-    fmi3Status fmi3##call(__VA_ARGS__) \
-    { \
-        return absent(instance, #call); \
-    }
+#include "absent.h"
 
 ABSENT(GetFloat32, fmi3Instance instance, const fmi3ValueReference vr[], size_t count, fmi3Float32 values[], size_t size)
 ABSENT(SetFloat32, fmi3Instance instance, const fmi3ValueReference vr[], size_t count, const fmi3Float32 values[], size_t size)
@@ -345,13 +310,9 @@ ABSENT(GetNumberOfVariableDependencies, fmi3Instance instance, fmi3ValueReferenc
 ABSENT(GetVariableDependencies, fmi3Instance instance, fmi3ValueReference dependent,
     size_t elementIndicesOfDependent[], fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
     fmi3DependencyKind dependencyKinds[], size_t nDependencies)
-ABSENT(GetDirectionalDerivative, fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
-    fmi3Float64 sensitivity[], size_t nSensitivity)
 ABSENT(GetAdjointDerivative, fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
     const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
     fmi3Float64 sensitivity[], size_t nSensitivity)
-ABSENT(EnterEventMode, fmi3Instance instance)
 ABSENT(EnterConfigurationMode, fmi3Instance instance)
 ABSENT(ExitConfigurationMode, fmi3Instance instance)
 ABSENT(GetIntervalDecimal, fmi3Instance instance, const fmi3ValueReference valueReferences[],
@@ -371,20 +332,6 @@ ABSENT(SetShiftDecimal, fmi3Instance instance, const fmi3ValueReference valueRef
 ABSENT(SetShiftFraction, fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
     const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
 ABSENT(EvaluateDiscreteStates, fmi3Instance instance)
-ABSENT(UpdateDiscreteStates, fmi3Instance instance, fmi3Boolean* discreteStatesNeedUpdate,
-    fmi3Boolean* terminateSimulation, fmi3Boolean* nominalsOfContinuousStatesChanged,
-    fmi3Boolean* valuesOfContinuousStatesChanged, fmi3Boolean* nextEventTimeDefined, fmi3Float64* nextEventTime)
-ABSENT(EnterContinuousTimeMode, fmi3Instance instance)
-ABSENT(CompletedIntegratorStep, fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
-    fmi3Boolean* enterEventMode, fmi3Boolean* terminateSimulation)
-ABSENT(SetTime, fmi3Instance instance, fmi3Float64 time)
-ABSENT(SetContinuousStates, fmi3Instance instance, const fmi3Float64 continuousStates[], size_t nContinuousStates)
-ABSENT(GetContinuousStateDerivatives, fmi3Instance instance, fmi3Float64 derivatives[], size_t nContinuousStates)
-ABSENT(GetEventIndicators, fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators)
-ABSENT(GetContinuousStates, fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates)
-ABSENT(GetNominalsOfContinuousStates, fmi3Instance instance, fmi3Float64 nominals[], size_t nContinuousStates)
-ABSENT(GetNumberOfEventIndicators, fmi3Instance instance, size_t* nEventIndicators)
-ABSENT(GetNumberOfContinuousStates, fmi3Instance instance, size_t* nContinuousStates)
 ABSENT(EnterStepMode, fmi3Instance instance)
 ABSENT(GetOutputDerivatives, fmi3Instance instance, const fmi3ValueReference valueReferences[],
     size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)

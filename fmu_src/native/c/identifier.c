@@ -133,6 +133,14 @@ void model_advance(Model *model, Unit *unit, double time, double step)
         model->sampling = true;
         return;
     }
+    const double period = model->plan.settings.sample_time;
+    const double due = model->sampled.first + (double)(model->sampled.state.samples + 1) * period;
+    if (time - due > (double)MOST_SUBSTEPS * period)
+        refuse(
+            unit->space,
+            "%.3g samples of sample.time = %g s are due at t = %g s; at most %lld are taken in one step, take shorter "
+            "ones",
+            (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
     const Row_Sampled_Maybe_IdentifierOutput next = sampled_take_samples(
         unit->space, &model->sampled, time, now, &model->plan);
     if (next.x1.some) {
@@ -144,8 +152,9 @@ void model_advance(Model *model, Unit *unit, double time, double step)
             refuse(
                 unit->space,
                 "the estimate is no longer finite in the step from t = %g s; the inputs (voltages [V] and angles "
-                "[rad]) were %g, %g, %g, %g, %g",
-                time, now.x0, now.x1, now.x2, now.x3, now.x4);
+                "[rad]) were [%s, %s, %s, %s, %s]",
+                time, shortest(unit->space, now.x0), shortest(unit->space, now.x1), shortest(unit->space, now.x2),
+                shortest(unit->space, now.x3), shortest(unit->space, now.x4));
         show(model, unit, &next.x1.value);
     }
     model->sampled = next.x0;

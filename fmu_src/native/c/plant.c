@@ -1,18 +1,10 @@
 /* HelicopterPlant between FMI and the translated model: which variable goes where. */
-#include "unit.h"
-#include "model.h"
+#include "plant.h"
 #include "variables.h"
-
-struct Model {
-    PlantParameters parameters;
-    double delay, longest_step;
-    EncoderCounts counts;
-    PlantMemory memory;
-};
 
 const size_t MODEL_SIZE = sizeof(Model);
 
-static void publish(const Model *model, Unit *unit)
+void plant_publish(const Model *model, Unit *unit)
 {
     const Shown shown = communication_shown(&model->memory.state, &model->counts);
     unit->values[REF_pitch].real = shown.pitch;
@@ -43,19 +35,25 @@ void model_initialise(Model *model, Unit *unit)
         values[REF_initial_pitch].real, values[REF_initial_elevation].real, values[REF_initial_travel].real,
         values[REF_initial_v_front].real, values[REF_initial_v_rear].real, rates);
     model->memory = communication_begin(&first, &model->parameters);
-    publish(model, unit);
+    plant_publish(model, unit);
 }
 
 void model_advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
+    if (step > (double)MOST_SUBSTEPS * model->longest_step)
+        refuse(
+            unit->space,
+            "the step of %g s from t = %g s needs %.3g steps of solver.step = %g s; at most %lld are taken, take a "
+            "shorter step",
+            step, time, step / model->longest_step, model->longest_step, (long long)MOST_SUBSTEPS);
     const PlantMemory next = communication_communicate(
         unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real, values[REF_mass_position].real,
         time, unit->start_time, step, model->longest_step, model->delay, &model->parameters);
     if (!communication_is_finite(&next.state))
         refuse(unit->space, "the plant leaves the finite range in the step from t = %g s", time);
     model->memory = next;
-    publish(model, unit);
+    plant_publish(model, unit);
 }
 
 void model_keep(Model *model, Space *space)

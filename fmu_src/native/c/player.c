@@ -38,21 +38,3 @@ void model_advance(Model *model, Unit *unit, double time, double step)
 {
     show(model, unit, time + step);
 }
-
-void model_keep(Model *model, Space *space)
-{
-    (void)model;
-    (void)space;
-}
-
-void model_write(const Model *model, Bytes *bytes)
-{
-    (void)model;
-    (void)bytes;
-}
-
-void model_read(Model *model, Bytes *bytes)
-{
-    (void)model;
-    (void)bytes;
-}

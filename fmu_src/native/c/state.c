@@ -1,5 +1,6 @@
 #include "unit.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -7,13 +8,14 @@
 
 static void write_state(Unit *unit, Bytes *bytes)
 {
-    const int64_t phase = unit->phase, failed = unit->failed;
+    const int64_t phase = unit->phase, failure = (int64_t)strlen(unit->failure) + 1;
     write_bytes(bytes, UNIT_TOKEN, strlen(UNIT_TOKEN) + 1);
     write_int64_t(bytes, &phase);
-    write_int64_t(bytes, &failed);
+    write_int64_t(bytes, &failure);
+    write_bytes(bytes, unit->failure, (size_t)failure);
     write_bool(bytes, &unit->initialised);
     write_double(bytes, &unit->start_time);
-    write_double(bytes, &unit->time);
+    write_double(bytes, &unit->reached);
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         write_double(bytes, &unit->values[i].real);
         write_bool(bytes, &unit->refused[i]);
@@ -48,13 +50,27 @@ Status unit_save(Unit *unit, unsigned char *at, size_t size)
 
 /* What a state holds besides the model's memory, read before anything is changed. */
 typedef struct {
-    int64_t phase, failed;
+    int64_t phase;
+    char *failure;
     bool initialised;
-    double start_time, time;
+    double start_time, reached;
     Value *values;
     bool *refused;
     double *refused_as;
 } Saved;
+
+/* Read a text behind its length, its zero included. */
+static char *read_text(Bytes *bytes, Space *space)
+{
+    int64_t count = 0;
+    read_count(bytes, &count);
+    if (count < 1)
+        refuse(space, "these bytes are no state of this unit");
+    char *text = space_take(space, count, 1);
+    read_bytes(bytes, text, (size_t)count);
+    text[count - 1] = '\0';
+    return text;
+}
 
 static void read_saved(Bytes *bytes, Space *space, Saved *saved)
 {
@@ -64,10 +80,10 @@ static void read_saved(Bytes *bytes, Space *space, Saved *saved)
     if (memcmp(token, UNIT_TOKEN, length < sizeof token ? length : sizeof token) != 0)
         refuse(space, "these bytes are no state of this unit");
     read_int64_t(bytes, &saved->phase);
-    read_int64_t(bytes, &saved->failed);
+    saved->failure = read_text(bytes, space);
     read_bool(bytes, &saved->initialised);
     read_double(bytes, &saved->start_time);
-    read_double(bytes, &saved->time);
+    read_double(bytes, &saved->reached);
     if (saved->phase < INSTANTIATED || saved->phase > TERMINATED)
         refuse(space, "these bytes are no state of this unit");
     saved->values = space_take(space, (int64_t)VARIABLE_COUNT, sizeof *saved->values);
@@ -78,15 +94,8 @@ static void read_saved(Bytes *bytes, Space *space, Saved *saved)
         read_bool(bytes, &saved->refused[i]);
         read_double(bytes, &saved->refused_as[i]);
         saved->values[i].text = NULL;
-        if (VARIABLES[i].kind == STRING) {
-            int64_t count = 0;
-            read_count(bytes, &count);
-            if (count < 1)
-                refuse(space, "these bytes are no state of this unit");
-            saved->values[i].text = space_take(space, count, 1);
-            read_bytes(bytes, saved->values[i].text, (size_t)count);
-            saved->values[i].text[count - 1] = '\0';
-        }
+        if (VARIABLES[i].kind == STRING)
+            saved->values[i].text = read_text(bytes, space);
     }
 }
 
@@ -131,9 +140,8 @@ Status unit_restore(Unit *unit, const unsigned char *at, size_t size)
     }
     unit->space->back = unit->settled->back = &back;
     const bool other = take_values(unit, &saved);
-    unit->time = saved.time;
     unit->phase = (Phase)saved.phase;
-    unit->failed = saved.failed != 0;
+    snprintf(unit->failure, sizeof unit->failure, "%s", saved.failure);
     unit->outdated = unit->phase == INITIALISING;
     if (!saved.initialised)
         return OK;
@@ -143,11 +151,13 @@ Status unit_restore(Unit *unit, const unsigned char *at, size_t size)
         for (size_t i = 0; i < VARIABLE_COUNT; i++) /* the initialisation has set the outputs of the start time */
             unit->values[i].real = saved.values[i].real;
     }
+    unit->reached = saved.reached;
     unit->spare->back = &back;
     model_read(unit->model, &bytes); /* its lists lie in the spare space */
     Space *old = unit->space;
     unit->space = unit->spare;
     unit->spare = old;
     unit->live = unit->space->taken;
+    exchange_begin(unit);
     return OK;
 }

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double LONGEST_STEP = 1e9; /* [s]; this also keeps infinity out */
-enum { UNTIDY = 1 << 16 };              /* bytes beyond twice the live ones at which the space is tidied up */
+enum { UNTIDY = 1 << 16 }; /* bytes beyond twice the live ones at which the space is tidied up */
 
 Status unit_say(Unit *unit, Status status, const char *format, ...)
 {
@@ -39,9 +38,10 @@ static bool set_starts(Unit *unit)
         unit->refused[i] = false;
     }
     unit->refused_count = 0;
-    unit->start_time = unit->time = 0.0;
+    unit->start_time = unit->reached = 0.0;
     unit->phase = INSTANTIATED;
-    unit->outdated = unit->failed = unit->initialised = false;
+    unit->failure[0] = '\0';
+    unit->outdated = unit->stale = unit->initialised = false;
     return true;
 }
 
@@ -102,6 +102,12 @@ Status unit_reset(Unit *unit)
     return OK;
 }
 
+/* Why the model refused. */
+static const char *reason_of(const Unit *unit)
+{
+    return unit->space->message[0] ? unit->space->message : unit->settled->message;
+}
+
 Status unit_prepare(Unit *unit, const char *call)
 {
     jmp_buf back;
@@ -112,10 +118,12 @@ Status unit_prepare(Unit *unit, const char *call)
     space_empty(unit->settled);
     memset(unit->model, 0, MODEL_SIZE);
     if (setjmp(back)) {
-        const char *reason = unit->space->message[0] ? unit->space->message : unit->settled->message;
-        return unit_say(unit, DISCARD, "%s: %s", call, reason);
+        unit_say(unit, DISCARD, "%s: %s", call, reason_of(unit));
+        return DISCARD;
     }
     model_initialise(unit->model, unit);
+    unit->reached = unit->start_time;
+    exchange_begin(unit);
     unit->live = 0;
     unit->outdated = false;
     unit->initialised = true;
@@ -126,23 +134,29 @@ static const char *const PHASES[] = {"instantiated", "initialising", "stepping",
 
 static Status wrong_phase(Unit *unit, const char *call)
 {
-    return unit_say(unit, ERROR, "%s is not allowed while the unit is %s", call, PHASES[unit->phase]);
+    return unit_say(
+        unit, ERROR, "%s: it is not allowed while the unit is %s, and was ignored", call, PHASES[unit->phase]);
 }
 
 Status unit_setup(Unit *unit, double start_time)
 {
-    if (unit->phase != INSTANTIATED)
-        return wrong_phase(unit, "setting up the experiment");
-    if (!isfinite(start_time))
-        return unit_say(unit, ERROR, "setup: the start time %g s is not finite", start_time);
-    unit->start_time = unit->time = start_time;
+    if (unit->phase != INSTANTIATED || !isfinite(start_time)) {
+        char text[NUMBER_SIZE];
+        write_shortest(text, start_time);
+        return unit_say(
+            unit, ERROR,
+            "setupExperiment: the start time %s s was ignored: it must be finite, and set before the initialisation "
+            "begins",
+            text);
+    }
+    unit->start_time = unit->reached = start_time;
     return OK;
 }
 
 Status unit_enter_initialisation(Unit *unit)
 {
     if (unit->phase != INSTANTIATED)
-        return wrong_phase(unit, "entering the initialisation");
+        return wrong_phase(unit, "enterInitializationMode");
     unit->phase = INITIALISING;
     unit->outdated = true;
     return OK;
@@ -151,11 +165,11 @@ Status unit_enter_initialisation(Unit *unit)
 Status unit_exit_initialisation(Unit *unit)
 {
     if (unit->phase != INITIALISING)
-        return wrong_phase(unit, "leaving the initialisation");
+        return wrong_phase(unit, "exitInitializationMode");
     unit->phase = STEPPING;
     unit->outdated = false;
     if (unit_prepare(unit, "exitInitializationMode") != OK) {
-        unit->failed = true;
+        snprintf(unit->failure, sizeof unit->failure, "%s", reason_of(unit));
         return ERROR;
     }
     return OK;
@@ -169,40 +183,77 @@ Status unit_terminate(Unit *unit)
 
 /* Steps */
 
+/* Write a number as the type of a variable shows it. */
+static const char *written(Kind kind, double value, char text[NUMBER_SIZE])
+{
+    if (kind == REAL)
+        write_shortest(text, value);
+    else if (kind == BOOLEAN)
+        snprintf(text, NUMBER_SIZE, "%s", value != 0.0 ? "True" : "False");
+    else
+        snprintf(text, NUMBER_SIZE, "%.0f", value);
+    return text;
+}
+
 /* Write why a value is refused. */
 static const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE])
 {
     const Variable *variable = &VARIABLES[reference];
     const char *blank = variable->physical_unit[0] ? " " : "";
     char text[NUMBER_SIZE];
-    if (variable->kind == REAL)
-        write_shortest(text, value);
-    else
-        snprintf(text, sizeof text, "%.0f", value);
     snprintf(
-        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name, text, blank,
+        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name,
+        written(variable->kind, value, text), blank,
         variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
     return reason;
 }
 
+/* Whether a step begins where the one before ended: otherwise the state would belong to another time. */
+static bool begins_well(const Unit *unit, double time, double step)
+{
+    return fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time));
+}
+
+/* Say which values hinder the step at ``time``, and a failed initialisation. */
+static Status refuse_for_values(Unit *unit, double time)
+{
+    char reasons[MESSAGE_SIZE], reason[MESSAGE_SIZE];
+    size_t used = 0;
+    if (unit->failure[0])
+        used = (size_t)snprintf(
+            reasons, sizeof reasons, "%s (the initialisation failed; reset the unit)", unit->failure);
+    for (size_t i = 0; i < VARIABLE_COUNT && used < sizeof reasons; i++) {
+        if (unit->refused[i])
+            used += (size_t)snprintf(
+                reasons + used, sizeof reasons - used, "%s%s", used ? "; " : "",
+                out_of_range(i, unit->refused_as[i], reason));
+    }
+    return unit_say(
+        unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time, reasons);
+}
+
 static Status refuse_step(Unit *unit, double time, double step)
 {
-    char reason[MESSAGE_SIZE];
+    char first[NUMBER_SIZE], second[NUMBER_SIZE];
     if (unit->phase != STEPPING)
         return unit_say(
             unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
             PHASES[unit->phase], time);
-    if (unit->failed)
-        return unit_say(unit, DISCARD, "doStep: the initialisation failed; reset the unit");
-    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
-        if (unit->refused[i])
-            return unit_say(
-                unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time,
-                out_of_range(i, unit->refused_as[i], reason));
+    if (unit->refused_count || unit->failure[0])
+        return refuse_for_values(unit, time);
+    if (!(step > 0.0 && step < LONGEST_STEP)) {
+        write_shortest(first, step);
+        return unit_say(
+            unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s", first, time,
+            LONGEST_STEP);
     }
+    write_shortest(first, time);
+    write_shortest(second, unit->reached);
     return unit_say(
-        unit, DISCARD, "doStep: communication step = %g s at t = %g s must be positive and below %g s", step, time,
-        LONGEST_STEP);
+        unit, DISCARD,
+        "doStep: the step begins at t = %s s, the one before ended at %s s: time must neither repeat nor jump; to go "
+        "back, restore a state from then",
+        first, second);
 }
 
 /* Copy what lives to the spare space and take the rest back. */
@@ -220,16 +271,20 @@ static void tidy(Unit *unit)
 Status unit_step(Unit *unit, double time, double step)
 {
     jmp_buf back;
-    if (unit->phase != STEPPING || unit->refused_count || unit->failed || !(step > 0.0 && step < LONGEST_STEP) ||
-        !isfinite(time))
+    if (unit->exchange)
+        return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
+    if (unit->phase != STEPPING || unit->refused_count || unit->failure[0] || !(step > 0.0 && step < LONGEST_STEP) ||
+        !begins_well(unit, time, step))
         return refuse_step(unit, time, step);
     unit->space->back = unit->settled->back = &back;
+    unit->space->message[0] = unit->settled->message[0] = '\0';
     if (setjmp(back))
-        return unit_say(unit, DISCARD, "doStep: %s", unit->space->message);
+        return unit_say(unit, DISCARD, "doStep: %s", reason_of(unit));
     if (unit->space->taken > 2 * unit->live + UNTIDY)
         tidy(unit);
     model_advance(unit->model, unit, time, step);
-    unit->time = time + step;
+    unit->reached = time + step;
+    unit->stale = EXCHANGE != NULL;
     return OK;
 }
 
@@ -237,31 +292,44 @@ Status unit_step(Unit *unit, double time, double step)
 
 static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
 
-static bool known(Unit *unit, Kind kind, uint32_t reference, Status *status)
+static bool known(Unit *unit, const char *verb, Kind kind, uint32_t reference, Status *status)
 {
     if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
         return true;
-    *status = unit_say(unit, ERROR, "no %s variable has value reference %lu", KINDS[kind], (unsigned long)reference);
+    *status = unit_say(
+        unit, ERROR, "%s%s: no %s variable has value reference %lu", verb, KINDS[kind], KINDS[kind],
+        (unsigned long)reference);
     return false;
 }
 
-static bool open_to_set(Unit *unit, uint32_t reference, Status *status)
+static bool open_to_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
-    if (variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable)))
-        return true;
-    *status = unit_say(
-        unit, ERROR, "%s %s; the value was ignored", variable->name,
-        variable->causality == OUTPUT ? "is an output" : "is fixed once initialisation has ended");
-    return false;
+    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
+}
+
+/* Say that a variable may not be set to ``value`` now. */
+static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
+{
+    const Variable *variable = &VARIABLES[reference];
+    const char *quote = variable->kind == STRING ? "'" : "";
+    const char *reason = variable->causality == OUTPUT  ? "is an output"
+                         : variable->causality == LOCAL ? "is calculated"
+                                                        : "is fixed once initialisation has ended";
+    return unit_say(
+        unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,
+        value, quote);
 }
 
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 {
     Status status = OK;
-    if (!known(unit, kind, reference, &status) || !open_to_set(unit, reference, &status))
+    char text[NUMBER_SIZE];
+    if (!known(unit, "set", kind, reference, &status))
         return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, written(kind, value, text));
     const Variable *variable = &VARIABLES[reference];
     if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
         unit->refused_count += !unit->refused[reference];
@@ -275,6 +343,7 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
         unit->refused_count--;
     }
     unit->values[reference].real = value;
+    unit->stale = EXCHANGE && unit->initialised;
     unit->outdated = unit->phase == INITIALISING;
     return OK;
 }
@@ -282,8 +351,10 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
 {
     Status status = OK;
-    if (!known(unit, STRING, reference, &status) || !open_to_set(unit, reference, &status))
+    if (!known(unit, "set", STRING, reference, &status))
         return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, text ? text : "");
     char *copy = text ? unit_copied(text) : NULL;
     if (!copy)
         return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
@@ -296,10 +367,12 @@ Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
 {
     Status status = OK;
-    if (!known(unit, kind, reference, &status))
+    if (!known(unit, "get", kind, reference, &status))
         return status;
     if (unit->outdated)
         status = unit_prepare(unit, "get");
+    if (unit->stale && unit->initialised)
+        exchange_refresh(unit);
     *value = unit->values[reference].real;
     return status;
 }
@@ -307,7 +380,7 @@ Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
 {
     Status status = OK;
-    if (known(unit, STRING, reference, &status))
+    if (known(unit, "get", STRING, reference, &status))
         *text = unit->values[reference].text;
     return status;
 }

@@ -12,7 +12,7 @@
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
-typedef enum { INPUT, OUTPUT, PARAMETER } Causality;
+typedef enum { INPUT, OUTPUT, PARAMETER, LOCAL } Causality;
 typedef enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED } Phase;
 
 typedef struct {
@@ -22,7 +22,7 @@ typedef struct {
     bool tunable;
     const char *physical_unit; /* empty: none */
     double minimum, maximum;   /* of a Real or Integer */
-    double start;
+    double nominal, start;
     const char *text; /* start of a String */
 } Variable;
 
@@ -30,6 +30,12 @@ typedef struct {
 extern const Variable VARIABLES[];
 extern const size_t VARIABLE_COUNT;
 extern const char UNIT_NAME[], UNIT_TOKEN[];
+
+/* The limits of the unit in Python: fmu_src/slave_base.py. */
+extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
+extern const double LONGEST_STEP;    /* of a communication step [s]; this also keeps infinity out */
+extern const int64_t MOST_SUBSTEPS;  /* inside of one communication step */
+extern const double CLOCK_TOLERANCE; /* of the begin of a step, as a share of the step */
 
 typedef struct {
     double real; /* of a Real, Integer or Boolean */
@@ -40,15 +46,22 @@ typedef struct Unit Unit;
 typedef struct Model Model;
 typedef void (*Reporter)(Unit *unit, Status status, const char *message);
 
+/* What a model that has Model Exchange gives; NULL in other units (exchange.h). */
+typedef struct Exchange Exchange;
+extern const Exchange *const EXCHANGE;
+
 struct Unit {
     Phase phase;
-    double start_time, time; /* [s] */
+    double start_time, reached; /* start of the run, end of the last step [s] */
     Value *values;
     bool *refused;      /* variables whose last value was bad */
     double *refused_as; /* that value */
     size_t refused_count;
     bool outdated;   /* the outputs do not follow from the values yet */
-    bool failed;     /* the initialisation failed; the unit can only be reset */
+    bool exchange;   /* instantiated for model exchange */
+    bool stale;      /* variables of model exchange do not follow from state and time yet */
+    double passed, next_event; /* events in time, since the start [s] */
+    char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
     bool initialised; /* the model has been initialised with the values as they are */
     Space *space;    /* of the model's memory between steps */
     Space *spare;    /* where that is moved when it is tidied up */
@@ -91,6 +104,11 @@ Status unit_restore(Unit *unit, const unsigned char *at, size_t size);
 
 /* Compute state and outputs at the start time from the values that are set. */
 Status unit_prepare(Unit *unit, const char *call);
+
+/* Begin model exchange, where the unit does: may refuse. In exchange.c, or nothing in units without it. */
+void exchange_begin(Unit *unit);
+/* Compute the variables that follow from state and time. */
+void exchange_refresh(Unit *unit);
 
 char *unit_copied(const char *text); /* on the heap, or NULL */
 Status unit_say(Unit *unit, Status status, const char *format, ...);

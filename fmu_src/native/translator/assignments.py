@@ -9,10 +9,12 @@ from __future__ import annotations
 import ast
 
 from .body import Body, c_name
+from .conversions import as_type
 from .expression import UNKNOWN_VALUE, Expr
 from .homes import targets
 from .subscripts import place
 from .types import FLOAT, INT, TEXT, Listing, annotated, element, joined
+from .values import items_of, simple, unwrapped
 
 
 def declare(body: Body, statement: ast.stmt, names: list[str]) -> None:
@@ -38,7 +40,7 @@ def assignment(body: Body, node: ast.Assign) -> None:
     """Translate ``a = b = value``; a tuple of targets takes its values at once."""
     value = body.value(node.value)
     if len(node.targets) > 1:
-        value = body.simple(value)
+        value = simple(body, value)
     for target in node.targets:
         store(body, target, value, node.value)
 
@@ -67,9 +69,9 @@ def store(body: Body, target: ast.expr, value: Expr, source: ast.AST) -> None:
 def _store_name(body: Body, name: str, value: Expr) -> None:
     if name == "_":
         return
-    value = body.unwrapped(value) if name in body.types and body.types[name] in (INT, FLOAT) else value
+    value = unwrapped(value) if name in body.types and body.types[name] in (INT, FLOAT) else value
     kind = body.widen(name, value.type)
-    value = body.as_type(value, kind)
+    value = as_type(body, value, kind)
     # a part of a list is a view of it in C; what is changed or grown needs a list of its own
     is_view = name in body.changed and value.text.startswith("part_of_")
     if (name in body.grown or is_view) and isinstance(kind, Listing) and "{0}" not in value.text:
@@ -87,11 +89,11 @@ def _store_tuple(body: Body, target: ast.Tuple, value: Expr, source: ast.AST) ->
         if ast.unparse(target.elts[-1]) != "*_":
             body.refuse(target, "a starred target must be *_, which takes what is left")
         target = ast.Tuple(target.elts[:-1], ast.Store())
-    items = body.items(value)
+    items = items_of(body, value)
     if items is not None and starred:
         items = items[: len(target.elts)]
     if items is None and isinstance(value.type, Listing):
-        value = body.simple(value)
+        value = simple(body, value)
         items = [Expr(value.type.item, f"{value.code}.at[{i}]") for i, _ in enumerate(target.elts)]  # type: ignore[union-attr]
     if items is None or len(items) != len(target.elts):
         body.refuse(target, f"{ast.unparse(target)} does not fit what it is unpacked from")
@@ -107,7 +109,7 @@ def _kept(body: Body, item: Expr) -> Expr:
     """Return a value that later assignments do not change."""
     if item.constant is not UNKNOWN_VALUE:
         return item
-    item = body.as_type(item, item.type)
+    item = as_type(body, item, item.type)
     name = body.fresh()
     body.program.use(item.type)
     body.emit(f"const {item.type.name} {name} = {item.text};".replace("const const", "const"))
@@ -126,7 +128,7 @@ def _store_element(body: Body, target: ast.Subscript, value: Expr) -> None:
         body.refuse(target, f"{ast.unparse(target)} is no element of a list")
     if isinstance(target.value, ast.Name) and target.value.id in body.types:
         body.widen(target.value.id, Listing(joined(owner.type.item, value.type)))
-    typed = body.as_type(value, owner.type.item)
+    typed = as_type(body, value, owner.type.item)
     body.emit(f"{owner.field('at')}[{place(body, owner, index)}] = {typed.text};")
 
 

@@ -11,27 +11,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NoReturn, Protocol
 
-from .expression import ATOM, UNKNOWN_VALUE, Expr, row
+from .expression import Expr
 from .refusal import Untranslatable
-from .types import (
-    BOOL,
-    FLOAT,
-    INT,
-    NOTHING,
-    TEXT,
-    UNKNOWN,
-    CType,
-    Function,
-    Listing,
-    Maybe,
-    NoType,
-    Row,
-    Struct,
-    describe,
-    element,
-    fields,
-    joined,
-)
+from .types import UNKNOWN, CType, NoType, joined
 
 Handler = Callable[["Body", Any], Any]
 
@@ -49,7 +31,7 @@ class Program(Protocol):
 
 
 class Body:
-    """One function in translation.
+    """One function in translation; :mod:`.values` and :mod:`.conversions` work on its expressions.
 
     Parameters
     ----------
@@ -158,153 +140,6 @@ class Body:
                 handler(self, node)
             except NoType as problem:
                 self.refuse(node, f"{problem}: {ast.unparse(node)}")
-
-    def known(self, value: Any) -> Expr:
-        """Return a value of Python as an expression.
-
-        Raises
-        ------
-        NoType
-            Values of its type do not exist in C.
-        """
-        if value is None:
-            return Expr(NOTHING, "0", constant=None)
-        if isinstance(value, bool):
-            return Expr(BOOL, "true" if value else "false", constant=value)
-        if isinstance(value, int):
-            return Expr(INT, str(value), ATOM if value >= 0 else 90, constant=value, as_float=f"{value}.0")
-        if isinstance(value, float):
-            text = {"inf": "INFINITY", "-inf": "-INFINITY", "nan": "NAN"}.get(repr(value), repr(value))
-            return Expr(FLOAT, text, 90 if text.startswith("-") else ATOM, constant=value)
-        if isinstance(value, str):
-            return Expr(TEXT, '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"', constant=value)
-        if isinstance(value, tuple) and hasattr(value, "_fields"):
-            return self.struct(type(value), [self.known(item) for item in value])
-        if isinstance(value, tuple | list):
-            return row([self.known(item) for item in value])
-        if callable(value):
-            return Expr(Function(value), constant=value)
-        raise NoType(f"a value {value!r} has no counterpart in C")
-
-    def struct(self, kind: type, values: list[Expr]) -> Expr:
-        """Return a struct made of the values of its fields."""
-        typed = fields(kind)
-        self.program.use(Struct(kind))
-        inner = ", ".join(
-            f".{name} = {self.as_type(value, wanted).text}"
-            for (name, wanted), value in zip(typed.items(), values, strict=True)
-        )
-        return Expr(Struct(kind), f"({kind.__name__}){{{inner}}}")
-
-    def items(self, value: Expr) -> list[Expr] | None:
-        """Return the elements of a tuple of known length or a NamedTuple, else None."""
-        value = self.unwrapped(value)
-        if value.items is not None:
-            return value.items
-        if isinstance(value.type, Row):
-            value = self.simple(value)
-            return [Expr(kind, value.field(f"x{i}")) for i, kind in enumerate(value.type.items)]  # type: ignore[union-attr]
-        if isinstance(value.type, Struct) and hasattr(value.type.kind, "_fields"):
-            value = self.simple(value)
-            return [Expr(kind, value.field(name)) for name, kind in fields(value.type.kind).items()]  # type: ignore[union-attr]
-        return None
-
-    def simple(self, value: Expr) -> Expr:
-        """Return ``value`` so that its text may be repeated: kept in a constant if it is more than a name."""
-        if value.items is not None:
-            return row([self.simple(item) for item in value.items])
-        if value.is_simple or isinstance(value.type, Function) or value.constant is not UNKNOWN_VALUE:
-            return value
-        name = self.fresh()
-        self.program.use(value.type)
-        self.emit(f"const {value.type.name} {name} = {value.text};".replace("const const", "const"))
-        return Expr(value.type, name, as_float=f"(double){name}" if value.type == INT else "")
-
-    def unwrapped(self, value: Expr) -> Expr:
-        """Return the value inside of a value that may be None."""
-        if isinstance(value.type, Maybe):
-            return Expr(value.type.item, value.field("value"))
-        return value
-
-    def as_type(self, value: Expr, wanted: CType) -> Expr:
-        """Return ``value`` as a value of type ``wanted``.
-
-        Raises
-        ------
-        NoType
-            It cannot be one.
-        """
-        have = value.type
-        if value.items is not None:
-            return self._packed(value, wanted)
-        if have == wanted or wanted == UNKNOWN:
-            return value
-        if isinstance(wanted, Maybe):
-            self.program.use(wanted)
-            if have == NOTHING:
-                return Expr(wanted, f"({wanted.name}){{0}}")
-            return Expr(wanted, f"({wanted.name}){{true, {self.as_type(value, wanted.item).text}}}")
-        if isinstance(have, Maybe):
-            return self.as_type(self.unwrapped(value), wanted)
-        if wanted == FLOAT and have in (INT, BOOL):
-            return Expr(FLOAT, value.as_float or f"(double){value.at_least(90)}", ATOM if value.as_float else 90)
-        if wanted == INT and have == BOOL:
-            return Expr(INT, f"(int64_t){value.at_least(90)}", 90)
-        if isinstance(wanted, Listing) and isinstance(have, Listing):
-            return self._converted(value, wanted)
-        items = self.items(value)
-        if items is not None and isinstance(wanted, Row | Listing):
-            return self._packed(row(items), wanted)
-        if isinstance(have, Listing) and isinstance(wanted, Row):
-            value = self.simple(value)
-            elements = [Expr(have.item, f"{value.code}.at[{i}]") for i in range(len(wanted.items))]
-            return self._packed(row(elements), wanted)
-        raise NoType(f"{describe(have)} is given where {describe(wanted)} is needed")
-
-    def _packed(self, value: Expr, wanted: CType) -> Expr:
-        """Put a tuple's elements into a struct or a list."""
-        items = value.items or []
-        if isinstance(wanted, Maybe):
-            self.program.use(wanted)
-            return Expr(wanted, f"({wanted.name}){{true, {self._packed(value, wanted.item).text}}}")
-        if isinstance(wanted, Row) and len(items) == len(wanted.items):
-            self.program.use(wanted)
-            inner = ", ".join(self.as_type(x, t).text for x, t in zip(items, wanted.items, strict=True))
-            return Expr(wanted, f"({wanted.name}){{{inner}}}")
-        if isinstance(wanted, Listing):
-            if wanted.item == UNKNOWN:
-                wanted = Listing(element(Row(tuple(item.type for item in items))))
-            self.program.use(wanted)
-            if not items:
-                return Expr(wanted, f"({wanted.name}){{0}}")
-            typed = [self.as_type(item, wanted.item) for item in items]
-            name = self.new_list(wanted, str(len(items)))
-            for i, item in enumerate(typed):
-                self.emit(f"{name}.at[{i}] = {item.text};")
-            return Expr(wanted, name)
-        raise NoType(f"a tuple of {len(items)} is given where {describe(wanted)} is needed")
-
-    def _converted(self, value: Expr, wanted: Listing) -> Expr:
-        """Convert every element of a list."""
-        have = value.type
-        assert isinstance(have, Listing)
-        if have.item == UNKNOWN:
-            self.program.use(wanted)
-            return Expr(wanted, f"({wanted.name}){{0}}")
-        value = self.simple(value)
-        name, k = self.new_list(wanted, f"{value.code}.count"), self.fresh()
-        with self.block(f"for (int64_t {k} = 0; {k} < {value.code}.count; {k}++)"):
-            one = self.as_type(Expr(have.item, f"{value.code}.at[{k}]"), wanted.item)
-            self.emit(f"{name}.at[{k}] = {one.text};")
-        return Expr(wanted, name)
-
-    def new_list(self, kind: Listing, count: str) -> str:
-        """Declare a list of ``count`` elements; return its name."""
-        self.program.use(kind)
-        self.needs_space = True
-        name = self.fresh()
-        self.emit(f"const {kind.name} {name} = new_{kind.name}(space, {count});")
-        return name
 
     # Variables
 

@@ -13,11 +13,14 @@ import operator
 from collections.abc import Callable
 from typing import Any
 
+from . import duals
 from .body import Body
+from .conversions import as_type, known
 from .displays import loop, loops, whole
 from .expression import EQUALITY, PRODUCT, RELATION, SUM, UNARY, Expr, row
 from .iteration import run
-from .types import BOOL, FLOAT, INT, CType, Function, Listing, joined
+from .types import BOOL, DUAL, FLOAT, INT, CType, Function, Listing, joined
+from .values import items_of, simple, unwrapped
 
 _MATHEMATICS: dict[Any, str] = {
     getattr(math, name): name
@@ -41,13 +44,16 @@ def builtin(body: Body, node: ast.Call, function: Any) -> Expr | None:
     if function in _REFUSED:
         body.refuse(node, _REFUSED[function])
     if function in _MATHEMATICS:
-        values = [body.as_type(body.unwrapped(body.value(argument)), FLOAT).text for argument in node.args]
+        given = [unwrapped(body.value(argument)) for argument in node.args]
+        if any(value.type == DUAL for value in given):
+            return duals.function(body, node, _MATHEMATICS[function], given)
+        values = [as_type(body, value, FLOAT).text for value in given]
         return Expr(FLOAT, f"{_MATHEMATICS[function]}({', '.join(values)})")
     if function in _OPERATORS:
         symbol, level = _OPERATORS[function]
-        a, b = (body.unwrapped(body.value(argument)) for argument in node.args)
+        a, b = (unwrapped(body.value(argument)) for argument in node.args)
         kind = FLOAT if symbol == "/" else joined(joined(a.type, b.type), INT)
-        a, b = body.as_type(a, kind), body.as_type(b, kind)
+        a, b = as_type(body, a, kind), as_type(body, b, kind)
         return Expr(kind, f"{a.at_least(level)} {symbol} {b.at_least(level + 1)}", level)
     if function in (map, zip, range, enumerate, reversed):
         return whole(body, node)
@@ -57,7 +63,7 @@ def builtin(body: Body, node: ast.Call, function: Any) -> Expr | None:
 
 def _floor(body: Body, node: ast.Call) -> Expr:
     function = "floor" if body.names.get(getattr(node.func, "id", "")) is math.floor else "ceil"
-    x = body.as_type(body.unwrapped(body.value(node.args[0])), FLOAT)
+    x = as_type(body, unwrapped(body.value(node.args[0])), FLOAT)
     # an int of Python has no minus zero
     return Expr(INT, f"(int64_t){function}({x.text})", UNARY, as_float=f"({function}({x.text}) + 0.0)")
 
@@ -65,38 +71,40 @@ def _floor(body: Body, node: ast.Call) -> Expr:
 def _round(body: Body, node: ast.Call) -> Expr:
     if len(node.args) != 1:
         body.refuse(node, "round to digits has no translation to C")
-    x = body.as_type(body.unwrapped(body.value(node.args[0])), FLOAT)
+    x = as_type(body, unwrapped(body.value(node.args[0])), FLOAT)
     return Expr(INT, f"(int64_t)rint({x.text})", UNARY, as_float=f"(rint({x.text}) + 0.0)")
 
 
 def _isfinite(body: Body, node: ast.Call) -> Expr:
-    return Expr(BOOL, f"isfinite({body.as_type(body.value(node.args[0]), FLOAT).text})")
+    return Expr(BOOL, f"isfinite({as_type(body, body.value(node.args[0]), FLOAT).text})")
 
 
 def _abs(body: Body, node: ast.Call) -> Expr:
-    x = body.unwrapped(body.value(node.args[0]))
+    x = unwrapped(body.value(node.args[0]))
     if x.type == INT:
         return Expr(INT, f"llabs({x.text})")
-    return Expr(FLOAT, f"fabs({body.as_type(x, FLOAT).text})")
+    if x.type == DUAL:
+        return Expr(DUAL, f"dual_abs({x.text})")
+    return Expr(FLOAT, f"fabs({as_type(body, x, FLOAT).text})")
 
 
 def _float(body: Body, node: ast.Call) -> Expr:
-    return body.as_type(body.unwrapped(body.value(node.args[0])), FLOAT)
+    return as_type(body, unwrapped(body.value(node.args[0])), FLOAT)
 
 
 def _int(body: Body, node: ast.Call) -> Expr:
-    x = body.unwrapped(body.value(node.args[0]))
+    x = unwrapped(body.value(node.args[0]))
     return Expr(INT, f"(int64_t){x.at_least(UNARY)}", UNARY)
 
 
 def _len(body: Body, node: ast.Call) -> Expr:
-    value = body.unwrapped(body.value(node.args[0]))
+    value = unwrapped(body.value(node.args[0]))
     if isinstance(value.type, Listing):
         return Expr(INT, value.field("count"))
-    items = body.items(value)
+    items = items_of(body, value)
     if items is None:
         body.refuse(node, f"{ast.unparse(node.args[0])} has no length")
-    return body.known(len(items))
+    return known(body, len(items))
 
 
 def _extreme(symbol: str) -> Callable[[Body, ast.Call], Expr]:
@@ -109,15 +117,15 @@ def _extreme(symbol: str) -> Callable[[Body, ast.Call], Expr]:
         if node.keywords:
             body.refuse(node, "min and max with a key have no translation; write a loop")
         if len(node.args) > 1:
-            values = [body.unwrapped(body.value(argument)) for argument in node.args]
+            values = [unwrapped(body.value(argument)) for argument in node.args]
             kind: CType = values[0].type
             for value in values[1:]:
                 kind = joined(kind, value.type)
             ends = "float" if kind == FLOAT else "int"
-            out = body.as_type(values[0], kind)
+            out = as_type(body, values[0], kind)
             for value in values[1:]:
                 out = Expr(
-                    kind, f"{'max' if symbol == '>' else 'min'}_{ends}({out.text}, {body.as_type(value, kind).text})"
+                    kind, f"{'max' if symbol == '>' else 'min'}_{ends}({out.text}, {as_type(body, value, kind).text})"
                 )
             return out
         return _over_elements(body, node, better)
@@ -137,7 +145,7 @@ def _over_elements(body: Body, node: ast.Call, better: Callable[[str, str], str]
     body.emit(f"bool {first} = true;")
 
     def take(item: Expr) -> None:
-        item = body.simple(body.as_type(item, kind))
+        item = simple(body, as_type(body, item, kind))
         with body.block(f"if ({first} || {better(item.text, best)})"):
             body.emit(f"{best} = {item.text};")
             body.emit(f"{first} = false;")
@@ -163,7 +171,7 @@ def _each(body: Body, node: ast.expr, take: Callable[[Expr], None]) -> None:
 def _reduce(body: Body, node: ast.Call) -> Expr:
     """``reduce(f, xs, start)``: a loop, from left to right."""
     function, over, start = node.args
-    value = body.as_type(body.value(start), FLOAT)
+    value = as_type(body, body.value(start), FLOAT)
     total = body.fresh()
     body.emit(f"double {total} = {value.text};")
 
@@ -172,7 +180,7 @@ def _reduce(body: Body, node: ast.Call) -> Expr:
         body.bind("reduce item", item)
         names: list[ast.expr] = [ast.Name("reduce total", ast.Load()), ast.Name("reduce item", ast.Load())]
         result = body.value(ast.copy_location(ast.Call(function, names, []), node))
-        body.emit(f"{total} = {body.as_type(result, FLOAT).text};")
+        body.emit(f"{total} = {as_type(body, result, FLOAT).text};")
 
     _each(body, over, take)
     return Expr(FLOAT, total)
@@ -191,7 +199,7 @@ def _list(body: Body, node: ast.Call) -> Expr:
     kind = made.items[0].type if made.items else FLOAT
     for item in made.items or []:
         kind = joined(kind, item.type)
-    return body.as_type(made, Listing(kind))
+    return as_type(body, made, Listing(kind))
 
 
 def _any_all(wanted: bool) -> Callable[[Body, ast.Call], Expr]:

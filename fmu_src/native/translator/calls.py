@@ -11,8 +11,10 @@ from typing import Any
 
 from .body import Body
 from .builtin_calls import builtin
+from .conversions import as_type, known, struct
 from .expression import Expr
-from .types import NOTHING, Choice, Function, Listing, NoType, Struct, annotated, fields
+from .types import DUAL, FLOAT, NOTHING, Choice, Function, Listing, NoType, Struct, annotated, fields
+from .values import items_of, simple, unwrapped
 
 _PLACE = re.compile(r"[A-Za-z_]\w*((\.|->)\w+|\[\w+\])*")
 """An expression that has an address."""
@@ -54,7 +56,7 @@ def _arguments(body: Body, node: ast.Call, parameters: dict[str, Any]) -> list[E
     for argument in node.args:
         if isinstance(argument, ast.Starred):
             value = body.value(argument.value)
-            items = body.items(value)
+            items = items_of(body, value)
             if items is None:
                 body.refuse(node, f"*{ast.unparse(argument.value)} has no length that is known here")
             given += items
@@ -68,7 +70,7 @@ def _arguments(body: Body, node: ast.Call, parameters: dict[str, Any]) -> list[E
         elif name in by_name:
             out.append(body.value(by_name[name]))
         elif default is not inspect.Parameter.empty:
-            out.append(body.known(default))
+            out.append(known(body, default))
         else:
             body.refuse(node, f"the argument {name} is missing: {ast.unparse(node)}")
     if len(given) > len(parameters):
@@ -83,8 +85,8 @@ def project_call(body: Body, node: ast.AST, function: FunctionType, given: list[
     for (name, hint), value in zip(hints.items(), given, strict=True):
         if value.type == NOTHING and hint is None:
             body.refuse(node, f"None is given for {name} of {function.__name__}, which has no annotation")
-        typed.append(value if hint is None else body.as_type(value, hint))
-    typed = [body.as_type(value, value.type) if value.items is not None else value for value in typed]
+        typed.append(value if hint is None or (value.type, hint) == (DUAL, FLOAT) else as_type(body, value, hint))
+    typed = [as_type(body, value, value.type) if value.items is not None else value for value in typed]
     unit = body.program.function(function, tuple(value.type for value in typed))
     body.callees.append(unit)
     for (name, _), value in zip(unit.parameters, typed, strict=True):
@@ -120,7 +122,7 @@ def passed(body: Body, value: Expr) -> str:
     if value.pointer:
         return value.code
     if not _PLACE.fullmatch(value.code):
-        value = body.simple(value)
+        value = simple(body, value)
     return f"&{value.code}"
 
 
@@ -131,11 +133,11 @@ def _constructed(body: Body, node: ast.Call, kind: type) -> Expr:
         for field in dataclasses.fields(kind):
             if field.default_factory is not dataclasses.MISSING:
                 parameters[field.name] = field.default_factory()
-    made = body.struct(kind, _arguments(body, node, parameters))
+    made = struct(body, kind, _arguments(body, node, parameters))
     check = getattr(kind, "__post_init__", None)
     if check is None:
         return made
-    made = body.simple(made)
+    made = simple(body, made)
     done = project_call(body, node, check, [made])
     body.emit(f"{done.text};")
     return made
@@ -145,11 +147,11 @@ def _method(body: Body, node: ast.Call, function: ast.Attribute) -> Expr | None:
     """Translate ``x._replace(...)``, ``Kind._make(xs)`` and methods of classes of the project."""
     owner = body.value(function.value)
     if isinstance(owner.constant, str) and function.attr == "join":
-        parts = [item.constant for item in body.items(body.value(node.args[0])) or []]
-        return body.known(owner.constant.join(parts))
+        parts = [item.constant for item in items_of(body, body.value(node.args[0])) or []]
+        return known(body, owner.constant.join(parts))
     if isinstance(owner.type, Function) and function.attr == "_make":
         return _made(body, owner.type.function, body.value(node.args[0]))
-    owner = body.unwrapped(owner)
+    owner = unwrapped(owner)
     if not isinstance(owner.type, Struct):
         return None
     if function.attr == "_replace":
@@ -165,19 +167,19 @@ def _method(body: Body, node: ast.Call, function: ast.Attribute) -> Expr | None:
 
 
 def _made(body: Body, kind: Any, values: Expr) -> Expr:
-    items = body.items(values)
+    items = items_of(body, values)
     if items is None:
-        values = body.simple(values)
+        values = simple(body, values)
         assert isinstance(values.type, Listing)
         items = [Expr(values.type.item, f"{values.code}.at[{i}]") for i, _ in enumerate(fields(kind))]
-    return body.struct(kind, items)
+    return struct(body, kind, items)
 
 
 def _replaced(body: Body, node: ast.Call, old: Expr) -> Expr:
     """Return a copy of a struct with some fields set anew."""
     assert isinstance(old.type, Struct)
     kinds = fields(old.type.kind)
-    new = {k.arg: body.as_type(body.value(k.value), kinds[str(k.arg)]) for k in node.keywords}
+    new = {k.arg: as_type(body, body.value(k.value), kinds[str(k.arg)]) for k in node.keywords}
     name = body.fresh()
     body.emit(f"{old.type.name} {name} = {old.text};")
     for field, value in new.items():
@@ -191,7 +193,7 @@ def _replaced(body: Body, node: ast.Call, old: Expr) -> Expr:
 def _chosen(body: Body, node: ast.Call, which: Expr) -> Expr:
     """Call the function that an index chooses, among those that take as many arguments."""
     assert isinstance(which.type, Choice)
-    given = [body.simple(body.value(argument)) for argument in node.args]
+    given = [simple(body, body.value(argument)) for argument in node.args]
     fitting = [f for f in which.type.functions if len(inspect.signature(f).parameters) == len(given)]
     if not fitting:
         body.refuse(node, f"no function takes {len(given)} arguments: {ast.unparse(node)}")

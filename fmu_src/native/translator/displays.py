@@ -6,10 +6,12 @@ import ast
 from collections.abc import Callable
 
 from .body import Body, c_name
+from .conversions import as_type, new_list
 from .expression import UNKNOWN_VALUE, Expr, row
 from .iteration import Run, indexed, over_list, run
 from .operators import condition
 from .types import INT, UNKNOWN, CType, Listing, element, joined
+from .values import items_of, simple, unwrapped
 
 
 def tuple_display(body: Body, node: ast.Tuple) -> Expr:
@@ -32,11 +34,11 @@ def _parts(body: Body, nodes: list[ast.expr]) -> list[list[Expr] | Expr]:
         if not isinstance(node, ast.Starred):
             parts.append([body.value(node)])
             continue
-        value = body.unwrapped(body.value(node.value))
-        items = None if isinstance(value.type, Listing) else body.items(value)
+        value = unwrapped(body.value(node.value))
+        items = None if isinstance(value.type, Listing) else items_of(body, value)
         if items is None and not isinstance(value.type, Listing):
             body.refuse(node, f"{ast.unparse(node.value)} has no elements")
-        parts.append(body.simple(value) if items is None else items)
+        parts.append(simple(body, value) if items is None else items)
     return parts
 
 
@@ -49,9 +51,9 @@ def _assembled(body: Body, parts: list[list[Expr] | Expr]) -> Expr:
         return Expr(Listing(UNKNOWN), "{0}")
     singles = sum(len(part) for part in parts if isinstance(part, list))
     lists = [part for part in parts if isinstance(part, Expr)]
-    typed = [[body.as_type(item, kind) for item in part] if isinstance(part, list) else part for part in parts]
+    typed = [[as_type(body, item, kind) for item in part] if isinstance(part, list) else part for part in parts]
     count = " + ".join([*(f"{part.field('count')}" for part in lists), *([str(singles)] if singles else [])])
-    name = body.new_list(Listing(kind), count)
+    name = new_list(body, Listing(kind), count)
     if not lists:
         for i, item in enumerate(item for part in typed if isinstance(part, list) for item in part):
             body.emit(f"{name}.at[{i}] = {item.text};")
@@ -65,7 +67,7 @@ def _assembled(body: Body, parts: list[list[Expr] | Expr]) -> Expr:
         else:
             k = body.fresh()
             with body.block(f"for (int64_t {k} = 0; {k} < {part.field('count')}; {k}++)"):
-                one = body.as_type(Expr(element(part.type), f"{part.field('at')}[{k}]"), kind)  # type: ignore[arg-type]
+                one = as_type(body, Expr(element(part.type), f"{part.field('at')}[{k}]"), kind)  # type: ignore[arg-type]
                 body.emit(f"{name}.at[{place}++] = {one.text};")
     return Expr(Listing(kind), name)
 
@@ -78,7 +80,7 @@ def comprehension(body: Body, node: ast.ListComp | ast.GeneratorExp) -> Expr:
         out = []
         for item in over.elements:
             body.scopes.append({})
-            assign(body, first.target, body.simple(item))
+            assign(body, first.target, simple(body, item))
             out.append(body.value(node.elt))
             body.scopes.pop()
         return row(out)
@@ -87,11 +89,11 @@ def comprehension(body: Body, node: ast.ListComp | ast.GeneratorExp) -> Expr:
         kind = _type_of(body, node, one)
         count = body.fresh()
         body.emit(f"const int64_t {count} = {one.count};")
-        name, k = body.new_list(Listing(kind), count), body.fresh()
+        name, k = new_list(body, Listing(kind), count), body.fresh()
         with body.block(f"for (int64_t {k} = 0; {k} < {count}; {k}++)"):
             assert one.at is not None
             assign(body, first.target, one.at(k))
-            body.emit(f"{name}.at[{k}] = {body.as_type(body.value(node.elt), kind).text};")
+            body.emit(f"{name}.at[{k}] = {as_type(body, body.value(node.elt), kind).text};")
         return Expr(Listing(kind), name)
     return _grown(body, node, over)
 
@@ -178,9 +180,9 @@ def _advance(name: str, step: int) -> str:
 def assign(body: Body, target: ast.expr, item: Expr) -> None:
     """Give the target of a comprehension its value, in a scope of its own."""
     if isinstance(target, ast.Tuple):
-        items = body.items(item)
+        items = items_of(body, item)
         if items is None and isinstance(item.type, Listing):
-            item = body.simple(item)
+            item = simple(body, item)
             items = [Expr(item.type.item, f"{item.code}.at[{i}]") for i, _ in enumerate(target.elts)]  # type: ignore[union-attr]
         if items is None or len(items) != len(target.elts):
             body.refuse(target, f"{ast.unparse(target)} does not fit what it is unpacked from")
@@ -213,9 +215,9 @@ def whole(body: Body, node: ast.expr) -> Expr:
         kind = one.at("0").type
     count = body.fresh()
     body.emit(f"const int64_t {count} = {one.count};")
-    name, k = body.new_list(Listing(kind), count), body.fresh()
+    name, k = new_list(body, Listing(kind), count), body.fresh()
     with body.block(f"for (int64_t {k} = 0; {k} < {count}; {k}++)"):
-        body.emit(f"{name}.at[{k}] = {body.as_type(one.at(k), kind).text};")
+        body.emit(f"{name}.at[{k}] = {as_type(body, one.at(k), kind).text};")
     return Expr(Listing(kind), name)
 
 

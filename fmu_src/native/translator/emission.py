@@ -142,11 +142,12 @@ def header(translation: Translation, guard: str, entries: Iterable[Unit], more: 
     """Return the header of a model: its types and the functions that a unit calls."""
     types = "\n".join(type_text(kind) for kind in translation.types)
     lists = "\n".join(list_text(kind) for kind in translation.types if isinstance(kind, Listing))
+    duals = '#include "dual.h"\n' if translation.needs_duals else ""
     heads = "\n".join(wrapped(f"{unit.head};") for unit in entries)
     return (
         f"/* Translated from the Python sources of the unit; change those, not this file. */\n"
         f"#ifndef {guard}\n#define {guard}\n\n"
-        f'#include "arithmetic.h"\n#include "space.h"\n\n{types}\n{lists}\n{heads}\n{more}\n#endif\n'
+        f'#include "arithmetic.h"\n#include "space.h"\n{duals}\n{types}\n{lists}\n{heads}\n{more}\n#endif\n'
     )
 
 

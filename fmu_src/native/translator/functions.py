@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FunctionType
@@ -16,10 +16,25 @@ from heli_plant.syntax import definition_of
 from . import assignments, displays, operators, statements, subscripts
 from .body import Body, Handler, c_name
 from .calls import call, parameter_types
+from .conversions import as_type
 from .expression import Expr
 from .homes import homes
 from .refusal import Untranslatable
-from .types import NOTHING, UNKNOWN, CType, Function, Listing, Maybe, NoType, Row, Struct, annotated, fields
+from .types import (
+    DUAL,
+    FLOAT,
+    NOTHING,
+    UNKNOWN,
+    CType,
+    Function,
+    Listing,
+    Maybe,
+    NoType,
+    Row,
+    Struct,
+    annotated,
+    fields,
+)
 
 HANDLERS: dict[type, Handler] = {
     ast.Constant: operators.constant,
@@ -95,6 +110,7 @@ class Translation:
         self.units: dict[tuple[Any, ...], Unit] = {}
         self.types: list[CType] = []
         self.names: dict[str, Any] = {}
+        self.needs_duals = False
 
     def entry(self, function: Callable[..., Any], *bound: Callable[..., Any]) -> Unit:
         """Translate a function; ``bound`` are functions, or types, for those parameters that have no annotation.
@@ -115,9 +131,15 @@ class Translation:
                 )
             if kind is None:
                 given = waiting.pop(0)
-                kind = Struct(given) if isinstance(given, type) else Function(given)
+                kind = _bound(given)
             kinds.append(kind)
         return self.function(function, tuple(kinds))
+
+    def differentiated(self, function: Callable[..., Any], by: Collection[str]) -> Unit:
+        """Translate a function whose parameters ``by`` are dual numbers; the others have annotations."""
+        function = inspect.unwrap(function)
+        kinds = parameter_types(function)  # type: ignore[arg-type]
+        return self.function(function, tuple(DUAL if name in by else kind for name, kind in kinds.items()))
 
     def function(self, function: Any, arguments: tuple[CType, ...]) -> Unit:
         """Return the translation of ``function`` for these argument types."""
@@ -129,10 +151,10 @@ class Translation:
 
     def _translated(self, function: FunctionType, arguments: tuple[CType, ...]) -> Unit:
         names = list(inspect.signature(function).parameters)
-        unit = Unit(self._name(function), function, list(zip(names, arguments, strict=True)))
+        unit = Unit(self._name(function, DUAL in arguments), function, list(zip(names, arguments, strict=True)))
         for _, kind in unit.parameters:
             self.use(kind)
-        hinted = _result(function)
+        hinted = None if DUAL in arguments else _result(function)
         if function in self.externals:
             unit.name, unit.needs_space, unit.result = self.externals[function], True, hinted or NOTHING
             self.use(unit.result)
@@ -160,11 +182,11 @@ class Translation:
         unit.lines, unit.callees, unit.needs_space = body.lines, body.callees, body.needs_space
         return unit
 
-    def _name(self, function: Any) -> str:
+    def _name(self, function: Any, differentiated: bool) -> str:
         """Return a name in C: the module's and the function's."""
         module = function.__module__.rpartition(".")[2]
         own = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
-        base = name = f"{module}_{own}"
+        base = name = f"{module}_{own}{'_dual' if differentiated else ''}"
         number = 1
         while name in self.names:
             number += 1
@@ -174,6 +196,7 @@ class Translation:
 
     def use(self, kind: CType) -> None:
         """Define a type and those that it is made of."""
+        self.needs_duals = self.needs_duals or kind == DUAL
         if kind in self.types or kind == UNKNOWN or (isinstance(kind, Listing) and kind.item == UNKNOWN):
             return
         if isinstance(kind, Struct):
@@ -186,6 +209,13 @@ class Translation:
             self.use(kind.item)
         if isinstance(kind, Struct | Row | Listing | Maybe):
             self.types.append(kind)
+
+
+def _bound(given: Any) -> CType:
+    """Return the type of a parameter for which a type or a function is given."""
+    if given is float:
+        return FLOAT
+    return Struct(given) if isinstance(given, type) else Function(given)
 
 
 def _result(function: FunctionType) -> CType | None:
@@ -205,7 +235,7 @@ def _parameters(body: Body, unit: Unit, assigned: set[str]) -> None:
         elif name in assigned and (isinstance(kind, Struct) or body.types.get(name, kind) != kind):
             wanted = body.widen(name, kind)
             given = Expr(kind, c_name(name), pointer=isinstance(kind, Struct))
-            body.emit(f"{wanted.name} {name}_now = {body.as_type(given, wanted).text};")
+            body.emit(f"{wanted.name} {name}_now = {as_type(body, given, wanted).text};")
             body.bind(name, Expr(wanted, f"{name}_now"))
             body.renamed[name] = f"{name}_now"
         elif name in assigned:

@@ -11,8 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from .body import Body
+from .conversions import as_type, known, new_list
 from .expression import ATOM, SUM, Expr, row
 from .types import INT, Function, Listing, element
+from .values import items_of, simple, unwrapped
 
 
 @dataclass
@@ -38,9 +40,9 @@ def run(body: Body, node: ast.expr) -> Run:
         )
         if maker is not None and body.lookup(node.func.id) is None:
             return maker(body, node)
-    value = body.unwrapped(body.value(node))
+    value = unwrapped(body.value(node))
     if not isinstance(value.type, Listing):
-        items = body.items(value)
+        items = items_of(body, value)
         if items is not None:
             return Run(items)
         body.refuse(node, f"a loop cannot run over {ast.unparse(node)}")
@@ -49,7 +51,7 @@ def run(body: Body, node: ast.expr) -> Run:
 
 def over_list(body: Body, value: Expr) -> Run:
     """Run over a list."""
-    value = body.simple(value)
+    value = simple(body, value)
     kind = value.type
     assert isinstance(kind, Listing)
     return Run(None, value.field("count"), lambda k: Expr(kind.item, f"{value.field('at')}[{k}]"))
@@ -59,7 +61,7 @@ def indexed(body: Body, one: Run) -> Run:
     """Return a run whose elements are found by their place."""
     if one.elements is not None:
         items = row(one.elements)
-        return over_list(body, body.as_type(items, Listing(element(items.type))))  # type: ignore[arg-type]
+        return over_list(body, as_type(body, items, Listing(element(items.type))))  # type: ignore[arg-type]
     if one.bounds is not None:
         first, beyond, step = one.bounds
         if step == 1:
@@ -78,9 +80,9 @@ def _range(body: Body, node: ast.Call) -> Run:
     step = values[2].constant if len(values) == 3 else 1
     if not isinstance(step, int) or any(value.type != INT for value in values):
         body.refuse(node, "range needs ints, and a step that is written out")
-    first = body.known(0) if len(values) == 1 else values[0]
+    first = known(body, 0) if len(values) == 1 else values[0]
     beyond = values[0] if len(values) == 1 else values[1]
-    return Run(None, "", None, (first.text, body.simple(beyond).at_least(SUM), step))
+    return Run(None, "", None, (first.text, simple(body, beyond).at_least(SUM), step))
 
 
 def _zip(body: Body, node: ast.Call) -> Run:
@@ -103,19 +105,19 @@ def _together(body: Body, runs: list[Run], strict: bool) -> Run:
 
 def _columns(body: Body, rows: ast.expr) -> Run:
     """``zip(*rows)``."""
-    value = body.unwrapped(body.value(rows))
+    value = unwrapped(body.value(rows))
     if not isinstance(value.type, Listing):
-        items = body.items(value)
+        items = items_of(body, value)
         if items is None:
             body.refuse(rows, "zip(*rows) needs a list of lists")
-        value = body.as_type(row(items), Listing(element(row(items).type)))  # type: ignore[arg-type]
+        value = as_type(body, row(items), Listing(element(row(items).type)))  # type: ignore[arg-type]
     if not isinstance(value.type, Listing) or not isinstance(value.type.item, Listing):
         body.refuse(rows, "zip(*rows) needs a list of lists")
     kind: Listing = value.type.item
-    value = body.simple(value)
+    value = simple(body, value)
 
     def column(k: str) -> Expr:
-        name, i = body.new_list(kind, f"{value.code}.count"), body.fresh()
+        name, i = new_list(body, kind, f"{value.code}.count"), body.fresh()
         with body.block(f"for (int64_t {i} = 0; {i} < {value.code}.count; {i}++)"):
             body.emit(f"{name}.at[{i}] = {value.code}.at[{i}].at[{k}];")
         return Expr(kind, name)
@@ -126,7 +128,7 @@ def _columns(body: Body, rows: ast.expr) -> Run:
 def _enumerate(body: Body, node: ast.Call) -> Run:
     one = run(body, node.args[0])
     if one.elements is not None:
-        return Run([row([body.known(i), item]) for i, item in enumerate(one.elements)])
+        return Run([row([known(body, i), item]) for i, item in enumerate(one.elements)])
     one = indexed(body, one)
     return Run(None, one.count, lambda k: row([Expr(INT, k), one.at(k)]))  # type: ignore[misc]
 

@@ -10,7 +10,9 @@ import ast
 import builtins
 from typing import Any
 
+from . import duals
 from .body import Body
+from .conversions import as_type, known, new_list
 from .expression import (
     AND,
     ATOM,
@@ -24,7 +26,8 @@ from .expression import (
     UNKNOWN_VALUE,
     Expr,
 )
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, joined
+from .types import BOOL, DUAL, FLOAT, INT, NOTHING, TEXT, Listing, Maybe, NoType, Struct, joined
+from .values import items_of, simple, unwrapped
 
 _SYMBOLS: dict[type, tuple[str, int]] = {
     ast.Add: ("+", SUM), ast.Sub: ("-", SUM), ast.Mult: ("*", PRODUCT), ast.Div: ("/", PRODUCT),
@@ -37,7 +40,7 @@ _RELATIONS: dict[type, tuple[str, int]] = {
 
 def constant(body: Body, node: ast.Constant) -> Expr:
     """Translate a literal."""
-    return body.known(node.value)
+    return known(body, node.value)
 
 
 def name(body: Body, node: ast.Name) -> Expr:
@@ -46,9 +49,9 @@ def name(body: Body, node: ast.Name) -> Expr:
     if found is not None:
         return found
     if node.id in body.names:
-        return body.known(body.names[node.id])
+        return known(body, body.names[node.id])
     if hasattr(builtins, node.id):
-        return body.known(getattr(builtins, node.id))
+        return known(body, getattr(builtins, node.id))
     return body.refuse(node, f"the name {node.id} is not known here")
 
 
@@ -67,10 +70,10 @@ def truth(body: Body, value: Expr) -> Expr:
             return Expr(BOOL, f"{some} && {value.field('value')} != 0", AND)
         return Expr(BOOL, some)
     if value.type == NOTHING:
-        return body.known(False)
-    items = body.items(value)
+        return known(body, False)
+    items = items_of(body, value)
     if items is not None:
-        return body.known(bool(items))
+        return known(body, bool(items))
     raise NoType("this has no truth value in C")
 
 
@@ -85,13 +88,15 @@ def binary(body: Body, node: ast.BinOp) -> Expr:
         return _power(body, node)
     if isinstance(node.op, ast.Mult) and isinstance(node.left, ast.List | ast.Tuple):
         return _repeated(body, node)
-    a, b = body.unwrapped(body.value(node.left)), body.unwrapped(body.value(node.right))
+    a, b = unwrapped(body.value(node.left)), unwrapped(body.value(node.right))
     if isinstance(node.op, ast.Add) and _is_sequence(body, a) and _is_sequence(body, b):
         return _concatenated(body, node)
-    if not {a.type, b.type} <= {INT, FLOAT, BOOL}:
+    if not {a.type, b.type} <= {INT, FLOAT, DUAL, BOOL}:
         body.refuse(node, f"the operands are no numbers: {ast.unparse(node)}")
-    kind = FLOAT if isinstance(node.op, ast.Div) else joined(joined(a.type, b.type), INT)
-    a, b = body.as_type(a, kind), body.as_type(b, kind)
+    kind = joined(joined(a.type, b.type), FLOAT if isinstance(node.op, ast.Div) else INT)
+    a, b = as_type(body, a, kind), as_type(body, b, kind)
+    if kind == DUAL:
+        return duals.operation(body, node, a, b)
     if isinstance(node.op, ast.Mod | ast.FloorDiv):
         if kind == FLOAT and isinstance(node.op, ast.FloorDiv):
             body.refuse(node, "// of floats has no translation; use floor(a / b)")
@@ -107,7 +112,7 @@ def _power(body: Body, node: ast.BinOp) -> Expr:
     """Translate 2.0**n, which is exact; of other powers libraries round the last bit differently."""
     base, exponent = body.value(node.left), body.value(node.right)
     if UNKNOWN_VALUE not in (base.constant, exponent.constant):
-        return body.known(base.constant**exponent.constant)
+        return known(body, base.constant**exponent.constant)
     if base.constant == 2.0 and base.type == FLOAT and exponent.type == INT:
         return Expr(FLOAT, f"ldexp(1.0, (int){exponent.at_least(UNARY)})")
     return body.refuse(
@@ -116,7 +121,7 @@ def _power(body: Body, node: ast.BinOp) -> Expr:
 
 
 def _is_sequence(body: Body, value: Expr) -> bool:
-    return isinstance(value.type, Listing) or (not isinstance(value.type, Struct) and body.items(value) is not None)
+    return isinstance(value.type, Listing) or (not isinstance(value.type, Struct) and items_of(body, value) is not None)
 
 
 def _repeated(body: Body, node: ast.BinOp) -> Expr:
@@ -124,10 +129,10 @@ def _repeated(body: Body, node: ast.BinOp) -> Expr:
     assert isinstance(node.left, ast.List | ast.Tuple)
     if len(node.left.elts) != 1:
         raise NoType("only a list of one element can be repeated")
-    one, count = body.value(node.left.elts[0]), body.simple(body.value(node.right))
-    one = body.simple(body.as_type(one, one.type))
+    one, count = body.value(node.left.elts[0]), simple(body, body.value(node.right))
+    one = simple(body, as_type(body, one, one.type))
     kind = Listing(one.type)
-    list_, k = body.new_list(kind, count.text), body.fresh()
+    list_, k = new_list(body, kind, count.text), body.fresh()
     with body.block(f"for (int64_t {k} = 0; {k} < {list_}.count; {k}++)"):
         body.emit(f"{list_}.at[{k}] = {one.text};")
     return Expr(kind, list_)
@@ -146,13 +151,15 @@ def unary(body: Body, node: ast.UnaryOp) -> Expr:
     if isinstance(node.op, ast.Not):
         test = condition(body, node.operand)
         if test.constant is not UNKNOWN_VALUE:
-            return body.known(not test.constant)
+            return known(body, not test.constant)
         return Expr(BOOL, f"!{test.at_least(UNARY)}", UNARY)
-    operand = body.unwrapped(body.value(node.operand))
+    operand = unwrapped(body.value(node.operand))
+    if operand.type == DUAL and isinstance(node.op, ast.USub):
+        return Expr(DUAL, f"dual_neg({operand.text})")
     if operand.type not in (INT, FLOAT) or not isinstance(node.op, ast.USub):
         body.refuse(node, f"{ast.unparse(node)} has no translation to C")
     if operand.constant is not UNKNOWN_VALUE:
-        return body.known(-operand.constant)
+        return known(body, -operand.constant)
     return Expr(operand.type, f"-{operand.at_least(ATOM)}", UNARY)
 
 
@@ -160,7 +167,7 @@ def compare(body: Body, node: ast.Compare) -> Expr:
     """Translate a comparison; a chain compares neighbours."""
     values = [body.value(node.left), *(body.value(right) for right in node.comparators)]
     if len(values) > 2:
-        values = [values[0], *map(body.simple, values[1:-1]), values[-1]]
+        values = [values[0], *(simple(body, value) for value in values[1:-1]), values[-1]]
     parts = [_compared(body, node, op, a, b) for op, a, b in zip(node.ops, values, values[1:], strict=False)]
     if len(parts) == 1:
         return parts[0]
@@ -173,17 +180,19 @@ def _compared(body: Body, node: ast.Compare, op: ast.cmpop, a: Expr, b: Expr) ->
             body.refuse(node, "`is` has a translation for None only")
         return _is_none(body, a, isinstance(op, ast.Is))
     if isinstance(op, ast.In | ast.NotIn):
-        return _among(body, node, a, body.items(b), isinstance(op, ast.In))
+        return _among(body, node, a, items_of(body, b), isinstance(op, ast.In))
     if UNKNOWN_VALUE not in (a.constant, b.constant) and type(op) in (ast.Eq, ast.NotEq):
-        return body.known((a.constant == b.constant) == isinstance(op, ast.Eq))
+        return known(body, (a.constant == b.constant) == isinstance(op, ast.Eq))
     symbol, level = _RELATIONS[type(op)]
     if a.type == b.type == TEXT:
         return Expr(BOOL, f"strcmp({a.text}, {b.text}) {symbol} 0", level)
-    a, b = body.unwrapped(a), body.unwrapped(b)
+    a, b = unwrapped(a), unwrapped(b)
     kind = joined(a.type, b.type)
+    if kind == DUAL:
+        return duals.comparison(op, symbol, level, as_type(body, a, kind), as_type(body, b, kind))
     if kind not in (BOOL, INT, FLOAT):
         body.refuse(node, f"only numbers and texts can be compared: {ast.unparse(node)}")
-    a, b = body.as_type(a, kind), body.as_type(b, kind)
+    a, b = as_type(body, a, kind), as_type(body, b, kind)
     return Expr(BOOL, f"{a.at_least(level + 1)} {symbol} {b.at_least(level + 1)}", level)
 
 
@@ -191,13 +200,13 @@ def _is_none(body: Body, value: Expr, wanted: bool) -> Expr:
     if isinstance(value.type, Maybe):
         some = value.field("some")
         return Expr(BOOL, f"!{some}", UNARY) if wanted else Expr(BOOL, some)
-    return body.known((value.type == NOTHING) is wanted)
+    return known(body, (value.type == NOTHING) is wanted)
 
 
 def _among(body: Body, node: ast.Compare, value: Expr, items: list[Expr] | None, wanted: bool) -> Expr:
     if items is None:
         body.refuse(node, "`in` needs a tuple that is written out")
-    value = body.simple(value)
+    value = simple(body, value)
     equal, join = (ast.Eq(), " || ") if wanted else (ast.NotEq(), " && ")
     parts = [_compared(body, node, equal, value, item) for item in items]
     return Expr(BOOL, join.join(part.at_least(OR + 11) for part in parts), OR if wanted else AND)
@@ -209,8 +218,8 @@ def either(body: Body, node: ast.BoolOp) -> Expr:
     first = body.value(node.values[0])
     rest = node.values[1] if len(node.values) == 2 else ast.BoolOp(node.op, node.values[1:])
     if is_or and first.type != BOOL:
-        first = body.simple(first)
-        test, value = truth(body, first), body.unwrapped(first)
+        first = simple(body, first)
+        test, value = truth(body, first), unwrapped(first)
         return _choice(body, test, lambda: value, lambda: body.value(ast.copy_location(rest, node)))
     test = truth(body, first)
     if test.constant is not UNKNOWN_VALUE:
@@ -220,8 +229,8 @@ def either(body: Body, node: ast.BoolOp) -> Expr:
     if apart:  # the second operand must not be computed where the first decides
         return _choice(
             body, test,
-            *((lambda: body.known(True), lambda: condition(body, rest)) if is_or
-              else (lambda: condition(body, rest), lambda: body.known(False))),
+            *((lambda: known(body, True), lambda: condition(body, rest)) if is_or
+              else (lambda: condition(body, rest), lambda: known(body, False))),
         )  # fmt: skip
     symbol, level = ("||", OR) if is_or else ("&&", AND)
     # C compilers ask for parentheses where && stands inside of ||
@@ -247,9 +256,9 @@ def _choice(body: Body, test: Expr, yes: Any, no: Any) -> Expr:
             kind = joined(first.type, no().type)
     body.temporaries = count
     with body.aside() as of_yes:
-        first = body.as_type(yes(), kind)
+        first = as_type(body, yes(), kind)
     with body.aside() as of_no:
-        second = body.as_type(no(), kind)
+        second = as_type(body, no(), kind)
     if not of_yes and not of_no:
         code = f"{test.at_least(OR)} ? {first.at_least(CONDITION + 1)} : {second.at_least(CONDITION)}"
         return Expr(kind, code, CONDITION)
@@ -274,4 +283,4 @@ def text(body: Body, node: ast.JoinedStr) -> Expr:
         if not isinstance(value.constant, str):
             body.refuse(node, "a text that is made at run time has no translation to C")
         out += value.constant
-    return body.known(out)
+    return known(body, out)

@@ -6,6 +6,7 @@ import ast
 
 from .assignments import store
 from .body import Body
+from .conversions import as_type
 from .displays import assign as assign_in_scope
 from .displays import loop
 from .expression import UNKNOWN_VALUE, Expr
@@ -13,6 +14,7 @@ from .homes import targets
 from .iteration import indexed, run
 from .operators import condition
 from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, joined
+from .values import unwrapped
 
 
 def branch(body: Body, node: ast.If) -> None:
@@ -89,7 +91,7 @@ def give_back(body: Body, node: ast.Return) -> None:
         return
     kind = body.returned if body.returns is None else body.returns
     body.program.use(kind)
-    body.emit(f"return {body.as_type(value, kind).text};")
+    body.emit(f"return {as_type(body, value, kind).text};")
 
 
 def lone_expression(body: Body, node: ast.Expr) -> None:
@@ -102,13 +104,13 @@ def lone_expression(body: Body, node: ast.Expr) -> None:
             body.refuse(node, "append needs a list that is a variable of the same function")
         name = call.func.value.id
         value = body.value(call.args[0])
-        value = body.as_type(value, value.type)
+        value = as_type(body, value, value.type)
         kind = body.widen(name, Listing(value.type))
         assert isinstance(kind, Listing)
         body.grown.add(name)
         body.needs_space = True
         body.program.use(kind)
-        body.emit(f"push_{kind.name}(space, &{body.variable(name)}, {body.as_type(value, kind.item).text});")
+        body.emit(f"push_{kind.name}(space, &{body.variable(name)}, {as_type(body, value, kind.item).text});")
         return
     done = body.value(call)
     body.emit(f"{'(void)' if done.type != NOTHING else ''}{done.text};")
@@ -136,7 +138,7 @@ def _format(body: Body, node: ast.expr) -> tuple[str, list[str]]:
             text += str(part.value).replace("%", "%%")
             continue
         assert isinstance(part, ast.FormattedValue)
-        value = body.unwrapped(body.value(part.value))
+        value = unwrapped(body.value(part.value))
         form = part.format_spec.values[0].value if isinstance(part.format_spec, ast.JoinedStr) else ""  # type: ignore[attr-defined]
         if value.type == TEXT:
             text += "'%s'" if part.conversion == ord("r") else "%s"

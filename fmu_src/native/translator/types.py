@@ -33,6 +33,8 @@ class Scalar:
 
 
 FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool", "b")
+DUAL = Scalar("Dual", "d")
+"""A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
 TEXT = Scalar("const char *", "s")
 NOTHING = Scalar("void", "n")
 """The type of None."""
@@ -116,7 +118,7 @@ class Choice:
 
 
 CType = Scalar | Struct | Row | Listing | Maybe | Function | Choice
-_NUMBERS = (BOOL, INT, FLOAT)
+_NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
 class NoType(TypeError):
@@ -168,6 +170,7 @@ def describe(kind: CType) -> str:
         return f"a list of {describe(kind.item)}"
     names: dict[CType, str] = {
         FLOAT: "float",
+        DUAL: "a dual number",
         INT: "int",
         BOOL: "bool",
         TEXT: "text",

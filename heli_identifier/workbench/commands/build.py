@@ -27,6 +27,9 @@ def build(
     all_platforms: Annotated[
         bool, typer.Option("--all-platforms", help="Native units for macOS and ARM as well (ARM: with --fmi 3).")
     ] = False,
+    model_exchange: Annotated[
+        bool, typer.Option("--model-exchange", help="The native plant for Model Exchange as well, with derivatives.")
+    ] = False,
     json: Json = False,
 ) -> None:
     """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
@@ -44,6 +47,10 @@ def build(
         raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
     if all_platforms and not native:
         raise ConfigurationError("--all-platforms belongs to native units; add --native.")
+    if model_exchange and not (native and units == ["HelicopterPlant"]):
+        raise ConfigurationError(
+            "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
+        )
     names = units or _units()
     given = by_unit(parameters)
     if settings and len(names) != 1:
@@ -57,7 +64,10 @@ def build(
     with whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            build_unit(name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms)
+            build_unit(
+                name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms,
+                model_exchange=model_exchange,
+            )  # fmt: skip
     if native:
         warn_of_missing_compilers(all_platforms)
     files = [output / f"{name}.fmu" for name in names]

@@ -22,8 +22,12 @@ from heli_identifier.workbench.commands.options import (
 )
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from heli_identifier.records import Log
 
+    Ends = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 FIGURES = (".svg", ".pdf", ".png")
 """Endings of a figure that can be drawn."""
@@ -68,14 +72,29 @@ def simulate(
         typer.Option(metavar="FILE", help="The run as a figure: .svg, .pdf or .png.", show_default=False),
     ] = None,
     native: Native = False,
+    runs: Annotated[
+        int | None,
+        typer.Option(
+            metavar="N",
+            min=2,
+            max=100_000,
+            show_default=False,
+            help="With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters.",
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the draws of --runs.")] = 0,
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Run units wired together, and print or draw what they did."""
-    from fmu_src.master import run_apart
-    from heli_identifier.workbench.commands.parameters import in_scenario
+    from fmu_src.master import run_apart, run_many_apart
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import assignments, in_scenario
+    from heli_identifier.workbench.commands.varied import say_bands, variations
 
     _check_figure(plot)
+    if runs is not None and not native:
+        raise ConfigurationError("--runs needs units in C; add --native.")
     files = dict(_file(word) for word in fmu)
     values = in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
@@ -83,10 +102,34 @@ def simulate(
             step = recorded.step if recorded else 0.01
         if duration is None:
             duration = _length(recorded, step) if recorded else 60.0
+        if runs is not None:
+            drawn = variations(scenario, parameters, assignments(settings), runs, seed)
+            bands = run_many_apart(
+                scenario, duration, step, {**played, **values}, drawn, files, _main_outputs(scenario)
+            )
+            _draw(bands.nominal, recorded, None, plot, (bands.low, bands.high))
+            if output is not None:
+                bands.write_csv(output)
+            say_bands(bands, json, verbose)
+            return
         shown = not json and _terminal()
         result = run_apart(scenario, duration, step, {**played, **values}, files, progress=shown, native=native)
     _draw(result, recorded, output, plot)
     _say(result, json, verbose)
+
+
+def _main_outputs(scenario: str) -> list[str]:
+    """Give the outputs of the plants in a scenario; those that feed an input come with them."""
+    from fmu_src import scenario as wiring
+    from fmu_src import unit_class
+
+    return [
+        f"{name}.{variable.name}"
+        for name, unit in wiring(scenario).units
+        if unit == "HelicopterPlant"
+        for variable in unit_class(unit).variables
+        if variable.causality == "output"
+    ]
 
 
 def _length(log: "Log", step: float) -> float:
@@ -153,7 +196,9 @@ def _played(
         yield log, played
 
 
-def _draw(result: Any, recorded: "Log | None", output: Path | None, plot: Path | None) -> None:
+def _draw(
+    result: Any, recorded: "Log | None", output: Path | None, plot: Path | None, bands: "Ends | None" = None
+) -> None:
     if output is not None:
         result.write_csv(output)
     if plot is not None:
@@ -161,7 +206,7 @@ def _draw(result: Any, recorded: "Log | None", output: Path | None, plot: Path |
         from heli_identifier.workbench.report.figures.style import write_figure
 
         measured = (recorded.time, recorded.angles) if recorded else None
-        write_figure(run_figure(result.names, result.units, result.time, result.values, measured), plot)
+        write_figure(run_figure(result.names, result.units, result.time, result.values, measured, bands), plot)
 
 
 def _say(result: Any, json: bool, everything: bool) -> None:

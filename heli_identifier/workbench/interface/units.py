@@ -16,6 +16,7 @@ def build(
     native: bool = False,
     fmi: int = 2,
     all_platforms: bool = False,
+    model_exchange: bool = False,
 ) -> Path:
     """Build a co-simulation unit.
 
@@ -35,6 +36,8 @@ def build(
 
     all_platforms : bool
         Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
+    model_exchange : bool
+        A native plant has Model Exchange beside co-simulation.
 
     Returns
     -------
@@ -57,5 +60,5 @@ def build(
         parameters.check_complete()
         parameters = parameters.start_values
     if native:
-        return build_native(unit, Path(folder), parameters, fmi, all_platforms)
+        return build_native(unit, Path(folder), parameters, fmi, all_platforms, model_exchange)
     return build_unit(unit, Path(folder), parameters)

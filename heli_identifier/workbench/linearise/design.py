@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.workbench.delivery.draws import drawn_values
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.linearise.closed_loop import closed_loop
 from heli_identifier.workbench.linearise.linear_model import NOT_LINEAR, PERIOD, LinearModel, linear_model
@@ -76,29 +77,12 @@ class Design:
 
 
 def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
-    """Draw plants that the data allow: each parameter independently from a normal law, kept in its range.
-
-    parameters.json does not hold the correlations between the estimates. Intervals of figures that depend on several
-    parameters, such as the margins, are therefore approximate: they may be too wide or too narrow.
-
-    Parameters
-    ----------
-    parameters : ParameterSet
-        Of the plant; a parameter without a standard error keeps its value.
-    count : int
-    seed : int
-    """
+    """Draw plants that the data allow (:mod:`heli_identifier.workbench.delivery.draws`)."""
     plant = parameters.plant()
-    uncertain = [(name, e.value, e.standard_error) for name, e in parameters.values.items() if e.standard_error]
-    random = np.random.default_rng(seed)
-    plants = []
-    for draw in random.standard_normal((count, len(uncertain))):
-        moved = {}
-        for z, (name, value, error) in zip(draw.tolist(), uncertain, strict=True):
-            row = BY_NAME[name]
-            moved[row.field] = min(max(value + z * error, row.minimum), row.maximum)
-        plants.append(plant._replace(**moved))
-    return plants
+    return [
+        plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()})
+        for drawn in drawn_values(parameters, count, seed)
+    ]
 
 
 def design(

@@ -40,6 +40,7 @@ def run_figure(
     time: NDArray[np.float64],
     values: NDArray[np.float64],
     measured: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    bands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
 ) -> Figure:
     """Draw a run.
 
@@ -52,6 +53,8 @@ def run_figure(
     values : NDArray, shape (N, M)
     measured : tuple of NDArray, shapes (K,) and (K, 3), optional
         Time [s] and angles [rad] of the log that was played; drawn as far as the run goes.
+    bands : tuple of NDArray, shapes (N, M), optional
+        Low and high ends of where 95 % of many runs with varied parameters lie; drawn of the angles.
     """
     columns = {name: values[:, index] for index, name in enumerate(names)}
     source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
@@ -68,10 +71,16 @@ def run_figure(
             played = measured[0] <= time[-1] + 1e-9  # two products of a step may differ by an ulp
             line = thinned(measured[0][played], measured[1][played, AXES.index(row)])
             one.plot(*line, color=MEASURED, linewidth=2.2, label="measured")
+        if bands is not None:
+            low, high = (thinned(time, end[:, list(names).index(f"plant.{row}")]) for end in bands)
+            one.fill(
+                [*low[0], *high[0][::-1]], [*low[1], *high[1][::-1]], color=AFTER, alpha=0.2, linewidth=0,
+                label="95 % of the runs",
+            )  # fmt: skip
         one.plot(*thinned(time, columns[f"plant.{row}"]), color=AFTER, linewidth=1.1, label="plant")
         one.set_ylabel(f"{row} [{unit_text(units[list(names).index(f'plant.{row}')])}]")
-    if measured is not None and len(rows) > 1:
-        key(axes[1], 2)
+    if (measured is not None or bands is not None) and len(rows) > 1:
+        key(axes[1], 3)
     axes[-1].set_xlabel("time [s]")
     axes[-1].margins(x=0.01)
     return figure

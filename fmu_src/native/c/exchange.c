@@ -1,0 +1,171 @@
+#include "exchange.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+enum { MOST = 32 }; /* states, inputs and outputs of a model */
+
+static const double CLOCK = 1e-9; /* [s]; times of events have rounding errors */
+
+/* Time since the start at which the laws are computed: up to an event it is before it, from the event on behind it. */
+static double law_time(const Unit *unit)
+{
+    const double time = unit->reached - unit->start_time;
+    const double before = time < unit->next_event ? time : nextafter(unit->next_event, -INFINITY);
+    return before > unit->passed ? before : unit->passed;
+}
+
+void exchange_begin(Unit *unit)
+{
+    unit->stale = true;
+    if (!unit->exchange)
+        return;
+    EXCHANGE->begin(unit->model, unit);
+    unit->passed = unit->reached - unit->start_time;
+    unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
+}
+
+void exchange_refresh(Unit *unit)
+{
+    const double *states = EXCHANGE->state(unit->model);
+    double rates[MOST];
+    EXCHANGE->rates(unit->model, unit, unit->exchange ? law_time(unit) : unit->reached - unit->start_time, rates);
+    for (size_t i = 0; i < EXCHANGE->states; i++) {
+        unit->values[EXCHANGE->first_state + i].real = states[i];
+        unit->values[EXCHANGE->first_state + EXCHANGE->states + i].real = rates[i];
+    }
+    if (unit->exchange)
+        EXCHANGE->show(unit->model, unit);
+    unit->stale = false;
+}
+
+/* Whether the importer may integrate now. */
+static bool ready(Unit *unit, const char *call, size_t count, size_t expected, Status *status)
+{
+    *status = OK;
+    if (!unit->exchange)
+        *status = unit_say(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
+    else if (unit->phase != STEPPING || unit->failure[0])
+        *status = unit_say(unit, ERROR, "%s: finish the initialisation first", call);
+    else if (count != expected)
+        *status = unit_say(unit, ERROR, "%s: there are %zu values, not %zu", call, expected, count);
+    return *status == OK;
+}
+
+Status exchange_set_time(Unit *unit, double time)
+{
+    Status status;
+    if (!ready(unit, "setTime", 0, 0, &status))
+        return status;
+    if (!isfinite(time))
+        return unit_say(unit, ERROR, "setTime: the time %g s is not finite", time);
+    unit->reached = time;
+    unit->stale = true;
+    return OK;
+}
+
+Status exchange_set_states(Unit *unit, const double states[], size_t count)
+{
+    Status status;
+    if (!ready(unit, "setContinuousStates", count, EXCHANGE->states, &status))
+        return status;
+    for (size_t i = 0; i < count; i++) {
+        if (!isfinite(states[i]))
+            return unit_say(
+                unit, DISCARD, "setContinuousStates: %s = %g is not finite",
+                VARIABLES[EXCHANGE->first_state + i].name, states[i]);
+    }
+    double *own = EXCHANGE->state(unit->model);
+    for (size_t i = 0; i < count; i++)
+        own[i] = states[i];
+    unit->stale = true;
+    return OK;
+}
+
+Status exchange_get_states(Unit *unit, double states[], size_t count)
+{
+    Status status;
+    if (!ready(unit, "getContinuousStates", count, EXCHANGE->states, &status))
+        return status;
+    const double *own = EXCHANGE->state(unit->model);
+    for (size_t i = 0; i < count; i++)
+        states[i] = own[i];
+    return OK;
+}
+
+Status exchange_get_rates(Unit *unit, double rates[], size_t count)
+{
+    Status status;
+    if (!ready(unit, "getDerivatives", count, EXCHANGE->states, &status))
+        return status;
+    if (unit->refused_count)
+        return unit_say(unit, DISCARD, "getDerivatives: an input or parameter has no good value");
+    if (unit->stale)
+        exchange_refresh(unit);
+    for (size_t i = 0; i < count; i++) {
+        rates[i] = unit->values[EXCHANGE->first_state + EXCHANGE->states + i].real;
+        if (!isfinite(rates[i]))
+            return unit_say(
+                unit, DISCARD, "getDerivatives: %s is not finite at t = %g s",
+                VARIABLES[EXCHANGE->first_state + EXCHANGE->states + i].name, unit->reached);
+    }
+    return OK;
+}
+
+Status exchange_get_nominals(Unit *unit, double nominals[], size_t count)
+{
+    Status status;
+    if (!ready(unit, "getNominalsOfContinuousStates", count, EXCHANGE->states, &status))
+        return status;
+    for (size_t i = 0; i < count; i++)
+        nominals[i] = VARIABLES[EXCHANGE->first_state + i].nominal;
+    return OK;
+}
+
+Status exchange_update(Unit *unit, double *next)
+{
+    Status status;
+    if (!ready(unit, "newDiscreteStates", 0, 0, &status))
+        return status;
+    const double time = unit->reached - unit->start_time;
+    if (time >= unit->next_event - CLOCK) {
+        unit->passed = unit->next_event;
+        unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
+        unit->stale = true;
+    }
+    *next = unit->start_time + unit->next_event;
+    return OK;
+}
+
+Status exchange_slopes(
+    Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
+    const double seed[], double sensitivity[])
+{
+    const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;
+    double states[MOST] = {0.0}, inputs[MOST] = {0.0}, rates[MOST], outputs[MOST];
+    Status status;
+    if (!ready(unit, "getDirectionalDerivative", 0, 0, &status))
+        return status;
+    for (size_t i = 0; i < known_count; i++) {
+        if (knowns[i] < EXCHANGE->inputs)
+            inputs[knowns[i]] += seed[i];
+        else if (knowns[i] >= first && knowns[i] < first + n)
+            states[knowns[i] - first] += seed[i];
+        else
+            return unit_say(
+                unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a state nor a continuous input",
+                (unsigned long)knowns[i]);
+    }
+    EXCHANGE->slopes(unit->model, unit, law_time(unit), states, inputs, rates, outputs);
+    for (size_t i = 0; i < unknown_count; i++) {
+        if (unknowns[i] >= first + n && unknowns[i] < first + 2 * n)
+            sensitivity[i] = rates[unknowns[i] - first - n];
+        else if (unknowns[i] >= out && unknowns[i] < out + EXCHANGE->outputs)
+            sensitivity[i] = outputs[unknowns[i] - out];
+        else
+            return unit_say(
+                unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a derivative nor an output",
+                (unsigned long)unknowns[i]);
+    }
+    return OK;
+}

@@ -1,0 +1,138 @@
+"""Dual numbers: derivatives of a function of the plant, from its own source and exact but for rounding.
+
+    (a + a' e) (b + b' e) = a b + (a' b + a b') e,    e^2 = 0
+
+Operations on the values are those of floats in the same order, so the values keep their bits; slopes follow the rules
+of differentiation. A slope is a float, or an array of slopes in several directions at once. Where a law has a corner
+the slope is that of the branch taken. A number with a slope counts as different from zero: a law behind the question
+whether its factor is zero is then computed, and has its slope. (Wengert, A simple automatic derivative evaluation
+program, Communications of the ACM 7(8), 1964.)
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .syntax import definition_of, made
+
+
+class Dual:
+    """``value + slope e``; compared by value, but for equality."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value: float, slope: Any) -> None:
+        self.value, self.slope = value, slope
+
+    def __add__(self, other: Dual | float) -> Dual:
+        b = _dual(other)
+        return Dual(self.value + b.value, self.slope + b.slope)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other: Dual | float) -> Dual:
+        b = _dual(other)
+        return Dual(self.value - b.value, self.slope - b.slope)
+
+    def __rsub__(self, other: float) -> Dual:
+        return Dual(other - self.value, -self.slope)
+
+    def __mul__(self, other: Dual | float) -> Dual:
+        b = _dual(other)
+        return Dual(self.value * b.value, self.slope * b.value + self.value * b.slope)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Dual | float) -> Dual:
+        b = _dual(other)
+        value = self.value / b.value
+        return Dual(value, (self.slope - value * b.slope) / b.value)
+
+    def __rtruediv__(self, other: float) -> Dual:
+        return _dual(other) / self
+
+    def __abs__(self) -> Dual:
+        return -self if self.value < 0.0 else self
+
+    def __lt__(self, other: Dual | float) -> bool:
+        return self.value < _dual(other).value
+
+    def __le__(self, other: Dual | float) -> bool:
+        return self.value <= _dual(other).value
+
+    def __gt__(self, other: Dual | float) -> bool:
+        return self.value > _dual(other).value
+
+    def __ge__(self, other: Dual | float) -> bool:
+        return self.value >= _dual(other).value
+
+    def __eq__(self, other: object) -> bool:
+        b = _dual(other)  # type: ignore[arg-type]
+        return self.value == b.value and bool(np.all(self.slope == b.slope))
+
+    __hash__ = None  # type: ignore[assignment]
+
+
+def _dual(x: Dual | float) -> Dual:
+    return x if isinstance(x, Dual) else Dual(x, 0.0)
+
+
+def _lifted(function: Callable[[float], float], slope: Callable[[float, float], float]) -> Callable[[Any], Any]:
+    """Return a function of floats for duals as well; ``slope`` takes the argument and the function's value."""
+
+    def lifted(x: Any) -> Any:
+        if not isinstance(x, Dual):
+            return function(x)
+        value = function(x.value)
+        return Dual(value, slope(x.value, value) * x.slope)
+
+    return lifted
+
+
+FUNCTIONS: dict[Callable[..., Any], Callable[..., Any]] = {
+    math.sin: _lifted(math.sin, lambda x, y: math.cos(x)),
+    math.cos: _lifted(math.cos, lambda x, y: -math.sin(x)),
+    math.tan: _lifted(math.tan, lambda x, y: 1.0 + y * y),
+    math.tanh: _lifted(math.tanh, lambda x, y: 1.0 - y * y),
+    math.exp: _lifted(math.exp, lambda x, y: y),
+    math.log: _lifted(math.log, lambda x, y: 1.0 / x),
+    math.sqrt: _lifted(math.sqrt, lambda x, y: 0.5 / y),
+}
+"""The functions of :mod:`math` that have a slope here."""
+
+
+@cache
+def with_duals(function: FunctionType) -> FunctionType:
+    """Return a function of the plant for dual numbers: the same source with mathematics that knows them."""
+    definition = definition_of(function)
+    namespace = dict(function.__globals__)
+    for name in {node.id for node in ast.walk(definition) if isinstance(node, ast.Name)}:
+        called = namespace.get(name)
+        if called in FUNCTIONS.keys():
+            namespace[name] = FUNCTIONS[called]
+        elif isinstance(called, FunctionType) and called.__module__.partition(".")[0] == __package__:
+            namespace[name] = with_duals(called)
+    return made(definition, namespace, function)
+
+
+def seeded(values: Sequence[float]) -> list[Dual]:
+    """Return the values as duals, each with a slope of 1 in a direction of its own."""
+    directions = np.eye(len(values))
+    return [Dual(float(value), direction) for value, direction in zip(values, directions, strict=True)]
+
+
+def slopes(numbers: Sequence[Any], directions: int) -> NDArray[np.float64]:
+    """Return the slopes of numbers, shape (len(numbers), directions); one without a slope has zeros."""
+    rows = [np.broadcast_to(np.asarray(_dual(x).slope, float), (directions,)) for x in numbers]
+    return np.array(rows)

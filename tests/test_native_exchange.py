@@ -1,0 +1,206 @@
+"""The native plant for Model Exchange: an importer's solver finds the motion of the co-simulation, and its slopes."""
+
+import subprocess
+import sys
+import zipfile
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model
+from fmpy.fmi3 import FMU3Model
+from scipy.integrate import solve_ivp
+
+from fmu_src import BuildError
+from fmu_src.native import build_native
+from heli_plant.continuous import STATES, measured, rates_of_change
+from heli_plant.parameters import from_names
+from heli_plant.plant import rigid_start
+from heli_plant.state import start_state
+from tests.native_builds import needs_a_compiler
+
+OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
+VOLTAGES = (1.9, 1.6)
+DURATION = 4.0
+EFFECTS = {
+    "effects.dry_friction.pitch": 0.02,
+    "effects.quadratic_thrust.rotors": 0.05,
+    "effects.arm_bending.elevation": 0.01,
+    "effects.gyroscopic_coupling.elevation": 0.01,
+}
+STEPPING_MASS = {"effects.moving_mass.elevation": 0.2, "effects.moving_mass.step_time": 1.2345}
+BASE = {"initial.pitch": 0.2, "initial.elevation": -0.1, "initial.v_front": 1.0, "initial.v_rear": 1.0}
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
+def unit(request, tmp_path_factory):
+    needs_a_compiler()
+    folder = tmp_path_factory.mktemp("exchange")
+    return build_native("HelicopterPlant", folder, fmi=request.param, model_exchange=True)
+
+
+def simulated(path, kind, parameters, **settings):
+    given = np.array([(0.0, *VOLTAGES), (DURATION, *VOLTAGES)],
+                     dtype=[("time", float), ("v_front", float), ("v_rear", float)])  # fmt: skip
+    rows = fmpy.simulate_fmu(
+        str(path), fmi_type=kind, start_values={**BASE, **parameters}, input=given, output=list(OUTPUTS),
+        stop_time=DURATION, output_interval=0.01, **settings,
+    )  # fmt: skip
+    return rows["time"], np.column_stack([rows[name] for name in OUTPUTS])
+
+
+def reference(parameters):
+    """The differential equation by scipy, to 1e-11, in pieces up to the step of a law: outputs at k 10 ms."""
+    named = {name: value for name, value in parameters.items() if not name.startswith("initial.")}
+    p = from_names(named)
+    first = rigid_start(start_state(0.2, -0.1, 0.0, 1.0, 1.0), p)
+    time = np.linspace(0.0, DURATION, 401)
+    event = parameters.get("effects.moving_mass.step_time", DURATION)
+    x, pieces = np.array(first[:10]), []
+    before = np.nextafter(event, 0.0)
+    for begin, end, low, high in ((0.0, event, 0.0, before), (event, DURATION, event, DURATION)):
+        if end <= begin:
+            continue
+        times = time[(time >= begin) & (time < end)] if end < DURATION else time[time >= begin]
+        done = solve_ivp(
+            lambda t, x, low=low, high=high: rates_of_change(min(max(t, low), high), *x, *VOLTAGES, 0.0, 0.0, p),
+            (begin, end), x, method="DOP853", rtol=1e-11, atol=1e-12,
+            t_eval=times if end in times else [*times, end],
+        )  # fmt: skip
+        x = done.y[:, -1]
+        pieces.append(done.y[:, : len(times)].T)
+    states = np.vstack(pieces)
+    return time, np.array([measured(*row[:6], row[8], row[9]) for row in states])
+
+
+@pytest.mark.parametrize("parameters", [{}, EFFECTS, STEPPING_MASS, {"general.enabled": 1.0}],
+                         ids=["plain", "effects", "a law that steps", "general model"])  # fmt: skip
+def test_an_importers_solver_finds_the_solution_of_the_differential_equation(unit, parameters):
+    """CVode keeps the error of a step to twice the tolerance (nominal values of 1), over some hundred steps to 1000
+    times as much; a tighter tolerance must show it."""
+    expected_time, expected = reference(parameters)
+    for tolerance in (1e-8, 1e-10):
+        time, found = simulated(unit, "ModelExchange", parameters, relative_tolerance=tolerance, solver="CVode")
+        places = np.searchsorted(time, expected_time - 1e-9)  # an event has two rows, before and behind
+        np.testing.assert_allclose(time[places], expected_time, atol=1e-9)
+        assert np.abs(found[places] - expected).max() < 1000.0 * tolerance
+
+
+@pytest.mark.parametrize("parameters", [{}, EFFECTS], ids=["plain", "effects"])
+def test_model_exchange_and_co_simulation_show_the_same_motion(unit, parameters):
+    """The Runge-Kutta step of 1 ms errs by (lambda h)^5/120 a step; the bending's lambda of 50 1/s gives 3e-9 a step,
+    and 4000 steps at most 1e-5 if none were damped."""
+    _, theirs = simulated(unit, "ModelExchange", parameters, relative_tolerance=1e-8, solver="CVode")
+    _, ours = simulated(unit, "CoSimulation", {**parameters, "solver.step": 0.001})
+    assert np.abs(theirs[:: max(1, len(theirs) // len(ours))][: len(ours)] - ours).max() < 1e-5
+
+
+class Model:
+    """A model of either version under one interface, initialised, in event mode."""
+
+    def __init__(self, path, parameters):
+        self.description = fmpy.read_model_description(str(path))
+        self.fmi2 = self.description.fmiVersion == "2.0"
+        self.at = {v.name: v.valueReference for v in self.description.modelVariables}
+        kind, token = (FMU2Model, "guid") if self.fmi2 else (FMU3Model, "instantiationToken")
+        token = self.description.guid if self.fmi2 else self.description.instantiationToken
+        self.fmu = kind(
+            guid=token, unzipDirectory=fmpy.extract(str(path)), modelIdentifier="HelicopterPlant", instanceName="unit"
+        )
+        self.fmu.instantiate()
+        if self.fmi2:
+            self.fmu.setupExperiment(startTime=0.0)
+        for name, value in parameters.items():
+            self.set(name, value)
+        if self.fmi2:
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=0.0)
+        self.fmu.exitInitializationMode()
+
+    def set(self, name, value):
+        kind = {bool: "Boolean", float: "Real" if self.fmi2 else "Float64"}[type(value)]
+        getattr(self.fmu, f"set{kind}")([self.at[name]], [value])
+
+    def get(self, *names):
+        read = self.fmu.getReal if self.fmi2 else self.fmu.getFloat64
+        return np.array(read([self.at[name] for name in names]))
+
+    def slopes(self, unknowns, known):
+        call = self.fmu.getDirectionalDerivative
+        return np.array(call([self.at[name] for name in unknowns], [self.at[known]], [1.0]))
+
+
+def test_directional_derivatives_are_those_of_differences(unit):
+    """Differences of 1e-5 V through the inputs err by rounding, 1e-10, and by curvature, 1e-9; a slope of a smoothed
+    friction adds 2e-7. Slopes by states are compared with dual numbers in Python, which have their bits."""
+    from heli_plant.dual import seeded, slopes, with_duals
+
+    model = Model(unit, {**BASE, **EFFECTS})
+    model.set("v_front", VOLTAGES[0])
+    model.set("v_rear", VOLTAGES[1])
+    states = [f"state.{name}" for name, _, _ in STATES]
+    rates = [f"der({name})" for name in states]
+    x = model.get(*states)
+    p = from_names(EFFECTS)
+    duals = seeded([*x, *VOLTAGES, 0.0])
+    expected = slopes(with_duals(rates_of_change)(0.0, *duals, 0.0, p), 13)
+    for column, known in enumerate([*states, "v_front", "v_rear", "mass_position"]):
+        assert model.slopes(rates, known).tolist() == expected[:, column].tolist()
+    for known in ("v_front", "v_rear"):
+        column = []
+        for side in (1e-5, -1e-5):
+            model.set(known, VOLTAGES[known == "v_rear"] + side)
+            column.append(model.get(*rates))
+        model.set(known, VOLTAGES[known == "v_rear"])
+        assert np.abs(model.slopes(rates, known) - (column[0] - column[1]) / 2e-5).max() < 1e-6
+    seen = model.slopes(OUTPUTS, "state.bending")
+    assert seen.tolist() == [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+    with pytest.raises(FMICallException):
+        model.slopes(rates, "pitch.damping")
+
+
+def test_values_of_derivatives_have_the_bits_of_python(unit):
+    model = Model(unit, {**BASE, **EFFECTS})
+    model.set("v_front", VOLTAGES[0])
+    states = [f"state.{name}" for name, _, _ in STATES]
+    x = model.get(*states)
+    expected = rates_of_change(0.0, *x, VOLTAGES[0], 0.0, 0.0, 0.0, from_names(EFFECTS))
+    assert model.get(*(f"der({name})" for name in states)).tolist() == list(expected)
+    # a motor's voltage goes to v_front with its lag: eq. (9)
+    assert expected[6] == pytest.approx((VOLTAGES[0] - 1.0) / from_names(EFFECTS).T_m, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "parameters", [{"effects.input_delay.rotors": 0.03}, {"encoder.enabled": True}], ids=["delay", "encoders"]
+)
+def test_what_is_no_differential_equation_is_refused_when_the_initialisation_ends(unit, parameters):
+    with pytest.raises(FMICallException):
+        Model(unit, parameters)
+
+
+def test_fmpy_finds_no_problem_and_the_variables_of_the_other_build_come_first(unit, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "fmpy", "validate", str(unit)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0 and "No problems found" in done.stdout, done.stdout
+
+    def listed(path):
+        with zipfile.ZipFile(path) as archive:
+            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
+        return [node.get("name") for node in root.find("ModelVariables")], root
+
+    fmi = 2 if fmpy.read_model_description(str(unit)).fmiVersion == "2.0" else 3
+    names, root = listed(unit)
+    plain, _ = listed(build_native("HelicopterPlant", tmp_path, fmi=fmi))
+    count = len(plain) - (fmi == 3)  # the time stands last
+    assert names[:count] == plain[:count]
+    assert len(names) == len(plain) + 2 * len(STATES)
+    assert root.find("ModelExchange") is not None and root.find("CoSimulation") is not None
+
+
+def test_a_sampled_unit_has_no_model_exchange(tmp_path):
+    with pytest.raises(BuildError, match="PidController has no model exchange.*HelicopterPlant has"):
+        build_native("PidController", tmp_path, model_exchange=True)

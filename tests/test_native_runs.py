@@ -1,0 +1,113 @@
+"""Many native runs with varied parameters: the same bits as one by one, bands that cover, refusals that are counted."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fmu_src import OPEN_LOOP, MasterError
+from fmu_src.master import run_apart, run_many_apart
+from fmu_src.native import build_native
+from heli_identifier.online import Estimate
+from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
+from heli_plant.parameters import BY_FIELD, TABLE_2
+from tests.native_builds import needs_a_compiler
+
+RECORD = ["plant.pitch", "plant.elevation"]
+DURATION = 5.0
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    needs_a_compiler()
+    folder = tmp_path_factory.mktemp("native")
+    return {name: str(build_native(kind, folder)) for name, kind in OPEN_LOOP.units}
+
+
+def many(files, variations, **more):
+    return run_many_apart(OPEN_LOOP, DURATION, 0.01, {}, variations, files, RECORD, **more)
+
+
+def test_every_run_begins_anew_and_has_the_bits_of_a_run_alone(files):
+    """With two equal variations both ends of the band are that run: nothing is left of the runs before."""
+    variation = {"plant.pitch.gain": 0.25, "plant.effects.dry_friction.pitch": 0.02}
+    bands = many(files, [variation, variation])
+    for values, given in ((bands.nominal.values, {}), (bands.low, variation), (bands.high, variation)):
+        alone = run_apart(OPEN_LOOP, DURATION, 0.01, given, files, record=RECORD)
+        assert alone.names == bands.nominal.names
+        assert np.array_equal(values, alone.values)
+
+
+def test_the_bands_lie_where_95_of_100_runs_do(files):
+    """At one instant 5 of 100 runs lie outside; the ends are quantiles between neighbours, so at most one more does."""
+    gains = np.linspace(0.2, 0.3, 100)
+    bands = many(files, [{"plant.pitch.gain": gain} for gain in gains])
+    column = bands.nominal.names.index("plant.pitch")
+    last = [
+        run_apart(OPEN_LOOP, DURATION, 0.01, {"plant.pitch.gain": gain}, files, record=RECORD).values[-1, column]
+        for gain in (gains[1], gains[5], gains[94], gains[98])
+    ]
+    low, high = bands.low[-1, column], bands.high[-1, column]
+    assert [low <= value <= high for value in last] == [False, True, True, False]
+
+
+def test_a_run_that_a_unit_refuses_is_counted_with_its_reason(files):
+    bands = many(files, [{"plant.pitch.gain": 0.25}, {"plant.pitch.gain": 1e9}])
+    assert bands.runs == 1 and len(bands.refused) == 1
+    assert "pitch.gain = 1000000000.0" in bands.refused[0]
+    with pytest.raises(MasterError, match="every one of 1 varied runs was refused; the first: plant"):
+        many(files, [{"plant.pitch.gain": 1e9}])
+
+
+def test_units_that_are_not_native_are_refused(files, fmus):
+    with pytest.raises(MasterError, match="many runs need native units; plant is none"):
+        many({**files, "plant": str(fmus["HelicopterPlant"])}, [{}])
+
+
+def parameters(path, share):
+    estimates = {
+        field: Estimate(getattr(TABLE_2, field), share * abs(getattr(TABLE_2, field)) or None, BY_FIELD[field].unit)
+        for field in ("a_wx", "k_x", "a_th")
+    }
+    ParameterSet("HelicopterPlant", plant_values(TABLE_2, estimates)).write(path)
+    return path
+
+
+def heli(*words):
+    return CliRunner().invoke(app, ["simulate", "open_loop", *map(str, words)])
+
+
+def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
+    file = parameters(tmp_path / "parameters.json", 0.05)
+    given = [f"--fmu={name}={path}" for name, path in files.items()]
+    words = ("--native", "--runs", 20, "--duration", 2, "--parameters", file, "--json", *given)
+    figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
+    first = heli(*words, "--plot", figure, "--output", table)
+    assert first.exit_code == 0, first.output
+    answer = json.loads(first.stdout)
+    assert (answer["runs"], answer["refused"]) == (20, 0)
+    pitch = next(row for row in answer["outputs"] if row["name"] == "plant.pitch")
+    assert pitch["last_low"] < pitch["last_high"]
+    assert json.loads(heli(*words).stdout) == answer
+    assert json.loads(heli(*words, "--seed", 1).stdout) != answer
+    assert "95 % of the runs" in figure.read_text()
+    header = table.read_text().splitlines()[0]
+    assert "plant.pitch low [rad]" in header and "plant.pitch high [rad]" in header
+    assert "3 parameters are drawn" in first.stderr and "no correlations" in first.stderr
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("--runs", 5), "add --native"),
+        (("--runs", 5, "--native"), "name the parameters.json"),
+        (("--runs", 5, "--native", "--parameters", "bare"), "states no standard error"),
+    ],
+)
+def test_what_cannot_be_varied_is_said(tmp_path, words, said):
+    bare = parameters(tmp_path / "bare.json", 0.0)
+    done = heli(*(bare if word == "bare" else word for word in words))
+    assert done.exit_code == 2
+    assert said in done.output.replace("\n", " ")
