@@ -14,9 +14,11 @@ from math import cos, sin
 from heli_plant.motor import saturate
 
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
+from .early import kept_early
 from .feedback import first_feedback, watch_error, watch_innovation
 from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
 from .linear_algebra import hypotenuse
+from .moments import fade
 from .plan import Plan
 from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
 from .signals import (
@@ -176,9 +178,10 @@ def _evaluated(
     """
     averaged = plan.moment_samples
     if (count + 1) % averaged == 0:
-        axis_1 = _observed(axis_1, averaged, predicted, plan)
-        axis_2 = _observed(axis_2, averaged, predicted, plan)
-        axis_3 = _observed(axis_3, averaged, predicted, plan)
+        kept = kept_early(count, averaged, plan.signals.sample_time) if predicted else 1.0
+        axis_1 = _observed(axis_1, averaged, kept, predicted, plan)
+        axis_2 = _observed(axis_2, averaged, kept, predicted, plan)
+        axis_3 = _observed(axis_3, averaged, kept, predicted, plan)
     turn = count % plan.report_samples
     if turn == 0:
         axis_1 = _evaluated_pitch(axis_1, predicted, plan)
@@ -190,8 +193,10 @@ def _evaluated(
     return axis_1, axis_2, axis_3
 
 
-def _observed(axis: AxisState, samples: int, predicted: bool, plan: Plan) -> AxisState:
-    """Return ``axis`` with the mean over the last ``samples`` added to its moments."""
+def _observed(axis: AxisState, samples: int, kept: float, predicted: bool, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the last ``samples`` added to its moments, of which a share is ``kept``."""
+    if kept < 1.0:
+        axis = axis._replace(moments=fade(axis.moments, kept))
     if predicted:
         return observe_products(axis, samples, plan.moments)
     return observe_axis(axis, samples, plan.moments)

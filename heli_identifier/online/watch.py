@@ -8,6 +8,10 @@ omega_d = 20 rad/s, whose delay of 2 rho / omega_d is taken back with the accele
 so that what is left is of second order in s / omega_d (.3 % at 1 rad/s). Encoder steps leave some 5e-3 rad/s of noise,
 against .06 rad/s of single slopes. The law of that motion is a signal at the sampling instants, and passes F as a
 straight line between them.
+
+Prediction errors may use nothing of the newest sample in a regressor: its angle holds the innovation, and w holds
+omega_d^2 times it. The sign of a rate near zero then follows the innovation, and friction would be found in every held
+flight. There the law is held at its value at the beginning of the sampling period, which delays it by h/2.
 """
 
 from typing import NamedTuple
@@ -23,11 +27,15 @@ _RATE_DAMPING = 0.7
 
 
 class WatchCoefficients(NamedTuple):
-    """The ``candidates``, the filter that rates come from, and that filter's delay [s]."""
+    """The ``candidates``, the filter that rates come from, and that filter's delay [s].
+
+    ``held``: each law is held over a sampling period at its value at the beginning.
+    """
 
     candidates: tuple[Candidate, ...]
     rate_filter: FilterCoefficients
     delay: float
+    held: bool
 
 
 class WatchState(NamedTuple):
@@ -44,10 +52,10 @@ class WatchState(NamedTuple):
     filtered: tuple[tuple[float, float], ...]
 
 
-def watch_coefficients(candidates: tuple[Candidate, ...], h: float) -> WatchCoefficients:
-    """Return the coefficients for ``candidates`` sampled every ``h`` [s]."""
+def watch_coefficients(candidates: tuple[Candidate, ...], h: float, held: bool = False) -> WatchCoefficients:
+    """Return the coefficients for ``candidates`` sampled every ``h`` [s]; ``held`` for prediction errors."""
     rate_filter = discretise(_RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
-    return WatchCoefficients(candidates, rate_filter, 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH)
+    return WatchCoefficients(candidates, rate_filter, 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH, held)
 
 
 def rate(filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients) -> float:
@@ -82,6 +90,9 @@ def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoef
     )
     values = tuple([candidate_value(candidate, motion) for candidate in c.candidates])
     filtered = tuple(
-        [filter_line(xi, before, now, f) for xi, before, now in zip(w.filtered, w.values, values, strict=True)]
+        [
+            filter_line(xi, before, before if c.held else now, f)
+            for xi, before, now in zip(w.filtered, w.values, values, strict=True)
+        ]
     )
     return WatchState(pitch_d, elevation_d, travel_d, w.cable_rest, values, filtered)
