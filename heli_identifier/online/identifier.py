@@ -16,7 +16,7 @@ from heli_plant.motor import saturate
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
 from .early import kept_early
 from .feedback import first_feedback, watch_error, watch_innovation
-from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
+from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, follow_lag, settled_lag
 from .linear_algebra import hypotenuse
 from .moments import fade
 from .plan import Plan
@@ -30,8 +30,11 @@ from .signals import (
     settled_signals,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, Predictors, output_of
+from .state import IdentifierOutput, IdentifierState, Predictors, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
+
+_LAST_TURN = 2
+"""Step of a report interval in which the last axis is evaluated (:func:`_evaluated`)."""
 
 Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(phi, watched, y) of pitch, elevation and travel."""
@@ -56,7 +59,7 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
     travel_axis = initial_axis((at.a_wy, at.k_y), gain, of_travel)
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
-    lag = settled_lag(signals) if plan.lag is not None else None
+    lag = settled_lag(signals, plan.lag) if plan.lag is not None else None
     predictors: Predictors | None = None
     if plan.predictor is not None:
         c, (first, second, third) = plan.predictor, plan.settings.noise
@@ -163,6 +166,9 @@ def step(
         loop_3 = watch_error(loop_3, axis_3.sigma, difference, count, loop)
     if count >= 0:
         axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, count, predictors is not None, plan)
+    if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _LAST_TURN:
+        found = lag_of(axis_1, axis_2, plan.lag.time_constant)
+        lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
     voltages = signals.v_front, signals.v_rear
     loops = loop_1, loop_2, loop_3
     state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops)
