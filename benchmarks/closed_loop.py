@@ -57,13 +57,22 @@ def prediction_error(rig: ClosedLoopRig) -> Estimates:
     return combined([identify_log(log, begun_at(settings(log), first)) for log in rig.logs]).estimates
 
 
-def in_unit(rig: ClosedLoopRig) -> Estimates:
-    """As the unit does that is told nothing: one pass, the lag given."""
-    histories = [
-        identify_log(log, IdentifierSettings(sample_time=log.step, method=PREDICTION_ERROR, report_interval=0.5))
-        for log in rig.logs
-    ]
-    return combined(histories).estimates
+def in_unit(lag_estimated: bool) -> Callable[[ClosedLoopRig], Estimates]:
+    """As the unit does that is told nothing: one pass, the lag given or estimated."""
+
+    def found(rig: ClosedLoopRig) -> Estimates:
+        histories = [
+            identify_log(
+                log,
+                IdentifierSettings(
+                    sample_time=log.step, method=PREDICTION_ERROR, lag_estimated=lag_estimated, report_interval=0.5
+                ),
+            )
+            for log in rig.logs
+        ]
+        return combined(histories).estimates
+
+    return found
 
 
 def _together(results: list[tuple[dict[str, float], dict[str, float]]]) -> Estimates:
@@ -91,7 +100,8 @@ METHODS: dict[str, Callable[[ClosedLoopRig], Estimates]] = {
     "adaptation (7), omega_f = 3 rad/s": adaptation(3.0),
     "least squares, autoregression of the residual": gls,
     "instrumental variables, joystick's part known": iv,
-    "prediction errors, unit: one pass, lag given": in_unit,
+    "prediction errors, unit: one pass, lag given": in_unit(False),
+    "prediction errors, unit: one pass, lag estimated": in_unit(True),
     "prediction errors, `heli identify`": prediction_error,
 }
 

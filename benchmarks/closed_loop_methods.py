@@ -96,7 +96,8 @@ def instrumental(log: Log, outside: NDArray[np.float64]) -> list[Axis]:
     """Two-stage instrumental variables; ``outside`` (N, 2) is the part of the voltages from outside the loop [V]."""
     h = log.step
     w = whitening(np.log(7.0), 0.0, *filter_polynomial(1.0, 0.7, h), h)
-    b, a = [1.0, w.b1, w.b2, w.b3], np.convolve([1.0, w.o1, w.o2, w.o3], [1.0, -2.0 / 13.0, 1.0 / 13.0])
+    b = np.convolve([1.0, w.f1, w.f2], [1.0, -w.kept])
+    a = np.convolve([1.0, w.o1, w.o2, w.o3], [1.0, -2.0 / 13.0, 1.0 / 13.0])
     pole = np.exp(-_LAGUERRE_POLE * h)
     found = []
     for z in regressions(log, 1.0):

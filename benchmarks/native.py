@@ -57,6 +57,12 @@ def native_identifier(order: dict, steps: int) -> float:
     return _alone(order, steps, "AdaptiveIdentifier", {"adaptation.hold_time": 0.0})
 
 
+def prediction_errors(order: dict, steps: int) -> float:
+    """Step AdaptiveIdentifier on three axes with prediction errors and the lag estimated, of either kind."""
+    given = {"method": "prediction_error", "motor.lag_estimated": True, "adaptation.hold_time": 0.0}
+    return _alone(order, steps, "AdaptiveIdentifier", given)
+
+
 NATIVE: dict[str, Callable[[dict, int], float]] = {
     "loop": master_speed.ours,
     "libcosim": master_speed.libcosimpy,
@@ -64,12 +70,14 @@ NATIVE: dict[str, Callable[[dict, int], float]] = {
     "plant_off": native_plant_off,
     "plant_on": native_plant_on,
     "identifier": native_identifier,
+    "prediction": prediction_errors,
 }
 PYTHON: dict[str, Callable[[dict, int], float]] = {
     "loop": master_speed.ours,
     "plant_off": master_speed.plant_off,
     "plant_on": master_speed.plant_on,
     "identifier": master_speed.identifier,
+    "prediction": prediction_errors,
 }
 TITLES = {
     "loop": "closed loop of four units, our master",
@@ -78,6 +86,7 @@ TITLES = {
     "plant_off": "HelicopterPlant doStep, all effects off",
     "plant_on": "HelicopterPlant doStep, every effect on",
     "identifier": "AdaptiveIdentifier doStep, three axes",
+    "prediction": "the same, prediction errors with the lag estimated",
 }
 
 
@@ -167,6 +176,8 @@ def section(load: float) -> str:
         Bar("plant doStep, all effects off", least["native", "plant_off"], 0.3, "us"),
         Bar("plant doStep, every effect on", least["native", "plant_on"], 1.0, "us"),
         Bar("identifier doStep", least["native", "identifier"], 1.0, "us"),
+        Bar("identifier doStep, prediction errors", least["native", "prediction"], 3.0, "us"),
+        Bar("the same, pythonfmu", least["python", "prediction"], 80.0, "us"),
         Bar("closed loop of four units, our master", own, 5.0, "us a step"),
         Bar("speed against real time, 10 ms a step", 1e6 * STEP / own, 2000.0, "times", True),
         Bar("against libcosim, same units", middle["native", "libcosim"] / middle["native", "loop"], 1.0,

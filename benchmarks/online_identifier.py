@@ -13,7 +13,14 @@ from time import perf_counter, process_time
 import numpy as np
 
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, prepare, start, step
-from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor, loosen
+from heli_identifier.online.adaptation import (
+    adapt,
+    adaptation_coefficients,
+    gain_matrix,
+    initial_factor,
+    loosen,
+    measure,
+)
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.workbench.identify.replay import replay
 from heli_plant.compiled import compiled
@@ -64,7 +71,8 @@ def replay_time(count=1_000_000):
 def _many_steps(count, factor, omega, direction, coefficients, refresh):
     """Adapt with excitation for 1000 s in every 12 000 s, and without it otherwise.
 
-    Every ``refresh`` samples the last two parameters may have changed, as those of the noise model; never if it is 0.
+    Every ``refresh`` samples the last two parameters may have changed, as those of the noise model, and return to their
+    prior; never if it is 0.
     """
     seed, phi = 1, [0.0] * 5
     for k in range(count):
@@ -75,7 +83,9 @@ def _many_steps(count, factor, omega, direction, coefficients, refresh):
         adapt(factor, omega, phi, phi[0] - phi[4], k, coefficients, direction)
         if refresh > 0 and k % refresh == 0:
             loosen(factor, 3, 2e-4)
+            measure(factor, omega, (0.0, 0.0, 0.0, 1.0, 0.0), 0.0, 0.16 * 0.16 / 2e-4, 1.0, direction)
             loosen(factor, 4, 2e-3)
+            measure(factor, omega, (0.0, 0.0, 0.0, 0.0, 1.0), 0.0, 0.49 * 0.49 / 2e-3, 1.0, direction)
 
 
 def long_run(refresh, count=10_000_000):

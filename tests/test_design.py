@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.design.closed_loop import additions, flight_outlooks
+from heli_identifier.workbench.design.closed_loop import additions, flight_outlooks, pid_settings
 from heli_identifier.workbench.design.naming import effects_named
 from heli_identifier.workbench.design.rehearsal import ProcessNoise, Proposal, rehearsed, rehearsed_voltages
 from heli_identifier.workbench.design.separation import Limits, Outlook, outlook, ranked
@@ -132,3 +132,25 @@ def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
     assert outlooks
     assert all(one.pitch_departure <= 0.2 and one.elevation_departure <= 0.06 for one in outlooks)
     assert len(outlooks) < len(list(additions()))  # steps of .2 and .1 rad go beyond
+
+
+def test_the_controller_that_flies_has_the_gains_it_is_given():
+    given = pid_settings({"pitch.proportional": 6.0, "rate.time_constant": 0.02}, 4.0)
+    default = PidSettings()
+    assert given == default._replace(
+        pitch=default.pitch._replace(proportional=6.0), rate_time_constant=0.02, voltage_limit=4.0
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--show", "dry_friction:pitch", "--set", "pitch.proportional=6"], "give them with --closed-loop"),
+        (["--closed-loop", "--set", "pitch.proportionl=6"], "has no parameter 'pitch.proportionl'"),
+        (["--closed-loop", "--set", "pitch.proportional=1e9"], "pitch.proportional"),
+    ],
+)
+def test_gains_that_nobody_flies_are_refused(words, said):
+    result = CliRunner().invoke(app, ["design", *words])
+    assert result.exit_code != 0
+    assert said in f"{result.stderr}{result.exception}"

@@ -14,9 +14,11 @@ from math import cos, sin
 from heli_plant.motor import saturate
 
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
+from .early import kept_early
 from .feedback import first_feedback, watch_error, watch_innovation
-from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, settled_lag
+from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, follow_lag, settled_lag
 from .linear_algebra import hypotenuse
+from .moments import fade
 from .plan import Plan
 from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
 from .signals import (
@@ -28,8 +30,11 @@ from .signals import (
     settled_signals,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, Predictors, output_of
+from .state import IdentifierOutput, IdentifierState, Predictors, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
+
+_LAST_TURN = 2
+"""Step of a report interval in which the last axis is evaluated (:func:`_evaluated`)."""
 
 Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(phi, watched, y) of pitch, elevation and travel."""
@@ -54,7 +59,7 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
     travel_axis = initial_axis((at.a_wy, at.k_y), gain, of_travel)
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
-    lag = settled_lag(signals) if plan.lag is not None else None
+    lag = settled_lag(signals, plan.lag) if plan.lag is not None else None
     predictors: Predictors | None = None
     if plan.predictor is not None:
         c, (first, second, third) = plan.predictor, plan.settings.noise
@@ -161,6 +166,9 @@ def step(
         loop_3 = watch_error(loop_3, axis_3.sigma, difference, count, loop)
     if count >= 0:
         axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, count, predictors is not None, plan)
+    if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _LAST_TURN:
+        found = lag_of(axis_1, axis_2, plan.lag.time_constant)
+        lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
     voltages = signals.v_front, signals.v_rear
     loops = loop_1, loop_2, loop_3
     state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops)
@@ -176,9 +184,10 @@ def _evaluated(
     """
     averaged = plan.moment_samples
     if (count + 1) % averaged == 0:
-        axis_1 = _observed(axis_1, averaged, predicted, plan)
-        axis_2 = _observed(axis_2, averaged, predicted, plan)
-        axis_3 = _observed(axis_3, averaged, predicted, plan)
+        kept = kept_early(count, averaged, plan.signals.sample_time) if predicted else 1.0
+        axis_1 = _observed(axis_1, averaged, kept, predicted, plan)
+        axis_2 = _observed(axis_2, averaged, kept, predicted, plan)
+        axis_3 = _observed(axis_3, averaged, kept, predicted, plan)
     turn = count % plan.report_samples
     if turn == 0:
         axis_1 = _evaluated_pitch(axis_1, predicted, plan)
@@ -190,8 +199,10 @@ def _evaluated(
     return axis_1, axis_2, axis_3
 
 
-def _observed(axis: AxisState, samples: int, predicted: bool, plan: Plan) -> AxisState:
-    """Return ``axis`` with the mean over the last ``samples`` added to its moments."""
+def _observed(axis: AxisState, samples: int, kept: float, predicted: bool, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the last ``samples`` added to its moments, of which a share is ``kept``."""
+    if kept < 1.0:
+        axis = axis._replace(moments=fade(axis.moments, kept))
     if predicted:
         return observe_products(axis, samples, plan.moments)
     return observe_axis(axis, samples, plan.moments)

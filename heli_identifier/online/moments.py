@@ -82,6 +82,17 @@ def add_products(m: Moments, products: list[float], c: MomentCoefficients) -> Mo
     return Moments(0, length, (0.0,) * len(current), blocks, window)
 
 
+def fade(m: Moments, share: float) -> Moments:
+    """Return ``m`` with what its blocks hold multiplied by ``share``; the window stays."""
+    return m._replace(
+        current=tuple([share * x for x in m.current]), blocks=tuple([_times(share, block) for block in m.blocks])
+    )
+
+
+def _times(share, block):
+    return tuple([share * x for x in block])
+
+
 def _sum(a, b):
     return tuple([x + y for x, y in zip(a, b, strict=True)])
 

@@ -6,10 +6,12 @@ itself, by two filters:
     d = de / d ln omega_o = -(s_1 z^-1 + s_2 z^-2 + s_3 z^-3) / A_o e
     g = de / d ln gamma   = gamma h exp(-gamma h) z^-1 / D e
 
-Both use older innovations only. With nu_G those that G was made for, e with another nu is e + d (nu_1 - nu_G1)
-+ g (nu_2 - nu_G2): -d and -g are two further regressors, and nu is estimated with Omega in one vector
-(:mod:`.prediction_error`). Estimated apart, nu would look certain to Omega; where the excitation is weak, most of the
-variance of k_z and a_e comes from nu.
+Both use older innovations only. D is slow: it remembers those of the last 1/gamma, when Omega was not yet what it is
+now. Every whitened signal therefore has its own g (:mod:`.whitening`), and g = g_y - g_phi^T Omega.
+
+With nu_G those that G was made for, e with another nu is e + d (nu_1 - nu_G1) + g (nu_2 - nu_G2): -d and -g are two
+further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`). Estimated apart, nu would
+look certain to Omega; where the excitation is weak, most of the variance of k_z and a_e comes from nu.
 
 lambda is the mean of e^2. Omega is uncertain, and e is larger by that than the noise alone would make it: here e is the
 innovation times sqrt(r / (r + phi^T Gamma phi)), which takes that out on average.
@@ -28,8 +30,8 @@ BANDWIDTH_PRIOR, CORNER_PRIOR = 0.4, 0.7
 """Standard deviations of ln omega_o and ln gamma before the first sample: factors of 1.5 and 2."""
 
 BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
-"""Variances by which ln omega_o and ln gamma change in a second [1/s]. Noise changes with the flight, and derivatives
-taken far from the right nu must be forgotten."""
+"""Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
+their prior meanwhile."""
 
 _MOST_RADIANS = 0.3
 """Upper bound of omega_o h: the sampling must be fine enough."""
@@ -81,7 +83,7 @@ class NoiseModel(NamedTuple):
     """What is remembered of the innovations of one axis.
 
     The ``variance`` lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3`` and derivatives
-    ``d1 .. d3`` and ``g1``.
+    ``d1 .. d3``; ``first_bandwidth`` and ``first_corner``, the ln omega_o and ln gamma to begin with.
     """
 
     variance: float
@@ -92,7 +94,8 @@ class NoiseModel(NamedTuple):
     d1: float
     d2: float
     d3: float
-    g1: float
+    first_bandwidth: float
+    first_corner: float
 
 
 def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
@@ -109,20 +112,17 @@ def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
     )
 
 
-def first_noise(c: NoiseCoefficients) -> NoiseModel:
-    """Return the noise model before the first innovation."""
-    return NoiseModel(c.first_variance, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+def first_noise(log_bandwidth: float, log_corner: float, c: NoiseCoefficients) -> NoiseModel:
+    """Return the noise model before the first innovation; nu begins at the ln omega_o and ln gamma given."""
+    return NoiseModel(c.first_variance, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, log_bandwidth, log_corner)
 
 
-def slopes(n: NoiseModel, w: Whitening, c: NoiseCoefficients) -> tuple[float, float]:
-    """Return d and g of the innovation to come; both are zero while nu rests."""
-    if n.seen < c.rest:
-        return 0.0, 0.0
-    d = -(w.s1 * n.e1 + w.s2 * n.e2 + w.s3 * n.e3) - w.o1 * n.d1 - w.o2 * n.d2 - w.o3 * n.d3
-    return d, w.kept * n.g1 + w.slope * n.e1
+def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
+    """Return d of the innovation to come."""
+    return -(w.s1 * n.e1 + w.s2 * n.e2 + w.s3 * n.e3) - w.o1 * n.d1 - w.o2 * n.d2 - w.o3 * n.d3
 
 
-def remember(n: NoiseModel, e: float, certain: float, d: float, g: float, c: NoiseCoefficients) -> NoiseModel:
+def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoefficients) -> NoiseModel:
     """Return the noise model after an innovation.
 
     Parameters
@@ -132,14 +132,16 @@ def remember(n: NoiseModel, e: float, certain: float, d: float, g: float, c: Noi
         The innovation [rad/s^2].
     certain : float
         Share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi).
-    d, g : float
-        By :func:`slopes`.
+    d : float
+        By :func:`bandwidth_slope`, 0 while nu rests.
     c : NoiseCoefficients
     """
     e *= sqrt(certain)
     seen = n.seen + 1.0
     variance = n.variance + max(1.0 / seen, c.renewal) * (e * e - n.variance)
-    return NoiseModel(max(variance, c.least_variance), seen, e, n.e1, n.e2, d, n.d1, n.d2, g)
+    return NoiseModel(
+        max(variance, c.least_variance), seen, e, n.e1, n.e2, d, n.d1, n.d2, n.first_bandwidth, n.first_corner
+    )
 
 
 def bounded(x: float, least: float, most: float) -> float:

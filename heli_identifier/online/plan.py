@@ -87,7 +87,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         settings.rest_angle is not None,
         sin(rest),
         cos(rest),
-        watch_coefficients(tuple(candidate(name, axis) for name, axis in settings.watched), h),
+        watch_coefficients(tuple(candidate(name, axis) for name, axis in settings.watched), h, predicting),
         predictor_coefficients(settings, h, f) if predicting else None,
         lag_coefficients(lag, h, kept(h, lag)) if settings.lag_estimated else None,
         feedback_coefficients(h, *filter_polynomial(omega, settings.filter_damping, h)),

@@ -14,7 +14,8 @@ c + r^T Omega is the derivative of e with respect to the newest angle, which F t
 that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is thus the innovation of the angle itself,
 and psi is z_phi without it: what was known before the sample. Without this, the damping of an elevation comes out
 wrong by .05 to .1 1/s. The noise model's nu stands behind Omega, with -d and -g behind psi. Divided by
-sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu.
+sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. The first seconds are forgotten
+(:mod:`.early`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 """
@@ -24,6 +25,7 @@ from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, loosen, measure, restore
 from .axis import AxisState
+from .early import kept_early
 from .linear_algebra import dot
 from .moments import no_moments
 from .noise_model import (
@@ -32,10 +34,10 @@ from .noise_model import (
     Noise,
     NoiseCoefficients,
     NoiseModel,
+    bandwidth_slope,
     bounded,
     first_noise,
     remember,
-    slopes,
 )
 from .whitening import Memory, Whitening, settled_memory, whiten, whitening
 
@@ -88,7 +90,8 @@ def noise_of(axis: AxisState) -> Noise:
 def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficients) -> PredictorState:
     """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
     w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), first_noise(c.noise), w)
+    noise = first_noise(axis.omega[-2], axis.omega[-1], c.noise)
+    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w)
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
@@ -132,7 +135,12 @@ def predict_axis(
     v[0] += c.newest_rate * innovation
     if n > 2:
         v[1] += c.newest_angle * innovation
-    d, g = slopes(p.noise, w, c.noise)
+    d, g = 0.0, 0.0
+    if p.noise.seen >= c.noise.rest:
+        d = bandwidth_slope(p.noise, w)
+        g = p.memory[-1][5]
+        for i in range(n):
+            g -= p.memory[i][5] * omega[i]
     scale = 1.0 / sqrt(p.noise.variance * c.sample_time)
     seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
     psi = seen[: n + 2]
@@ -140,14 +148,17 @@ def predict_axis(
     seen[-1] = scale * (e - d * w.log_bandwidth - g * w.log_corner) + dot(psi[:n], omega[:n])
 
     factor, direction = list(axis.factor), [0.0] * (n + 2)
-    measure(factor, omega, psi, seen[-1], a.noise, a.forgetting, direction)
+    kept = kept_early(count, 1, c.sample_time)
+    measure(factor, omega, psi, seen[-1], a.noise * kept, a.forgetting * kept, direction)
     certain = a.noise / (a.noise + dot(psi, direction))
     restore(factor, n + 2, count, a.restoring_interval, a.restoring_noise, direction)
+    if count % c.refresh == 0:
+        forgotten = 1.0 - kept_early(count, c.refresh, c.sample_time)
+        _renew(factor, omega, n, p.noise.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
+        _renew(factor, omega, n + 1, p.noise.first_corner, CORNER_PRIOR**2, c.corner_change, forgotten)
     omega[n] = bounded(omega[n], c.noise.least_bandwidth, c.noise.most_bandwidth)
     omega[n + 1] = bounded(omega[n + 1], c.noise.least_corner, c.noise.most_corner)
     if count % c.refresh == 0:
-        loosen(factor, n, c.bandwidth_change)
-        loosen(factor, n + 1, c.corner_change)
         w = whitening(omega[n], omega[n + 1], c.f1, c.f2, c.sample_time)
 
     sums = axis.sums
@@ -167,4 +178,18 @@ def predict_axis(
         axis.excitation,
         axis.scores,
     )
-    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, g, c.noise), w)
+    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, c.noise), w)
+
+
+def _renew(
+    factor: list[float], omega: list[float], index: int, first: float, prior: float, change: float, forgotten: float
+) -> None:
+    """Let the noise parameter ``index`` change by the variance ``change`` in time, in place, and return to ``first``.
+
+    Left alone, it would approach its prior: the mean ``first`` and the variance ``prior``, Gamma' = change
+    - Gamma^2 change / prior^2. The share of the prior that was ``forgotten`` early is given back too.
+    """
+    loosen(factor, index, change)
+    unit_vector = [0.0] * len(omega)
+    unit_vector[index] = 1.0
+    measure(factor, omega, unit_vector, first, prior / (change / prior + forgotten), 1.0, [0.0] * len(omega))

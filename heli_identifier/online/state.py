@@ -133,7 +133,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     omega_1, omega_2, omega_3 = omega_1[: len(errors_1)], omega_2[: len(errors_2)], omega_3[: len(errors_3)]
     lag = Lag(plan.settings.motor_time_constant, 0.0)
     if plan.lag is not None:
-        lag = _lag(plan.lag.time_constant, omega_1, errors_1[-1], omega_2, errors_2[-1])
+        lag = lag_of(pitch, elevation, plan.lag.time_constant)
         omega_1, omega_2, errors_1, errors_2 = omega_1[:-1], omega_2[:-1], errors_1[:-1], errors_2[:-1]
     if plan.rest_angle_is_known:
         a_wx, a_th, k_x = omega_1
@@ -154,9 +154,12 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     )
 
 
-def _lag(assumed: float, omega_1: Omega, error_1: float, omega_2: Omega, error_2: float) -> Lag:
+def lag_of(pitch: AxisState, elevation: AxisState, assumed: float) -> Lag:
     """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
-    error_1, error_2 = max(error_1, _LEAST_ERROR), max(error_2, _LEAST_ERROR)
+    # Behind the parameters stands the noise model, where there is one.
+    omega_1, omega_2 = pitch.omega[: len(pitch.standard_errors)], elevation.omega[: len(elevation.standard_errors)]
+    error_1 = max(pitch.standard_errors[-1], _LEAST_ERROR)
+    error_2 = max(elevation.standard_errors[-1], _LEAST_ERROR)
     weight_1, weight_2 = 1.0 / (error_1 * error_1), 1.0 / (error_2 * error_2)
     beyond_1 = omega_1[-1] / omega_1[-2] if omega_1[-2] != 0.0 else 0.0
     beyond_2 = omega_2[-1] / omega_2[-2] if omega_2[-2] != 0.0 else 0.0

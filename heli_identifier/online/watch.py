@@ -8,6 +8,13 @@ omega_d = 20 rad/s, whose delay of 2 rho / omega_d is taken back with the accele
 so that what is left is of second order in s / omega_d (.3 % at 1 rad/s). Encoder steps leave some 5e-3 rad/s of noise,
 against .06 rad/s of single slopes. The law of that motion is a signal at the sampling instants, and passes F as a
 straight line between them.
+
+Prediction errors may use nothing of the newest sample in a regressor: its angle holds the innovation, and the
+acceleration holds omega_d^2 times it. The sign of a rate near zero then follows the innovation, and friction would be
+found in every held flight. There the law is held at its value at the beginning of the sampling period. Encoder steps
+are a second reason: after a step the angle rests, so that the next innovations have the opposite sign of the rate just
+read. There omega_d is 7 rad/s and the delay is not taken back, so that single steps do not decide the sign. The delay
+of .2 s costs power where a motion reverses within a second or two.
 """
 
 from typing import NamedTuple
@@ -19,15 +26,22 @@ from .state_filter import FilterCoefficients, discretise, filter_line, second_de
 _RATE_BANDWIDTH = 20.0
 """omega_d [rad/s]."""
 
+_HELD_RATE_BANDWIDTH = 7.0
+"""The same for prediction errors [rad/s]: omega_o of the default noise model, beyond which a rate is mostly noise."""
+
 _RATE_DAMPING = 0.7
 
 
 class WatchCoefficients(NamedTuple):
-    """The ``candidates``, the filter that rates come from, and that filter's delay [s]."""
+    """The ``candidates``, the filter that rates come from, and the delay that is taken back [s].
+
+    ``held``: each law is held over a sampling period at its value at the beginning.
+    """
 
     candidates: tuple[Candidate, ...]
     rate_filter: FilterCoefficients
     delay: float
+    held: bool
 
 
 class WatchState(NamedTuple):
@@ -44,10 +58,10 @@ class WatchState(NamedTuple):
     filtered: tuple[tuple[float, float], ...]
 
 
-def watch_coefficients(candidates: tuple[Candidate, ...], h: float) -> WatchCoefficients:
-    """Return the coefficients for ``candidates`` sampled every ``h`` [s]."""
-    rate_filter = discretise(_RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
-    return WatchCoefficients(candidates, rate_filter, 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH)
+def watch_coefficients(candidates: tuple[Candidate, ...], h: float, held: bool = False) -> WatchCoefficients:
+    """Return the coefficients for ``candidates`` sampled every ``h`` [s]; ``held`` for prediction errors."""
+    rate_filter = discretise(_HELD_RATE_BANDWIDTH if held else _RATE_BANDWIDTH, _RATE_DAMPING, h, 0.0)
+    return WatchCoefficients(candidates, rate_filter, 0.0 if held else 2.0 * _RATE_DAMPING / _RATE_BANDWIDTH, held)
 
 
 def rate(filtered: tuple[float, float], angle: float, angle_1: float, angle_2: float, c: WatchCoefficients) -> float:
@@ -82,6 +96,9 @@ def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoef
     )
     values = tuple([candidate_value(candidate, motion) for candidate in c.candidates])
     filtered = tuple(
-        [filter_line(xi, before, now, f) for xi, before, now in zip(w.filtered, w.values, values, strict=True)]
+        [
+            filter_line(xi, before, before if c.held else now, f)
+            for xi, before, now in zip(w.filtered, w.values, values, strict=True)
+        ]
     )
     return WatchState(pitch_d, elevation_d, travel_d, w.cable_rest, values, filtered)

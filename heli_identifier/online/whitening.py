@@ -20,12 +20,16 @@ again a linear regression. In samples, with z^-1 the delay by one and x = omega_
     M   = (13 - 2 z^-1 + z^-2) / 12
     G   = (13/12) A_F D / (A_o M)
 
-The coefficients of A_o change while it runs. G is therefore realised as the observer that it is, whose state predicts
-the next sample and only the gain on whose innovation v changes (transposed direct form II):
+omega_o and gamma change while it runs. G is therefore realised as the observer that it is, with the forecast of the
+next sample and of the two after it as its state, t_1, t_2, t_3. A forecast is what it is whatever the parameters,
+which enter only by the gains on the innovation v. With A_o = D Q + r z^-3, Q = 1 + q_1 z^-1 + q_2 z^-2, and u behind
+13/(12 M):
 
-    v = u + t_1,    t_1' = t_2 + b_1 u - o_1 v,    t_2' = t_3 + b_2 u - o_2 v,    t_3' = b_3 u - o_3 v
+    x = A_F u,    v = x - t_1,    t_1' = t_2 + q_1 v,    t_2' = t_3 + q_2 v,    t_3' = exp(-gamma h) t_3 + r v
 
-A memory of older v instead makes every change of omega_o by a tenth a disturbance as large as the innovations.
+t_3 is the forecast of the torque. Other states of the same G are disturbed by every change: a memory of older v by
+one of omega_o, that of the transposed direct form by one of gamma. The innovations are then as large as those of the
+noise for half a second, and the whitened columns of phi seem to tell more than a minute of flight does.
 
 M undoes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; n would not be white in
 e with them.
@@ -37,8 +41,9 @@ from collections.abc import Sequence
 from math import cos, cosh, exp, sin, sqrt
 from typing import NamedTuple
 
-Memory = tuple[float, float, float, float, float]
-"""Of one signal: the last two values behind 1/M, newest first, and the observer's state t_1, t_2, t_3."""
+Memory = tuple[float, float, float, float, float, float]
+"""Of one signal: the last two values behind 1/M, newest first; the observer's state t_1, t_2, t_3; and dv / d ln gamma
+of the value to come (:mod:`.noise_model`)."""
 
 NEWEST = 13.0 / 12.0
 """First coefficient of M."""
@@ -53,14 +58,16 @@ _OBLIQUE = 0.5 * sqrt(3.0)
 class Whitening(NamedTuple):
     """Coefficients of G at one omega_o and gamma, and what their derivatives need.
 
-    ``b1 .. b3`` of A_F D, ``o1 .. o3`` of A_o, both of which begin with 1; ``s1 .. s3`` the derivatives of ``o1 .. o3``
-    with respect to ln omega_o; ``kept`` = exp(-gamma h) and ``slope`` = gamma h exp(-gamma h); ``log_bandwidth``,
-    ``log_corner``: the ln omega_o and ln gamma that it was made for.
+    ``f1``, ``f2`` of A_F; ``q1``, ``q2`` of Q and ``r``; ``o1 .. o3`` of A_o; ``s1 .. s3`` the derivatives of
+    ``o1 .. o3`` with respect to ln omega_o; ``kept`` = exp(-gamma h) and ``slope`` = gamma h exp(-gamma h);
+    ``log_bandwidth``, ``log_corner``: the ln omega_o and ln gamma that it was made for.
     """
 
-    b1: float
-    b2: float
-    b3: float
+    f1: float
+    f2: float
+    q1: float
+    q2: float
+    r: float
     o1: float
     o2: float
     o3: float
@@ -100,10 +107,14 @@ def whitening(log_bandwidth: float, log_corner: float, f1: float, f2: float, h: 
     # Derivatives with respect to ln omega_o: x' = x.
     p_s, rr_s = -x * p, -x * rr
     c_s = -0.5 * x * c - 2.0 * r * _OBLIQUE * x * sin(_OBLIQUE * x)
+    q1 = o1 + kept
+    q2 = o2 + kept * q1
     return Whitening(
-        f1 - kept,
-        f2 - f1 * kept,
-        -f2 * kept,
+        f1,
+        f2,
+        q1,
+        q2,
+        o3 + kept * q2,
         o1,
         o2,
         o3,
@@ -120,21 +131,22 @@ def whitening(log_bandwidth: float, log_corner: float, f1: float, f2: float, h: 
 def settled_memory(value: float, w: Whitening) -> Memory:
     """Return the memory of a signal that has always had ``value``."""
     u = value * NEWEST
-    v = u * (1.0 + w.b1 + w.b2 + w.b3) / (1.0 + w.o1 + w.o2 + w.o3)
-    t3 = w.b3 * u - w.o3 * v
-    t2 = t3 + w.b2 * u - w.o2 * v
-    return u, u, t2 + w.b1 * u - w.o1 * v, t2, t3
+    x = u * (1.0 + w.f1 + w.f2)
+    v = x * (1.0 - w.kept) / (1.0 + w.o1 + w.o2 + w.o3)
+    t1 = x - v
+    t2 = t1 - w.q1 * v
+    return u, u, t1, t2, t2 - w.q2 * v, 0.0
 
 
 def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[list[Memory], list[float]]:
     """Return the new memories and the whitened values of the signals ``z``; ``memory`` has one entry per signal."""
-    b1, b2, b3, o1, o2, o3, _, _, _, _, _, _, _ = w
+    f1, f2, q1, q2, r, _, _, _, _, _, _, kept, slope, _, _ = w
     memories: list[Memory] = []
     whitened: list[float] = []
     for i in range(len(z)):
-        u1, u2, t1, t2, t3 = memory[i]
+        u1, u2, t1, t2, t3, g = memory[i]
         u = z[i] + _M1 * u1 - _M2 * u2
-        v = u + t1
-        memories.append((u, u1, t2 + b1 * u - o1 * v, t3 + b2 * u - o2 * v, b3 * u - o3 * v))
+        v = u + f1 * u1 + f2 * u2 - t1
+        memories.append((u, u1, t2 + q1 * v, t3 + q2 * v, kept * t3 + r * v, kept * g + slope * v))
         whitened.append(v)
     return memories, whitened

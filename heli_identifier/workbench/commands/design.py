@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Parameters
+from heli_identifier.workbench.commands.options import Json, Parameters, Settings
 
 
 def design(
@@ -31,11 +31,21 @@ def design(
         bool, typer.Option("--closed-loop", help="What to add to a flight under the controller, for its parameters.")
     ] = False,
     hover: Annotated[float, typer.Option(metavar="RAD", help="Elevation held, with --closed-loop.")] = 0.15,
+    controller: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Parameters of the PidController that flies, as `heli linearise` writes; with --closed-loop.",
+            show_default=False,
+        ),
+    ] = None,
+    settings: Settings = [],  # noqa: B006
     json: Json = False,
 ) -> None:
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
-    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters.
+    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
+    the controller come from --controller or --set, as --set pitch.proportional=6.
     """
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.parameters import by_unit
@@ -48,8 +58,11 @@ def design(
     if [separate is not None, show is not None, closed_loop].count(True) != 1:
         raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
     if closed_loop:
-        _in_closed_loop(parameters, duration, hover, (pitch_limit, elevation_limit), output, json)
+        gains = _controller(controller, settings)
+        _in_closed_loop(parameters, gains, duration, hover, (pitch_limit, elevation_limit), output, json)
         return
+    if controller is not None or settings:
+        raise ConfigurationError("--controller and --set are the controller's; give them with --closed-loop.")
     entries = effects_named(separate if separate is not None else (show or "",))
     values = by_unit(parameters).get("HelicopterPlant", {})
     plant = from_names(values, PlantParameters()) if values else PlantParameters()
@@ -82,15 +95,37 @@ def design(
         note(f"voltages of the best: {output}")
 
 
+def _controller(file: Path | None, words: list[str]) -> dict[str, float]:
+    """Give the parameters of the PidController from a file and from words ``name=value``, which outrank it."""
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import by_unit, of_unit
+
+    unit = "PidController"
+    of_file = by_unit(file)
+    if of_file and unit not in of_file:
+        raise ConfigurationError(f"{file} holds parameters of {', '.join(of_file)}, not of the {unit}.")
+    return of_file.get(unit, {}) | {name: float(value) for name, value in of_unit(unit, words).items()}
+
+
 def _in_closed_loop(
-    parameters: Path | None, duration: float, hover: float, limits: tuple[float, float], output: Path | None, json: bool
+    parameters: Path | None,
+    gains: dict[str, float],
+    duration: float,
+    hover: float,
+    limits: tuple[float, float],
+    output: Path | None,
+    json: bool,
 ) -> None:
-    """Propose what to add to a flight under the controller."""
+    """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.parameters import by_unit
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
-    from heli_identifier.workbench.design.closed_loop import flight_documents, flight_outlooks, flight_rows
-    from heli_plant.control import PidSettings
+    from heli_identifier.workbench.design.closed_loop import (
+        flight_documents,
+        flight_outlooks,
+        flight_rows,
+        pid_settings,
+    )
     from heli_plant.parameters import PlantParameters, from_names
 
     if output is not None:
@@ -100,7 +135,7 @@ def _in_closed_loop(
         note("no --parameters given: the published model, Table 2, stands in for the rig")
     plant = from_names(values, PlantParameters()) if values else PlantParameters()
     with progress_bar() as progress:
-        ranked = flight_outlooks(plant, PidSettings(voltage_limit=plant.v_max), hover, duration, limits, progress)
+        ranked = flight_outlooks(plant, pid_settings(gains, plant.v_max), hover, duration, limits, progress)
     if not ranked:
         raise ConfigurationError(
             f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
@@ -110,4 +145,5 @@ def _in_closed_loop(
         print_json(flight_documents(ranked))
         return
     print_table("Standard errors of what the loop hides, best first", *flight_rows(ranked))
-    note("the controller is the PID of the units with its default gains")
+    if not gains:
+        note("no --controller given: the PID of the units flies with its default gains")

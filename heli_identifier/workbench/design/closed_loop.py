@@ -6,7 +6,7 @@ identifier listens with prediction errors, and its own standard errors judge the
 depart from the references by more than the limits is left out.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,7 @@ from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
 from heli_identifier.workbench.design.rehearsal import STEP, ProcessNoise
 from heli_identifier.workbench.identify.identification import identify_log
-from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
@@ -90,6 +90,29 @@ def additions() -> Iterator[Addition]:
                 Multisine(2.0 * rms, *_BAND, period=45.0, seed=2),
             ),
         )
+
+
+def pid_settings(values: Mapping[str, float], voltage_limit: float) -> PidSettings:
+    """Return the loops of pitch and elevation from parameters of the PidController unit.
+
+    Parameters
+    ----------
+    values : mapping
+        By structured name, as ``pitch.proportional``; what is missing has its default.
+    voltage_limit : float
+        Of the plant [V], where the controller has none of its own.
+    """
+    default = PidSettings()
+    pitch, elevation = (
+        AxisGains(*(float(values.get(f"{axis}.{name}", gain)) for name, gain in gains._asdict().items()))
+        for axis, gains in (("pitch", default.pitch), ("elevation", default.elevation))
+    )
+    return PidSettings(
+        pitch=pitch,
+        elevation=elevation,
+        rate_time_constant=float(values.get("rate.time_constant", default.rate_time_constant)),
+        voltage_limit=float(values.get("voltage_limit", voltage_limit)),
+    )
 
 
 def flown(
