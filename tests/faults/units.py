@@ -74,7 +74,7 @@ FILES = (
     Fault(
         "an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive"
     ),
-    Fault("an absolute entry", archive(**{"/tmp/escaped": "x"}), RUN, "lies outside of the archive"),
+    Fault("an absolute entry", archive(**{"/escaped": "x"}), RUN, "lies outside of the archive"),
     Fault(
         "300 MB of zeros in 300 kB", lambda f: (f / "it.fmu").write_bytes(bomb()), RUN, "at most 200 times are unpacked"
     ),
