@@ -6,8 +6,8 @@ import pytest
 
 from fmu_src.errors import BuildError
 from fmu_src.ssp import read_parameter_set
-from heli_identifier.errors import LogError
-from heli_identifier.records import read_log
+from heli_identifier.errors import ConfigurationError, LogError
+from heli_identifier.records import guess, read_configuration, read_log
 from tests.fuzzing import LOG, READERS, tried
 
 
@@ -29,6 +29,22 @@ def test_a_cell_of_megabytes_is_refused(tmp_path):
     path.write_bytes(b"a" * 300_000 + b"," + LOG)
     with pytest.raises(LogError):
         read_log(path)
+
+
+def test_a_log_that_is_shorter_than_a_block_of_the_guess_is_refused(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"\n".join(LOG.splitlines()[:4]))
+    with pytest.raises(LogError, match="shorter than 5 s"):
+        guess(path)
+
+
+@pytest.mark.parametrize("key", ["", " ", "a.b", "a`b", "a\\nb"])
+def test_a_key_that_is_no_word_is_unknown_in_one_sentence(tmp_path, key):
+    path = tmp_path / "heli.toml"
+    path.write_text(f'"{key}" = 1\n')
+    with pytest.raises(ConfigurationError, match="is unknown") as refused:
+        read_configuration(path)
+    assert "\n" not in str(refused.value)
 
 
 def test_an_encoding_that_there_is_not_is_refused(tmp_path):
