@@ -24,6 +24,8 @@ MODULES = {
     "cost": "benchmarks.cost",
     "memory": "benchmarks.memory",
     "native": "benchmarks.native",
+    "soak": "benchmarks.soak",
+    "numbers": "benchmarks.numbers",
 }
 """Module of each section; its function ``section`` measures and gives the text."""
 
