@@ -14,7 +14,7 @@ DAY, SHORT = 24, 1
 
 TITLES = {
     "adaptation": "adaptation (7), omega_f = 3 rad/s, forgetting .1 1/s",
-    "prediction_error": "prediction errors, forgetting .2 1/s",
+    "prediction_error": "prediction errors, forgetting .3 1/s",
     "prediction_error_lag": "and lag estimated",
 }
 
@@ -66,8 +66,9 @@ def section(load: float) -> str:
             table(head, rows),
             "The loop of four units at 100 Hz, encoders on, excited for 40 minutes of each hour. In the tenth minute "
             "the plant jumps: its thrust by a fifth, or the mass by .15 m. Gamma is read from the unit's serialised "
-            "state before and after each stretch without excitation. A quarter of a jump is missing for at most "
-            f"{figure(max(times))} s. The last columns count the samples of k_x and k_z that the unit calls determined "
+            "state before and after each stretch without excitation. The last time at which a quarter of a jump is "
+            f"missing, or an estimate of a short memory strays by as much, is {figure(max(times))} s after it. "
+            "The last columns count the samples of k_x and k_z that the unit calls determined "
             "while they are wrong by more than half, two minutes after a jump left out.",
             measured_at(("fmpy", "pythonfmu", "numba"), load),
         ]

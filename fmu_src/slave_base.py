@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import json
 import sys
+from math import isfinite
 from traceback import format_exc
 from typing import Any, ClassVar
 
@@ -26,7 +27,7 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .errors import Refusal
-from .lifecycle import INITIALISING, STEPPING, TERMINATED, Lifecycle
+from .lifecycle import INITIALISING, INSTANTIATED, STEPPING, TERMINATED, Lifecycle
 
 LONGEST_STEP = 1e9
 """Communication steps must be shorter [s]; this also keeps infinity out."""
@@ -69,21 +70,39 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     # From instantiation to the first step, and the end
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None):
-        """Keep the start time [s]."""
+        """Keep the start time [s]; once the initialisation has begun it stays what it is."""
+        if self.phase != INSTANTIATED or not isfinite(start_time):
+            self._report(
+                "setupExperiment",
+                Refusal(
+                    f"the start time {start_time!r} s was ignored: it must be finite, "
+                    "and set before the initialisation begins"
+                ),
+            )
+            return
         self.start_time = start_time
 
     def enter_initialization_mode(self) -> None:
         """Start the initialisation; outputs may be read from now on."""
-        self.enter(INITIALISING)
+        if self._is_in(INSTANTIATED, "enterInitializationMode"):
+            self.enter(INITIALISING)
 
     def exit_initialization_mode(self) -> None:
         """Fix the parameters and compute the outputs at the start time."""
+        if not self._is_in(INITIALISING, "exitInitializationMode"):
+            return
         try:
             self.prepare()
         except BaseException as problem:
             self._report("exitInitializationMode", problem)
             self.table.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
         self.enter(STEPPING)
+
+    def _is_in(self, phase: str, call: str) -> bool:
+        """Whether the unit is in the phase that a call needs; log the call as ignored if it is not."""
+        if self.phase != phase:
+            self._report(call, Refusal(f"it is not allowed while the unit is {self.phase}, and was ignored"))
+        return self.phase == phase
 
     def terminate(self) -> None:
         """Refuse all further steps."""
@@ -113,7 +132,10 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             if not (
                 self._steady
                 and 0.0 < step_size < LONGEST_STEP
-                and (abs(current_time - self.reached) <= CLOCK_TOLERANCE * step_size or not self.has_past)
+                and (
+                    abs(current_time - self.reached) <= CLOCK_TOLERANCE * step_size
+                    or (not self.has_past and isfinite(current_time))
+                )
             ):
                 self._refuse_step(current_time, step_size)
             self.advance(current_time, step_size)
@@ -135,13 +157,12 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     def _refuse_step(self, time: float, step: float) -> None:
         if self.phase != STEPPING:
             raise Refusal(
-                f"the unit is {self.phase} and cannot step from t = {time:g} s: "
-                "finish its initialisation first (fmi2ExitInitializationMode)"
+                f"the unit is {self.phase} and cannot step from t = {time:g} s: finish its initialisation first"
             )
         if self.table.refused:
             raise Refusal(
                 f"the step from t = {time:g} s is refused until this is corrected: "
-                + "; ".join(self.table.refused.values())
+                + "; ".join(text for _, text in sorted(self.table.refused.items()))
             )
         if not 0.0 < step < LONGEST_STEP:
             raise Refusal(
@@ -149,7 +170,7 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             )
         raise Refusal(
             f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s: time must neither repeat "
-            "nor jump; to go back, restore a state from then (fmi2SetFMUstate)"
+            "nor jump; to go back, restore a state from then"
         )
 
     # The other types
