@@ -24,6 +24,14 @@ def test_a_carriage_return_within_a_line_is_no_error_of_the_program(tmp_path):
         read_log(path)
 
 
+@pytest.mark.parametrize("data", [b"\xff\xfe", b"\xff\xfe\xff\xfe", b"\xef\xbb\xbf\n"])
+def test_a_file_that_holds_nothing_but_the_mark_of_its_encoding_is_empty(tmp_path, data):
+    path = tmp_path / "log.csv"
+    path.write_bytes(data)
+    with pytest.raises(LogError, match="is empty"):
+        read_log(path)
+
+
 def test_a_cell_of_megabytes_is_refused(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"a" * 300_000 + b"," + LOG)

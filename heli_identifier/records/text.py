@@ -15,13 +15,16 @@ last line without one may be whole as well, since many programs omit the last li
 import io
 import re
 import warnings
-from codecs import getincrementaldecoder
+from codecs import BOM_UTF8, getincrementaldecoder
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.layout import cells_of, found_layout, is_number
 from heli_identifier.records.table import Table, as_numbers
 
 _CHUNK = 1 << 20
+_NOTHING = BOM_UTF8 + b" \t\n\r\v\f"
+"""Bytes of which a file without text consists."""
+
 _COMPARED = 100
 """Number of lines before the last whose last cells are compared with it."""
 
@@ -117,7 +120,7 @@ def _utf8(data: bytes, file: str) -> bytes:
             f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or "
             "one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
         )
-    if not data[:_CHUNK].strip() and not data.strip():
+    if not data[:_CHUNK].strip(_NOTHING) and not data.strip(_NOTHING):
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
     decoder = getincrementaldecoder("utf-8")()
     try:
