@@ -20,6 +20,7 @@ $(VENV)/.demo: pyproject.toml requirements/demo.txt | $(BIN)/python
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(PIP) --editable '.[test,cluster,formats,importers,docs]'
+	$(PIP) --no-deps 'axe-playwright-python>=0.1.8'  # for the axe-core in it; the tests drive Chromium themselves
 	touch $@ $(VENV)/.demo
 
 # SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.
