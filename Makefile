@@ -6,18 +6,21 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench blind docs audit sbom clean
+.PHONY: demo test lint bench blind docs audit lock sbom clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.demo: pyproject.toml | $(BIN)/python
-	$(PIP) --editable .
+# What the demonstration installs is pinned, and every file has to have its hash, for all Pythons from 3.11 on.
+$(VENV)/.demo: pyproject.toml requirements/demo.txt | $(BIN)/python
+	$(PIP) --require-hashes --requirement requirements/demo.txt
+	$(PIP) --no-deps --no-build-isolation --editable .
 	touch $@
 
 $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(PIP) --editable '.[test,cluster,formats,importers,docs]'
+	$(PIP) --no-deps 'axe-playwright-python>=0.1.8'  # for the axe-core in it; the tests drive Chromium themselves
 	touch $@ $(VENV)/.demo
 
 # SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.
@@ -55,6 +58,13 @@ audit: $(VENV)/.demo
 	$(BIN)/python -m venv $(VENV)/audit
 	$(VENV)/audit/bin/python -m pip install --quiet --disable-pip-version-check pip-audit
 	$(VENV)/audit/bin/pip-audit --path $$($(BIN)/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))') --skip-editable
+
+# Pin again what the demonstration needs, with the newest versions that pyproject.toml allows.
+lock:
+	$(PYTHON) -m venv $(VENV)/lock
+	$(VENV)/lock/bin/python -m pip install --quiet --disable-pip-version-check uv
+	$(VENV)/lock/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
+	  --no-emit-index-url --no-header pyproject.toml requirements/build.in --output-file requirements/demo.txt
 
 # What is installed for the demonstration, as a CycloneDX bill of materials.
 sbom: $(VENV)/.demo

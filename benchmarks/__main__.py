@@ -25,6 +25,8 @@ MODULES = {
     "memory": "benchmarks.memory",
     "native": "benchmarks.native",
     "runs": "benchmarks.native_runs",
+    "soak": "benchmarks.soak",
+    "numbers": "benchmarks.numbers",
 }
 """Module of each section; its function ``section`` measures and gives the text."""
 

@@ -55,9 +55,13 @@ class Lifecycle:
     # Phases
 
     def enter(self, phase: str) -> None:
-        """Enter a phase; it decides which variables may be set."""
+        """Enter a phase; it decides which variables may be set, and whether outputs are computed before they are read.
+
+        A unit whose initialisation failed has none: whoever reads them is told why, at every time.
+        """
         self.phase = phase
-        self._outdated = phase == INITIALISING
+        if phase != TERMINATED:
+            self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
         self.table.open_for(LATE if self.is_initialised() else EARLY)
         self._steady = phase == STEPPING and not self.table.refused
 
@@ -68,17 +72,17 @@ class Lifecycle:
     def take(self, kind: str, references: list[int], values: list[Any]) -> list[str]:
         """Set variables of one FMI type; return a sentence for each value that was refused."""
         problems = self.table.take(kind, references, values)
-        self._outdated = self.phase == INITIALISING
+        self._outdated = self._outdated or self.phase == INITIALISING
         self._steady = self.phase == STEPPING and not self.table.refused
         return problems
 
     def prepare(self) -> None:
-        """Compute state and outputs at the start time from the values that are set."""
-        self._outdated = False
+        """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
         self._initialised_with = None
         self.initialise(self.start_time)
         self.reached = self.start_time
         self._initialised_with = self._initial_conditions()
+        self._outdated = False
 
     def _initial_conditions(self) -> list[Any]:
         """Start time and all parameters: all that ``initialise`` depends on."""
@@ -120,6 +124,7 @@ class Lifecycle:
                 self.values[:] = state["values"]  # ``initialise`` has set the outputs of the start time
             self.reached = state["reached"]
             self.thaw(state["hidden"])
+            self._outdated = False
 
     def _signature(self) -> list[Any]:
         return [type(self).__name__, len(self.variables)]

@@ -10,7 +10,7 @@ Held = list[tuple[float, float]]
 
 
 def mean_held(since, voltages, last, start, end):
-    """Return the mean front and rear voltage [V] over [``start``, ``end``] [s].
+    """Return the mean front and rear voltage [V] over [``start``, ``end``] [s]; of one instant, the voltage held then.
 
     Parameters
     ----------
@@ -34,6 +34,8 @@ def mean_held(since, voltages, last, start, end):
         begin = since[i + 1]
         i += 1
     length = end - start
+    if length <= 0.0:  # a step shorter than the last digit of the time
+        return voltages[i][0], voltages[i][1]
     return (front + (end - begin) * voltages[i][0]) / length, (rear + (end - begin) * voltages[i][1]) / length
 
 

@@ -89,6 +89,12 @@ class Chromium:
         """Give the value of a JavaScript expression."""
         return self.call("Runtime.evaluate", expression=script, returnByValue=True)["result"].get("value")
 
+    def awaited(self, script):
+        """Give what the promise of a JavaScript expression resolves to."""
+        answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in answer, answer
+        return answer["result"].get("value")
+
     def complaints(self):
         """Everything that the page wrote to the console or the log."""
         kinds = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")

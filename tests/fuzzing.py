@@ -10,27 +10,32 @@ import sys
 import tempfile
 import time
 import traceback
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
+import numpy as np
+import openpyxl
 from scipy.io import savemat
 
 from fmu_src.errors import FmuError
+from fmu_src.master.unpacking import unpacked
 from fmu_src.ssp import read_parameter_set, write_parameter_set
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.template import template_text
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
-from tests.faults.material import HEADER, ROWS, as_struct, columns, document
+from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
 
-LOG = "\n".join([HEADER, *ROWS[:600], ""]).encode()
+LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
+"""5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
 _NUMBERED = {
     name: f"column {i}" for i, name in enumerate(("time", "v_front", "v_rear", "pitch", "elevation", "travel"), 1)
 }
 _UNITS = {"time": "s", "v_front": "V", "v_rear": "V", "pitch": "rad", "elevation": "deg", "travel": "rad"}
 _FORMATS = (LogFormat(), LogFormat(decimal=","), LogFormat(columns=_NUMBERED, units=_UNITS))
-_TOKENS = (
+TOKENS = (
     b"nan", b"inf", b"-", b"1e308", b"1e-320", b"9" * 30, b"\0", b"\xff", b",", b";", b"\t", b"\n", b"\r", b'"', b"[",
     b"]", b"(", b"#", b"deg", b"pitch", b"time", b" ", b"2026-01-01T00:00:00", b"true", b"{", b"}", b"=", b"'", b"\\",
     b"<", b"&a;",
@@ -38,7 +43,21 @@ _TOKENS = (
 
 
 def _logged(path: Path, random: Random) -> None:
-    read_log(path, random.choice(_FORMATS), *random.choice(((None, None), (1.0, None), (None, 4.0))))
+    """Read a log; what is read has to be a record that a rig can give."""
+    log = read_log(path, random.choice(_FORMATS), *random.choice(((None, None), (1.0, None), (None, 4.0))))
+    assert np.isfinite(log.voltages).all() and np.abs(log.voltages).max() <= 100.0
+    assert np.isfinite(log.angles).all() and len(log.angles) == len(log.voltages)
+
+
+def _unit(path: Path, random: Random) -> None:
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        unpacked("plant", path, Path(folder))
+
+
+def _description(path: Path, random: Random) -> None:
+    fmu = path.parent / "it.fmu"
+    fmu.write_bytes(_zipped({"modelDescription.xml": path.read_bytes()}))
+    _unit(fmu, random)
 
 
 def _guessed(path: Path, random: Random) -> None:
@@ -51,9 +70,33 @@ def _matlab(variables: dict) -> bytes:
     return data.getvalue()
 
 
+def _spreadsheet() -> bytes:
+    data = io.BytesIO()
+    book = openpyxl.Workbook(write_only=True)
+    sheet = book.create_sheet()
+    for line in (HEADER, *ROWS[:540:2]):
+        sheet.append([cell if cell.endswith("]") else float(cell) for cell in line.split(",")])
+    book.save(data)
+    return data.getvalue()
+
+
 def _parameter_set() -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         return write_parameter_set("HelicopterPlant", {}, Path(folder) / "set.ssv").read_bytes()
+
+
+def _zipped(entries: dict[str, bytes]) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as file:
+        for name, content in entries.items():
+            file.writestr(zipfile.ZipInfo(name), content)
+    return data.getvalue()
+
+
+def _entries() -> dict[str, bytes]:
+    """Give what an FMU's archive holds, without its binaries."""
+    with tempfile.TemporaryDirectory() as folder, zipfile.ZipFile(plant_unit(Path(folder))) as file:
+        return {name: file.read(name) for name in file.namelist() if name.endswith((".xml", ".txt"))}
 
 
 Reader = tuple[str, Callable[[Path, Random], object], tuple[bytes, ...]]
@@ -69,13 +112,24 @@ TEXTS = (
     b"LabVIEW Measurement\t\n***End_of_Header***\n" + LOG.replace(b",", b"\t"),
     b"time,v_front,v_rear,pitch,elevation,travel\ns,V,V,rad,rad,rad\n" + LOG.partition(b"\n")[2],
 )
+ENTRIES = _entries()
 READERS: dict[str, Reader] = {
     "a text log": ("log.csv", _logged, TEXTS),
     "a text log that is looked into": ("log.csv", _guessed, TEXTS),
+    "a spreadsheet": ("log.xlsx", _logged, (_spreadsheet(),)),
     "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
-    "a MATLAB log": ("log.mat", _logged, (_matlab(as_struct()), _matlab({"ans": columns()[:, :600]}))),
+    "a MATLAB log": (
+        "log.mat",
+        _logged,
+        (
+            _matlab({name: values[:540:2] for name, values in as_struct().items()}),
+            _matlab({"ans": columns()[:, :540:2]}),
+        ),
+    ),
     "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (template_text().encode(),)),
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
+    "an FMU": ("it.fmu", _unit, (_zipped(ENTRIES),)),
+    "a model description": ("d.xml", _description, (ENTRIES["modelDescription.xml"],)),
     "a parameter set of SSP": ("set.ssv", lambda path, _: read_parameter_set(path), (_parameter_set(),)),
 }
 
@@ -86,7 +140,7 @@ def damaged(data: bytes, random: Random) -> bytes:
     for _ in range(random.choice((1, 1, 2, 3, 8, 30))):
         kind, size = random.random(), len(out)
         at = random.randrange(max(1, size if random.random() < 0.4 else min(size, 400)))
-        token = random.choice(_TOKENS)
+        token = random.choice(TOKENS)
         if kind < 0.25 and size:
             out[at] = random.randrange(256)
         elif kind < 0.5:
@@ -101,20 +155,27 @@ def damaged(data: bytes, random: Random) -> bytes:
     return bytes(out)
 
 
+def complaint(reader: str, path: Path, random: Random) -> Exception | None:
+    """Read a file; give what was raised if the answer is neither a value nor one sentence."""
+    try:
+        READERS[reader][1](path, random)
+    except (IdentifierError, FmuError) as problem:
+        return problem if "\n" in str(problem).strip() else None
+    except Exception as problem:
+        return problem
+    return None
+
+
 def tried(reader: str, folder: Path, random: Random) -> bytes | None:
     """Damage a file and read it; give its bytes if the answer is neither a value nor one sentence."""
-    name, read, seeds = READERS[reader]
+    name, _, seeds = READERS[reader]
     data = damaged(random.choice(seeds), random)
-    path = folder / name
-    path.write_bytes(data)
-    try:
-        read(path, random)
-    except (IdentifierError, FmuError) as problem:
-        return data if "\n" in str(problem).strip() else None
-    except Exception:
-        traceback.print_exc()
-        return data
-    return None
+    (folder / name).write_bytes(data)
+    problem = complaint(reader, folder / name, random)
+    if problem is None:
+        return None
+    traceback.print_exception(problem)
+    return data
 
 
 def main(seconds: float, seed: int) -> None:

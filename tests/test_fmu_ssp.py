@@ -114,7 +114,8 @@ def test_a_file_that_is_no_parameter_set_is_refused(content, tmp_path):
 
 
 BAD_SETS = {
-    "entities": (b'<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "defines entities"),
+    "entities": (b'<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "has a document type"),
+    "entities in UTF-16": ('<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16"), "has a document type"),
     "no XML": (b"<", "cannot be read"),
     "a value that is no number": (
         b'<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>'

@@ -6,16 +6,21 @@ mere archive writes outside of its folder or fills the disk, and that its descri
 
 from __future__ import annotations
 
+from errno import EINVAL, EISDIR, ENAMETOOLONG, ENOTDIR
 from pathlib import Path
 from typing import Any
 
 import fmpy
 
-from heli_identifier.archives import ArchiveError, check_zip
+from heli_identifier.archives import check_zip
+from heli_identifier.markup import plain_xml
 
 from ..errors import MasterError
 
 _DESCRIPTION = "modelDescription.xml"
+_OF_THE_FILE = (None, EINVAL, EISDIR, ENOTDIR, ENAMETOOLONG)
+"""Errors of the operating system that come from what the FMU holds: lxml's have no number, an entry's offset or name
+may be impossible. All others, such as a full disk, come from the place that it is unpacked into."""
 
 
 def unpacked(name: str, fmu: Path, folder: Path) -> Any:
@@ -31,15 +36,13 @@ def unpacked(name: str, fmu: Path, folder: Path) -> Any:
     try:
         check_zip(fmu)
         fmpy.extract(str(fmu), str(folder))
-        text = (folder / _DESCRIPTION).read_bytes()
-        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-            raise ArchiveError(f"its {_DESCRIPTION} defines entities, which no FMU needs")
+        plain_xml((folder / _DESCRIPTION).read_bytes())
         description = fmpy.read_model_description(str(folder))
     except FileNotFoundError as error:
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: it holds no {_DESCRIPTION}") from error
-    except OSError as error:
-        raise OSError(error.errno, error.strerror, str(folder.parent)) from error
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
+        if isinstance(error, OSError) and error.errno not in _OF_THE_FILE:
+            raise OSError(error.errno, error.strerror, str(folder.parent)) from error
         said = " ".join(str(error).split()) or type(error).__name__
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
     if description.fmiVersion != "2.0" or description.coSimulation is None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from heli_identifier.files import regular_bytes, write_atomically
+from heli_identifier.markup import plain_xml
 
 from ..builder import checked_start_values, unit_class
 from ..errors import BuildError
@@ -72,10 +73,7 @@ def read_parameter_set(path: str | Path) -> dict[str, Value]:
         The file cannot be read or is no parameter set.
     """
     try:
-        text = regular_bytes(Path(path), LARGEST_MB)
-        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:
-            raise BuildError(f"the parameter set {path} cannot be read: it defines entities, which none needs")
-        root = ElementTree.fromstring(text)
+        root = plain_xml(regular_bytes(Path(path), LARGEST_MB))
     except OSError as problem:
         raise BuildError(f"the parameter set {path} cannot be read: {problem.strerror}") from problem
     except (ElementTree.ParseError, LookupError, ValueError) as problem:  # also an encoding that there is not

@@ -5,6 +5,7 @@ key explained. The structures below are the file's schema: msgspec refuses unkno
 `RigConfiguration` and `LogFormat` check the bounds of the values.
 """
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -186,10 +187,12 @@ def _explained(problem: str, content: Mapping[str, Any]) -> str:
     what, _, place = problem.partition(" - at ")
     key = place.strip("`").removeprefix("$.")
     section = key.split(".") if key else []
-    name = what.split("`")[1].split()[0]  # of the unknown key, or of the type that is expected
     if "unknown field" in what:
+        name = what.partition("`")[2].removesuffix("`")
         known = reduce(getitem, section, msgspec.to_builtins(_File()))
         advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
-        return f"key {'.'.join([*section, name])} is unknown{advice}"
-    wanted = _TYPES.get(name, f"a section that begins with [{key}]")
+        written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
+        return f"key {'.'.join([*section, written])} is unknown{advice}"
+    expected = what.split("`")[1].split()[0]
+    wanted = _TYPES.get(expected, f"a section that begins with [{key}]")
     return f"{key} = {reduce(getitem, section, content)!r} must be {wanted}."

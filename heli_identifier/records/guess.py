@@ -24,6 +24,7 @@ from heli_identifier.records.opening import log_bytes, table_of
 from heli_identifier.records.response import Gain, coarse
 from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
 from heli_identifier.records.table import Table
+from heli_identifier.records.timing import check_extent
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, understood
 
 _NAMES = {
@@ -79,6 +80,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     time, unit, rate_hz, reasons_of_time = time_column(table, columns, known)
     reasons |= reasons_of_time
     length = len(table.columns[time])
+    check_extent(rate_hz, length, table.file)
     others = [i for i, v in columns.items() if i != time and len(v) == length and not is_clock(v)]
     if len(others) < 5:
         raise LogError(

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.records.assignment import encoder_step
 from heli_identifier.records.columns import Column
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
@@ -43,6 +44,11 @@ NOISE_ALONE = 0.5
 """Von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, from which an angle
 holds nothing but noise. It is 1 of white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) of a motion
 of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far above what an arm of a metre follows."""
+
+FLICKER = 2
+"""Counts over which an encoder at rest flickers, to either side of the line that it stands at. A rig that hovers
+quietly goes further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An
+axis whose noise is larger is not read by an encoder."""
 
 EXCURSION = 0.3
 """Way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way."""
@@ -137,10 +143,13 @@ def still(angle: NDArray[np.float64]) -> str | None:
         return "never changes"
     if extent < LEAST_MOTION:
         return f"moves by {extent:.2g} rad in all, which no encoder resolves"
-    changes, spread = np.diff(angle), float(np.var(angle))
-    if 0.5 * float(np.mean(changes**2)) > NOISE_ALONE * spread:
-        return "holds nothing but noise"
-    return None
+    noise, spread = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
+    if noise <= NOISE_ALONE * spread:
+        return None
+    count = encoder_step(angle)
+    if count is not None and noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count:
+        return None
+    return "holds nothing but noise"
 
 
 def check_plausible(

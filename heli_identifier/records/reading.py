@@ -54,7 +54,9 @@ def read_log(
         format = format.format
     file = Path(path)
     data = log_bytes(file, format.largest_file)
+    sha256 = hashlib.sha256(data).hexdigest()
     table = table_of(file, data, format)
+    del data  # of a large log it is as large as all that follows
     columns = find_columns(table.headers, with_stamps(table, format), table.file)
     _check_lengths(table, columns)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
@@ -105,7 +107,7 @@ def read_log(
     return Log(
         name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
         path=str(path),
-        sha256=hashlib.sha256(data).hexdigest(),
+        sha256=sha256,
         rate_hz=sampling.rate_hz,
         voltages=voltages,
         angles=angles,

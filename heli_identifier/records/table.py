@@ -119,7 +119,7 @@ def needed(module: str, package: str, extra: str, file: str, what: str) -> Any:
 
 def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
     """Give integers and floats as float, everything else as objects."""
-    return values.astype(float) if values.dtype.kind in "iuf" else values.astype(object)
+    return values.astype(float, copy=False) if values.dtype.kind in "iuf" else values.astype(object)
 
 
 def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:

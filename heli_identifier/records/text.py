@@ -15,13 +15,23 @@ last line without one may be whole as well, since many programs omit the last li
 import io
 import re
 import warnings
-from codecs import getincrementaldecoder
+from codecs import BOM_UTF8, getincrementaldecoder
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.layout import cells_of, found_layout, is_number
 from heli_identifier.records.table import Table, as_numbers
 
 _CHUNK = 1 << 20
+_PIECE = 100_000
+"""Rows that pandas reads at once."""
+
+_NOTHING = BOM_UTF8 + b" \t\n\r\v\f"
+"""Bytes of which a file without text consists."""
+
 _COMPARED = 100
 """Number of lines before the last whose last cells are compared with it."""
 
@@ -61,8 +71,9 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pandas.errors.ParserWarning)
-            # One column more than there are headers catches rows that are too long.
-            frame = pandas.read_csv(
+            # One column more than there are headers catches rows that are too long. In pieces, because pandas needs
+            # several times the memory of what it reads at once.
+            pieces = pandas.read_csv(
                 io.BytesIO(data),
                 sep=layout.separator if layout.separator != " " else r"\s+",
                 decimal=decimal,
@@ -75,7 +86,16 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
                 low_memory=False,
                 encoding="utf-8-sig",
                 encoding_errors="replace",
+                chunksize=_PIECE,
             )
+            parts: list[list[NDArray[Any]]] = [[] for _ in range(count)]
+            for number, piece in enumerate(pieces):
+                overflow = piece.pop(str(count)).notna().to_numpy()
+                if overflow.any():
+                    row = number * _PIECE + int(overflow.argmax()) + layout.above + 1
+                    raise _overfull(file, row, count + 1, count)
+                for cells, name in zip(parts, piece, strict=True):
+                    cells.append(as_numbers(piece[name].to_numpy()))
     except pandas.errors.EmptyDataError as error:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.") from error
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
@@ -84,10 +104,7 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
             longest = _longest(data, layout.separator, layout.above)
             raise _overfull(file, *longest, count) from error
         raise _overfull(file, int(found[1]), int(found[2]), count) from error
-    overflow = frame.pop(str(count)).notna().to_numpy()
-    if overflow.any():
-        raise _overfull(file, int(overflow.argmax()) + layout.above + 1, count + 1, count)
-    if frame.empty:
+    if not any(len(cells) for cells in parts[0]):
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
 
     def cell(sample: int, column: int) -> str:
@@ -95,8 +112,15 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
         cells = cells_of(line, layout.separator)
         return cells[column].strip() if column < len(cells) else ""
 
-    columns = tuple(as_numbers(frame[column].to_numpy()) for column in frame)
+    columns = tuple(_joined(cells) for cells in parts)
     return Table(file, layout.headers, columns, layout.above + 1, cell, notes)
+
+
+def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
+    """Join the pieces of a column, and let them go."""
+    column = np.concatenate(parts)
+    parts.clear()
+    return column
 
 
 def _utf8(data: bytes, file: str) -> bytes:
@@ -117,7 +141,7 @@ def _utf8(data: bytes, file: str) -> bytes:
             f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or "
             "one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
         )
-    if not data[:_CHUNK].strip() and not data.strip():
+    if not data[:_CHUNK].strip(_NOTHING) and not data.strip(_NOTHING):
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
     decoder = getincrementaldecoder("utf-8")()
     try:

@@ -43,7 +43,7 @@ class Unit:
         _LOGS[name.encode()] = self.log
         self.callbacks = fmi2CallbackFunctions()
         self.callbacks.logger = fmi2CallbackLoggerTYPE(
-            lambda _, n, s, c, m: _LOGS[n].append((s, c.decode(), m.decode()))
+            lambda _, n, s, c, m: _LOGS[n].append((s, (c or b"").decode(), m.decode()))
         )
         self.callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         self.callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)

@@ -51,6 +51,6 @@ def text_table(columns: Sequence[str], rows: Rows) -> str:
 
 def html_table(columns: Sequence[str], rows: Rows) -> str:
     """Give a table as a ``<table>`` element without style, which a notebook shows in its own theme."""
-    head = "".join(f"<th>{escape(name)}</th>" for name in columns)
+    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in columns)
     body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
     return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
