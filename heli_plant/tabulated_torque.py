@@ -1,7 +1,7 @@
 """A torque that no law describes: on each axis a table over one variable of the motion, off at first.
 
-    f(x) = cubic through the torques y_1 .. y_15 [rad/s^2] at x_1 = first, x_2 = first + spacing, ..., x_15
-    f(x) = y_1 below x_1,  y_15 above x_15
+    f(x) = cubic through the torques y_1 .. y_21 [rad/s^2] at x_1 = first, x_2 = first + spacing, ..., x_21
+    f(x) = y_1 below x_1,  y_21 above x_21
 
 Between x_k and x_k+1, with s = (x - x_k) / spacing from 0 to 1, it is the cubic that takes y_k and y_k+1 there with the
 slopes (y_k+1 - y_k-1) / 2 and (y_k+2 - y_k) / 2 per spacing; at the table's ends the slope is that of the first and of
@@ -15,8 +15,8 @@ Source: Catmull and Rom 1974; the error falls with the cube of the spacing (Keys
 
 from math import floor, tau
 
-KNOTS = 15
-"""Torques in a table. Both ends of each of 14 intervals, as the curves of the tracer have them."""
+KNOTS = 21
+"""Torques in a table: it follows four waves over its range to 5 % of their amplitude."""
 
 VARIABLES = {
     "pitch": "rad", "elevation": "rad", "travel": "rad", "pitch_rate": "rad/s", "elevation_rate": "rad/s",
@@ -25,8 +25,10 @@ VARIABLES = {
 """What a table may run over, names of the laws' vocabulary with their units; a table says it by number, from 1 on."""
 
 Torques = tuple[
-    float, float, float, float, float, float, float, float, float, float, float, float, float, float, float
+    float, float, float, float, float, float, float, float, float, float, float,
+    float, float, float, float, float, float, float, float, float, float,
 ]  # fmt: skip
+"""As many as there are knots: the length of a tuple is part of its type in C."""
 
 
 def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> float:
@@ -67,8 +69,20 @@ def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> floa
     if s < 13.0:
         return cubic(s - 12.0, y[11], y[12], y[13], y[14])
     if s < 14.0:
-        return cubic(s - 13.0, y[12], y[13], y[14], 2.0 * y[14] - y[13])
-    return y[14]
+        return cubic(s - 13.0, y[12], y[13], y[14], y[15])
+    if s < 15.0:
+        return cubic(s - 14.0, y[13], y[14], y[15], y[16])
+    if s < 16.0:
+        return cubic(s - 15.0, y[14], y[15], y[16], y[17])
+    if s < 17.0:
+        return cubic(s - 16.0, y[15], y[16], y[17], y[18])
+    if s < 18.0:
+        return cubic(s - 17.0, y[16], y[17], y[18], y[19])
+    if s < 19.0:
+        return cubic(s - 18.0, y[17], y[18], y[19], y[20])
+    if s < 20.0:
+        return cubic(s - 19.0, y[18], y[19], y[20], 2.0 * y[20] - y[19])
+    return y[20]
 
 
 def cubic(s: float, before: float, left: float, right: float, behind: float) -> float:
