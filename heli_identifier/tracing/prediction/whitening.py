@@ -87,10 +87,11 @@ def whitened(signals: Sequence[NDArray[np.float64]], taps: NDArray[np.float64], 
 def fit_axis(
     signals: Sequence[NDArray[np.float64]], order: int = ORDER, contraction: float = 1.0
 ) -> tuple[NDArray[np.float64], float]:
-    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,).
+    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,) joined end to end.
 
-    The mean of all is taken off: left in, it would drive the filter towards a
-    unit root, behind which the constant torque that caused it can no longer be estimated.
+    A joint spoils ``order`` samples of thousands. Without joints the constant offsets of the records would drive the
+    filter towards a unit root, behind which a constant torque can no longer be estimated. The mean of all is taken off
+    for the same reason.
 
     Parameters
     ----------
@@ -98,12 +99,12 @@ def fit_axis(
         Factor on the radius of the autoregression's poles. Below 1 no step, drift or period can hide behind a pole on
         the unit circle, at the price of a residual that is not quite white (bandwidth expansion, Tohkura 1978).
     """
-    mean = np.concatenate(list(signals)).mean()
-    centred = [signal - mean for signal in signals]
-    taps, variance = burg(centred, order)
+    joined = np.concatenate(list(signals))
+    joined = joined - joined.mean()
+    taps, variance = burg(joined, order)
     if contraction != 1.0:
         taps = taps * contraction ** np.arange(order + 1)
-        variance = float(np.var(whitened(centred, taps, 1.0)))
+        variance = float(np.var(whitened([joined], taps, 1.0)))
     return taps, float(np.sqrt(variance))
 
 

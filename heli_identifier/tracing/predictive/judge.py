@@ -121,14 +121,14 @@ class Judge:
                 stability |= {name: 0.0} if hopeless else self.stability([name], beside)
         return found, stability
 
-    def best(self, name: str, kept: Collection[str]) -> str:
-        """Give the field that alone stands best for a family beside those of ``kept``."""
+    def best(self, name: str, kept: Collection[str], excluded: Collection[str] = ()) -> str:
+        """Give the field, none of ``excluded``, that alone stands best for a family beside those of ``kept``."""
 
         def loss(field: str) -> float:
             alone = replace(self, families={**self.families, name: (field,)})
             return float(alone._losses({*kept, name}).sum())
 
-        return min(self.families[name], key=loss)
+        return min((field for field in self.families[name] if field not in excluded), key=loss)
 
     @cached_property
     def _halves(self) -> list[Quadratic]:

@@ -12,7 +12,7 @@
 The list says what improves predictions, not what causes the motion.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -150,7 +150,8 @@ def _proven(
 ) -> _Proven:
     """Fit with the representatives that prove their worth, and with what that fit lacks.
 
-    No family comes back that was dropped here.
+    No field comes back that was dropped here; another member of its family may take its place, since the quadratic
+    problem can err about which of them fits best.
     """
     dropped: set[str] = set()
     fields = dict(fields)
@@ -161,23 +162,34 @@ def _proven(
         least = min(worth, key=lambda name: worth[name], default=None)
         if least is not None and worth[least] <= WORTH:
             fit = settled(smaller[least], True)
-            del fields[least]
-            dropped.add(least)
+            dropped.add(fields.pop(least))
             continue
         judge = Judge(quadratic_of(_around(fit, everything)), everything.names, shown.names, families)
         found, stability = judge.around(list(fields))
-        lacking = [
-            n for n in found if n not in fields and n not in dropped and found[n].enough and stability[n] >= STEADY
-        ]
-        if not lacking:
+        lacking = [n for n in found if n not in fields and found[n].enough and stability[n] >= STEADY]
+        for name in sorted(lacking, key=lambda n: -found[n].score):
+            larger, field = _larger(fit, judge, name, fields, dropped)
+            if larger is not None:
+                fit, fields = larger, {**fields, name: field}
+                break
+        else:
             return _Proven(fit, fields, worth, judge, found, stability)
-        name = max(lacking, key=lambda n: found[n].score)
-        field = judge.best(name, fields)
+
+
+def _larger(
+    fit: MultistepFit, judge: Judge, name: str, fields: Mapping[str, str], dropped: set[str]
+) -> tuple[MultistepFit | None, str]:
+    """Fit with the first member of a family that proves its worth, the one that stands best tried first.
+
+    ``dropped`` grows by the members that do not; None where no member is left.
+    """
+    while not dropped.issuperset(judge.families[name]):
+        field = judge.best(name, fields, dropped)
         larger = with_fields(fit, [field])
         if growth(larger, fit.errors) > WORTH:
-            fit, fields = larger, {**fields, name: field}
-        else:
-            dropped.add(name)
+            return larger, field
+        dropped.add(field)
+    return None, ""
 
 
 def _fitted(shown: MultistepFit, everything: MultistepFit, added: Sequence[str]) -> MultistepFit:
