@@ -69,13 +69,8 @@ def _model_notes(model: Model, after: FittedPlant, settings: DiagnosisSettings) 
 
 
 def _unknown_notes(model: Model, tables: Tabled) -> list[str]:
-    """Say which unknown torques the corrected plant has, and what it makes of the others."""
+    """Say which unknown torques the corrected plant does not have, why, and what it makes of them."""
     notes = [
-        f"the corrected plant has the unknown torque on the {curve.axis} as a table over the "
-        f"{curve.variable.replace('_', ' ')}, table.{curve.axis}.* of its parameters"
-        for curve in tables.curves
-    ]
-    notes += [
         f"the corrected plant does not have the unknown torque on the {unknown.axis} that depends on the "
         f"{unknown.variable.replace('_', ' ')}: {why}"
         for unknown, why in tables.left_out
