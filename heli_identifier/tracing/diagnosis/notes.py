@@ -4,12 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from heli_identifier.online import Estimate
 from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.validation.beyond import Beyond
+from heli_identifier.tracing.validation.disagreement import Disagreement
 from heli_identifier.tracing.validation.figures import AxisReport
 from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.plants import FittedPlant
@@ -26,6 +28,7 @@ def diagnosis_notes(
         *_model_notes(beyond.model, beyond.plant, settings),
         *_unknown_notes(beyond.model, beyond.tables),
         *_undetermined_notes(beyond.plant),
+        *disputed_notes(beyond.plant.disputed),
         *worse_axis_notes(axes),
     )
 
@@ -87,6 +90,25 @@ def _unknown_notes(model: Model, tables: Tabled) -> list[str]:
             "better; coefficients listed with the effects are those found beside it"
         )
     return notes
+
+
+def disputed_notes(disputed: Sequence[Disagreement]) -> tuple[str, ...]:
+    """Name the parameters about which prediction errors and likelihood disagree."""
+    if not disputed:
+        return ()
+    values = "; ".join(f"{d.field} {d.by_errors.value:.3g}, {_interval(d.by_likelihood)}" for d in disputed)
+    return (
+        f"prediction errors and likelihood give different values: {values}. The corrected model has the first ones, "
+        "which predict best, and the intervals span both. Under a controller the measured voltages already answer the "
+        "torques of the second that is predicted, and errors are least for gains that are too small: there the second "
+        "value is the one to trust",
+    )
+
+
+def _interval(estimate: Estimate) -> str:
+    half = 1.96 * (estimate.standard_error or 0.0)
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    return f"{estimate.value:.3g} ± {half:.2g}{unit}"
 
 
 def _undetermined_notes(after: FittedPlant) -> tuple[str, ...]:

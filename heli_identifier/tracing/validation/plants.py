@@ -18,6 +18,7 @@ from heli_identifier.tracing.multistep.problem import Multistep
 from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.validation.disagreement import Disagreement, disagree, spanning
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
 RATE = 25.0
@@ -36,6 +37,8 @@ class FittedPlant:
         of effects, tables of unknown curves.
     undetermined : tuple of str
         Parameters of the simplified model that the logs do not determine.
+    disputed : tuple of Disagreement
+        Fields whose estimates by errors and by likelihood differ by more than chance; their intervals span both.
     converged : bool
     fit : MultistepFit or None
         None where predictions diverge wherever a fit begins: the plant is then the likeliest one.
@@ -44,6 +47,7 @@ class FittedPlant:
     parameters: PlantParameters
     estimates: Mapping[str, Estimate]
     undetermined: tuple[str, ...] = ()
+    disputed: tuple[Disagreement, ...] = ()
     converged: bool = True
     fit: MultistepFit | None = None
 
@@ -124,6 +128,10 @@ class Plants:
         given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
         shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
         estimates = given | shapes | dict(tables) | {field: found.estimate(field) for field in fields}
-        undetermined = tuple(f for f in found.undetermined if f in BASE) if isinstance(found, MultistepFit) else ()
-        fit = found if isinstance(found, MultistepFit) else None
-        return FittedPlant(found.parameters, estimates, undetermined, found.converged, fit)
+        if not isinstance(found, MultistepFit):
+            return FittedPlant(found.parameters, estimates, converged=found.converged)
+        undetermined = tuple(field for field in found.undetermined if field in BASE)
+        pairs = [(f, estimates[f], by_likelihood.estimate(f)) for f in fields if f in by_likelihood.free]
+        disputed = tuple(Disagreement(*pair) for pair in pairs if disagree(*pair[1:]))
+        estimates |= {d.field: spanning(d.by_errors, d.by_likelihood) for d in disputed}
+        return FittedPlant(found.parameters, estimates, undetermined, disputed, found.converged, found)
