@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .code_cache import SealedCache, cache_folder
+from .effects import AXES
 from .parameters import PlantParameters
 from .specialised import specialised
 from .syntax import text_of
@@ -71,11 +72,16 @@ def compiled(function: Callable) -> Callable:
 
 
 def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
-    """Return ``function``, which steps a plant, compiled without the model that ``parameters`` do not choose.
+    """Return ``function``, which steps a plant, compiled without model and tables that ``parameters`` do not choose.
 
-    The general model is a quarter of what there is to compile, and logs are identified with the simplified one.
+    The general model is a quarter of what there is to compile, and logs are identified with the simplified one. Tables
+    are left out together, so that there are not eight versions of a function.
     """
-    return compiled(specialised(function, {"general_model": 1.0 if parameters.general_model > 0.5 else 0.0}))
+    known = {"general_model": 1.0 if parameters.general_model > 0.5 else 0.0}
+    tables = [f"table_variable_{axis}" for axis in AXES]
+    if all(getattr(parameters, field) <= 0.5 for field in tables):
+        known |= dict.fromkeys(tables, 0.0)
+    return compiled(specialised(function, known))
 
 
 @cache

@@ -10,7 +10,8 @@
 
 No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
 behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
-``switched_on`` answers once for a step whether an axis has any effect at all.
+``switched_on`` answers once for a step whether an axis has any effect at all. To the sum on an axis belongs its
+tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one.
 """
 
 import ast
@@ -22,12 +23,16 @@ from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TI
 from .errors import PlantError
 from .motor import saturate
 from .syntax import definition_of, made
+from .tabulated_torque import KNOTS, VARIABLES, table_variable, tabulated_torque
 
 _MOTION = (
     "time", "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "mu_sum", "mu_diff",
     "travel_rest",
 )  # fmt: skip
 """Arguments of the sums on the axes, from the laws' vocabulary (:mod:`heli_plant.effects.definition`)."""
+
+_TABLED = ("time", *(name for name in VARIABLES if name != "time"))
+"""Arguments of :func:`heli_plant.tabulated_torque.table_variable` behind number and first value."""
 
 _DERIVED = {"horizontal_elevation": "elevation + p.horizontal_offset"}
 """Arguments of the vocabulary that follow from others."""
@@ -67,16 +72,20 @@ def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: st
     text = "\n    ".join((f"def {name}({', '.join((*arguments, 'p'))}):", *lines))
     definition = ast.parse(text).body[0]
     assert isinstance(definition, ast.FunctionDef)
-    function = made(definition, {**vars(math), "saturate": saturate, "__name__": __name__})
+    names = {"saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque}
+    function = made(definition, {**vars(math), **names, "__name__": __name__})
     function.__doc__ = doc
     return function
 
 
-def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str) -> FunctionType:
-    """Make a function that adds the laws of ``entries`` that are on."""
+def _sum(
+    name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str, further: tuple[str, ...] = ()
+) -> FunctionType:
+    """Make a function that adds the laws of ``entries`` that are on, and what ``further`` lines add."""
     lines = ["total = 0.0"]
     for entry in entries:
         lines.append(f"if p.{entry.field} != 0.0: total = total + ({_expression(entry, arguments)})")
+    lines.extend(further)
     return _function(name, arguments, (*lines, "return total"), doc)
 
 
@@ -93,20 +102,33 @@ def _any_on(entries: tuple[Effect, ...]) -> str:
     return " or ".join(f"p.{entry.field} != 0.0" for entry in entries) or "False"
 
 
+def _has_table(axis: str) -> str:
+    return f"p.table_variable_{axis} > 0.5"
+
+
+def _tabulated(axis: str) -> str:
+    """Give the line that adds the tabulated torque of an axis."""
+    first = f"p.table_first_{axis}"
+    x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLED)})"
+    y = ", ".join(f"p.table_torque_{k}_{axis}" for k in range(1, KNOTS + 1))
+    return f"if {_has_table(axis)}: total = total + tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
+
+
 added_pitch, added_elevation, added_travel = (
     _sum(
         f"added_{axis}",
         at(ACCELERATION, axis),
         _MOTION,
-        f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on.",
+        f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on and by its table.",
+        (_tabulated(axis),),
     )
     for axis in AXES
 )
 switched_on = _function(
     "switched_on",
     (),
-    [f"return {', '.join(_any_on(at(ACCELERATION, axis)) for axis in AXES)}"],
-    "Return for pitch, elevation and travel whether any of the effects that accelerate it is on.",
+    [f"return {', '.join(f'{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}' for axis in AXES)}"],
+    "Return for pitch, elevation and travel whether any of the effects that accelerate it, or its table, is on.",
 )
 motor_input = _chain(
     "motor_input",

@@ -10,9 +10,10 @@ from math import isfinite, radians
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from .effects import CATALOGUE
+from .effects import AXES, CATALOGUE
 from .errors import ParameterError, did_you_mean
 from .laws import motor_time_constant
+from .tabulated_torque import KNOTS, VARIABLES
 
 
 class Parameter(NamedTuple):
@@ -172,7 +173,38 @@ def _of_effects() -> tuple[Parameter, ...]:
     return tuple(rows.values())
 
 
-PARAMETERS: tuple[Parameter, ...] = (*_BASE, *_of_effects(), *_GENERAL)
+def _of_tables() -> tuple[Parameter, ...]:
+    """Parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
+    numbers = ", ".join(f"{number}: {name}" for number, name in enumerate(VARIABLES, start=1))
+    units = ", ".join(dict.fromkeys(VARIABLES.values()))
+    rows = []
+    for axis in AXES:
+        field, name = f"{{}}_{axis}".format, f"table.{axis}.{{}}".format
+        rows += [
+            Parameter(
+                field("table_variable"), name("variable"), "", "1", 0.0, 0.0, float(len(VARIABLES)),
+                f"what the {axis}'s table runs over; 0: no table, {numbers}",
+            ),
+            Parameter(
+                field("table_first"), name("first"), "x_1", "1", 0.0, -1e6, 1e6,
+                f"first value of the variable in the table, in its unit ({units})",
+            ),
+            Parameter(
+                field("table_spacing"), name("spacing"), "", "1", 1.0, 1e-9, 1e6,
+                "from one value of the variable in the table to the next, in its unit",
+            ),
+            *(
+                Parameter(
+                    field(f"table_torque_{k}"), name(f"torque_{k}"), f"y_{k}", "rad/s^2", 0.0, -100.0, 100.0,
+                    f"acceleration of the {axis} at the value number {k}",
+                )
+                for k in range(1, KNOTS + 1)
+            ),
+        ]  # fmt: skip
+    return tuple(rows)
+
+
+PARAMETERS: tuple[Parameter, ...] = (*_BASE, *_of_effects(), *_GENERAL, *_of_tables())
 """All there is to know about every field of :class:`PlantParameters`."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}

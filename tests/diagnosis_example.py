@@ -93,6 +93,7 @@ def found_effects():
         ),
         FoundEffect(
             "unknown", "elevation", None, Verdict.UNKNOWN, (), PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0,
+            in_plant=False,
         ),
         FoundEffect(
             "unknown", "travel", None, Verdict.UNKNOWN, (),

@@ -77,3 +77,12 @@ def test_identify_warns_of_a_wrong_sign_beside_its_table_and_beside_json(tmp_pat
 def test_the_notes_of_a_diagnosis_are_printed_as_warnings(capsys):
     print_diagnosis(replace(example(), notes=("WRONG SIGN: k_z",)))
     assert capsys.readouterr().err.splitlines() == ["warning: WRONG SIGN: k_z"]
+
+
+def test_on_the_terminal_an_unknown_curve_of_the_plant_is_said_and_a_periodic_torque_is_not(capsys):
+    print_diagnosis(example())
+    said = [line for line in capsys.readouterr().out.splitlines() if "as a table" in line]
+    assert said == [
+        "The corrected plant has a torque on the travel that depends on the travel as a table: table.travel.* of its "
+        "parameters."
+    ]

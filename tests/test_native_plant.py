@@ -8,9 +8,10 @@ import pytest
 
 from fmu_src import build
 from heli_plant import plant
-from heli_plant.effects import CATALOGUE, VOLTAGE
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters
+from heli_plant.effects import AXES, CATALOGUE, VOLTAGE
+from heli_plant.parameters import BY_FIELD, PARAMETERS, TABLE_2, PlantParameters
 from heli_plant.state import PlantState
+from heli_plant.tabulated_torque import KNOTS, VARIABLES
 from tests.native_builds import library, lockstep, needs_a_compiler
 
 STEPS = 100_000
@@ -32,7 +33,7 @@ void many(const double *states, const double *inputs, const double *sets, const 
 
 
 def parameter_sets(draw):
-    """Each effect alone, none, all, and all on the general model, each at a random value within its range."""
+    """Each effect alone, none, all, all on the general model, a table of each variable, at random values in range."""
 
     def value(entry):
         low, high = max(entry.lower, -0.2), min(entry.upper, 0.2)
@@ -42,7 +43,22 @@ def parameter_sets(draw):
     everything = {entry.field: value(entry) for entry in CATALOGUE}
     without_lag = TABLE_2._replace(T_m=0.0, **{e.field: value(e) for e in CATALOGUE if e.place == VOLTAGE})
     every = TABLE_2._replace(**everything)
-    return [TABLE_2, TABLE_2._replace(general_model=1.0), without_lag, every, every._replace(general_model=1.0), *alone]
+    tables = [TABLE_2._replace(**table(draw, axis, number)) for axis in AXES for number in range(1, len(VARIABLES) + 1)]
+    return [
+        TABLE_2, TABLE_2._replace(general_model=1.0), without_lag, every, every._replace(general_model=1.0), *alone,
+        *tables,
+    ]  # fmt: skip
+
+
+def table(draw, axis, number):
+    """Fields of a random table that the states and inputs below reach, and reach beyond."""
+    torques = {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
+    return {
+        f"table_variable_{axis}": float(number),
+        f"table_first_{axis}": draw.uniform(-1.5, -0.5),
+        f"table_spacing_{axis}": draw.uniform(0.05, 0.2),
+        **torques,
+    }
 
 
 def bits(values):
@@ -100,8 +116,13 @@ INPUTS = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0], "mass_position": [-0.2,
         {**ALL_ON, "encoder.enabled": True, "solver.step": 0.003},
         {**ALL_ON, "general.enabled": 1.0, "effects.input_delay.rotors": 0.07},
         {"effects.arm_bending.elevation": 0.02, "effects.input_delay.rotors": 0.013, "motor.time_constant": 0.0},
+        {
+            BY_FIELD[field].name: value
+            for axis, number in zip(AXES, (7, 2, 3), strict=True)
+            for field, value in table(Random(number), axis, number).items()
+        },
     ],
-    ids=["plain", "encoders", "everything", "general model, delay", "bending, delay, no lag"],
+    ids=["plain", "encoders", "everything", "general model, delay", "bending, delay, no lag", "tables"],
 )
 def test_the_native_unit_shows_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, parameters):
     """Steps of .2 to 30 ms, one third of them of random length; states are saved, serialised and restored between."""

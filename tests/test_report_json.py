@@ -12,6 +12,7 @@ from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import corrected_parameters
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_plant.parameters import BY_NAME
+from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
 
 ORIGIN = provenance(["heli", "diagnose", "a b.csv"])
@@ -51,6 +52,20 @@ def test_an_unknown_effect_has_no_coefficient_but_a_line_or_a_curve(document):
     assert (line["shape"]["variable"], line["shape"]["frequency_hz"]) == ("time", 0.7)
     assert curve["shape"]["variable"] == "travel"
     assert len(curve["shape"]["curve"][0]) == 2
+    assert (line["in_plant"], curve["in_plant"]) == (False, True)
+    assert all(entry["in_plant"] for entry in document["effects"] if entry["name"] != "unknown")
+
+
+def test_a_table_of_the_plant_is_part_of_its_parameters_and_an_axis_without_one_has_none(tmp_path):
+    table = {f"table_torque_{k}_travel": 0.01 * k for k in range(1, KNOTS + 1)}
+    plant = AFTER._replace(table_variable_travel=3.0, table_spacing_travel=0.3, **table)
+    torque = Estimate(0.02, 0.001, "rad/s^2")
+    found = replace(example(), plant_after=plant, effects_after={"table_torque_2_travel": torque})
+    path = corrected_parameters(found, ORIGIN).write(tmp_path / "parameters.json")
+    read = read_parameters(path)
+    assert {name.split(".")[1] for name in read.values if name.startswith("table.")} == {"travel"}
+    assert read.values["table.travel.torque_2"] == torque
+    assert read.plant() == plant
 
 
 def test_effects_shown_and_predictive_stand_in_one_list_and_are_told_apart(document):

@@ -84,7 +84,8 @@ travel''    = -a_wy travel' + k_y mu_s sin(pitch)
 motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
 </pre>
 <p>Each parameter <code>effects.*</code> adds one law that this model leaves out; it is off at 0.
-<code>general.enabled = 1</code> takes the rigid-body model of four point masses instead.</p>
+The parameters <code>table.*</code> add to an axis a torque that a table over one variable gives; it is off where
+<code>variable = 0</code>. <code>general.enabled = 1</code> takes the rigid-body model of four point masses instead.</p>
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
 classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
     source = (

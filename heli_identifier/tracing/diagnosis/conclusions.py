@@ -20,6 +20,7 @@ from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
 from heli_identifier.tracing.search.stability import own_response, stability
+from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
 from heli_plant.effects import Effect, effect_of
@@ -27,9 +28,13 @@ from heli_plant.parameters import BY_FIELD
 
 
 def found_effects(
-    model: Model, agreed: Mapping[str, Mapping[float, Estimate]], rivals: Mapping[str, list[Effect]], threshold: float
+    model: Model,
+    agreed: Mapping[str, Mapping[float, Estimate]],
+    rivals: Mapping[str, list[Effect]],
+    threshold: float,
+    tabled: Sequence[Unknown],
 ) -> tuple[FoundEffect, ...]:
-    """Named and unknown effects that are shown, strongest evidence first."""
+    """Named and unknown effects that are shown, strongest evidence first; the plant has ``tabled`` as tables."""
     found = []
     for effect in model.effects:
         others = rivals[effect.field]
@@ -54,7 +59,12 @@ def found_effects(
         shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
         own = own_response(model, model.columns(index), model.weights(index))
         steady = stability(model, own, UNKNOWN_LEVEL)
-        found.append(FoundEffect("unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score, stability=steady))
+        found.append(
+            FoundEffect(
+                "unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score, stability=steady,
+                in_plant=unknown in tabled,
+            )
+        )  # fmt: skip
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
 

@@ -114,7 +114,7 @@ def _diagnosed(
     progress("comparing before and after", 0.85)
     beyond = find_beyond(model, validated.after, validated.plants, held_out)
     model, plant_before, plant_after = beyond.model, validated.before, beyond.plant
-    stages = (plant_before.parameters, validated.after.parameters, plant_after.parameters, beyond.everything)
+    stages = (plant_before.parameters, beyond.shown.parameters, plant_after.parameters, beyond.everything)
     logs_alone = (
         ()
         if plant_after.fit is None
@@ -123,7 +123,7 @@ def _diagnosed(
         )
     )
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
-    effects = found_effects(model, agreed, rivals.result(), selection.threshold)
+    effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond.tables.curves)
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
         verdict=_verdict(model),
@@ -136,7 +136,7 @@ def _diagnosed(
         parameters_after=plant_after.base,
         effects_after=plant_after.of_effects,
         plant_before=plant_before.parameters,
-        plant_shown=validated.after.parameters,
+        plant_shown=beyond.shown.parameters,
         plant_after=plant_after.parameters,
         plant_everything=beyond.everything,
         axes=axes,
@@ -147,7 +147,7 @@ def _diagnosed(
         data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
         logs=logs_alone,
-        notes=(*used.notes, *stranger_notes(logs_alone), *diagnosis_notes(null, model, plant_after, axes, settings)),
+        notes=(*used.notes, *stranger_notes(logs_alone), *diagnosis_notes(null, beyond, axes, settings)),
         seconds=perf_counter() - began,
         events=used.events,
     )

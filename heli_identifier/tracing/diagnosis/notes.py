@@ -10,22 +10,25 @@ from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.validation.beyond import Beyond
 from heli_identifier.tracing.validation.disagreement import Disagreement
 from heli_identifier.tracing.validation.figures import AxisReport
 from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.plants import FittedPlant
+from heli_identifier.tracing.validation.tables import Tabled
 from heli_identifier.tracing.validation.withdrawal import TOLERATED
 
 
 def diagnosis_notes(
-    null: Fit, model: Model, after: FittedPlant, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
+    null: Fit, beyond: Beyond, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
 ) -> tuple[str, ...]:
     """Everything that has to be said beside the figures, one sentence each."""
     return (
         *sign_notes(parameter_estimates(null)),
-        *_model_notes(model, after, settings),
-        *_undetermined_notes(after),
-        *disputed_notes(after.disputed),
+        *_model_notes(beyond.model, beyond.plant, settings),
+        *_unknown_notes(beyond.model, beyond.tables),
+        *_undetermined_notes(beyond.plant),
+        *disputed_notes(beyond.plant.disputed),
         *worse_axis_notes(axes),
     )
 
@@ -63,14 +66,30 @@ def _model_notes(model: Model, after: FittedPlant, settings: DiagnosisSettings) 
             f"voltages reach {highest:.2f} V; the model saturates them at {settings.voltage_limit:g} V "
             "(set the rig's limit in its configuration)"
         )
-    if model.unknowns:
-        notes.append(
-            "the corrected parameters let the model imitate the unknown torque, which predicts better; coefficients "
-            "listed with the effects are those found beside it"
-        )
     if not (model.fit.converged and after.converged):
         notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
     return tuple(notes)
+
+
+def _unknown_notes(model: Model, tables: Tabled) -> list[str]:
+    """Say which unknown torques the corrected plant does not have, why, and what it makes of them."""
+    notes = [
+        f"the corrected plant does not have the unknown torque on the {unknown.axis} that depends on the "
+        f"{unknown.variable.replace('_', ' ')}: {why}"
+        for unknown, why in tables.left_out
+    ]
+    notes += [
+        f"the corrected plant does not have the periodic torque on the {unknown.axis}: its phase is another one in "
+        "every log"
+        for unknown in model.unknowns
+        if unknown.frequency is not None
+    ]
+    if any(unknown not in tables.curves for unknown in model.unknowns):
+        notes.append(
+            "the corrected parameters let the model imitate an unknown torque that it does not have, which predicts "
+            "better; coefficients listed with the effects are those found beside it"
+        )
+    return notes
 
 
 def disputed_notes(disputed: Sequence[Disagreement]) -> tuple[str, ...]:

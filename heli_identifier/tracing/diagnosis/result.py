@@ -128,10 +128,11 @@ class Diagnosis:
     parameters_before, parameters_after : mapping of str to Estimate
         By the paper's symbols.
     effects_after : mapping of str to Estimate
-        Coefficients and shapes of the effects of the corrected plant, by its fields. They differ from those of
-        ``effects`` where the delivered parameters imitate an unknown torque.
+        Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by its
+        fields. They differ from those of ``effects``, which are the likelihood's.
     plant_before, plant_shown, plant_after : PlantParameters
-        The complete parameter sets of the simplified model, that with the effects shown, and the corrected one.
+        The complete parameter sets of the simplified model, that with the effects shown (unknown torques among them, as
+        tables), and the corrected one.
     plant_everything : PlantParameters or None
         That of the whole catalogue at once; None where it could not be fitted.
     axes : mapping of str to AxisReport

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.start import smoothed
-from heli_plant.effects import ACCELERATION, CATALOGUE
+from heli_plant.effects import ACCELERATION, AXES, CATALOGUE
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
@@ -36,7 +36,12 @@ def as_smoothed(acceleration: NDArray[np.float64], record: Log) -> NDArray[np.fl
 
 
 STILL = dict.fromkeys(
-    ("k_x", "k_y", "k_z", "a_th", "a_1", *(entry.field for entry in CATALOGUE if entry.place == ACCELERATION)), 0.0
+    (
+        *("k_x", "k_y", "k_z", "a_th", "a_1"),
+        *(entry.field for entry in CATALOGUE if entry.place == ACCELERATION),
+        *(f"table_variable_{axis}" for axis in AXES),
+    ),
+    0.0,
 )
 """Fields without which the axes stay at rest under any voltage."""
 

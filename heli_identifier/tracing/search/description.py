@@ -15,16 +15,11 @@ POINTS = 121
 def described(model: Model, index: int) -> CurveShape | PeriodicShape:
     """Shape of the unknown torque number ``index`` of a model."""
     unknown = model.unknowns[index]
-    weights, covariance = model.weights(index), model.weights_covariance(index)
     if unknown.frequency is not None:
-        return _periodic(unknown.frequency, weights, covariance)
+        return _periodic(unknown.frequency, model.weights(index), model.weights_covariance(index))
     x = np.linspace(unknown.knots[DEGREE], unknown.knots[-DEGREE - 1], POINTS)
-    basis = unknown.curve(x)
-    y = basis @ weights
-    silent = np.isinf(np.diag(covariance))  # splines where no record has values
-    known = np.where(silent[:, None] | silent, 0.0, covariance)
-    half = 1.96 * np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
-    half[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
+    y, error = curve_at(model, index, x)
+    half = 1.96 * error
     visited = np.isfinite(half)
     return CurveShape(
         unknown.variable,
@@ -33,6 +28,22 @@ def described(model: Model, index: int) -> CurveShape | PeriodicShape:
         np.column_stack((x, y))[visited],
         np.column_stack((x, y - half, y + half))[visited],
     )
+
+
+def curve_at(model: Model, index: int, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Give unknown curve number ``index`` at values ``x`` (n,) of its variable.
+
+    Returns
+    -------
+    torque, standard_error : NDArray, shape (n,)
+        Per inertia [rad/s^2]; the error is infinite where no record has values.
+    """
+    basis, covariance = model.unknowns[index].curve(x), model.weights_covariance(index)
+    silent = np.isinf(np.diag(covariance))  # splines where no record has values
+    known = np.where(silent[:, None] | silent, 0.0, covariance)
+    error = np.sqrt(np.einsum("ij,jk,ik->i", basis, known, basis))
+    error[(basis[:, silent] != 0.0).any(axis=1)] = np.inf
+    return basis @ model.weights(index), error
 
 
 def _periodic(frequency: float, weights: NDArray[np.float64], covariance: NDArray[np.float64]) -> PeriodicShape:

@@ -102,7 +102,7 @@ EffectShape = NamedShape | CurveShape | PeriodicShape
 
 @dataclass(frozen=True, eq=False)
 class FoundEffect:
-    """An effect of the catalogue, or an unknown torque, that the corrected model has and the simplified one lacks.
+    """An effect of the catalogue, or an unknown torque, that the simplified model lacks.
 
     Attributes
     ----------
@@ -131,6 +131,8 @@ class FoundEffect:
         What the effect and its alternatives come to together, in words; empty where there is no such figure.
     worth : float or None
         Of a predictive effect: the share of an axis's error that it takes off.
+    in_plant : bool
+        Whether the corrected plant has it; of an unknown torque, whether it has it as a table.
     """
 
     name: str
@@ -146,3 +148,4 @@ class FoundEffect:
     stability: float = 1.0
     together: str = ""
     worth: float | None = None
+    in_plant: bool = True

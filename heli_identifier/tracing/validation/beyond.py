@@ -1,7 +1,7 @@
 """The corrected plant: effects shown and predictive ones, as far as the held-out logs bear them out."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
+from heli_identifier.tracing.validation.tables import Tabled, reason_against, with_tables
 from heli_identifier.tracing.validation.withdrawal import mean_over
 from heli_plant.effects import Effect, effect_of
 from heli_plant.parameters import PlantParameters
@@ -29,8 +30,10 @@ class Beyond:
     ----------
     model : Model
         The model with the effects shown, without unknown torques that the predictive effects explain.
+    tables : Tabled
+        The plant of the effects shown with the unknown curves that improve it as tables.
     plant : FittedPlant
-        The corrected plant: that of the effects shown if nothing improves it.
+        The corrected plant: that of ``tables`` if nothing improves it.
     predictive, possible : tuple of Finding
         Families that are steady, and families that only some halves of the training data find.
     withdrawn : tuple of Withdrawal
@@ -40,15 +43,24 @@ class Beyond:
     """
 
     model: Model
+    tables: Tabled
     plant: FittedPlant
     predictive: tuple[Finding, ...] = ()
     possible: tuple[Finding, ...] = ()
     withdrawn: tuple[Withdrawal, ...] = ()
     everything: PlantParameters | None = None
 
+    @property
+    def shown(self) -> FittedPlant:
+        """The plant of the effects shown."""
+        return self.tables.plant
+
 
 def find_beyond(model: Model, shown: FittedPlant, plants: Plants, held_out: HeldOut) -> Beyond:
     """Search for predictive effects beside those shown, and withdraw those that the held-out logs do not bear out.
+
+    Laws come before curves: an unknown curve that is left beside the predictive effects goes into the plant as a table,
+    and predictive effects are then searched once more beside it.
 
     Parameters
     ----------
@@ -60,17 +72,36 @@ def find_beyond(model: Model, shown: FittedPlant, plants: Plants, held_out: Held
     held_out : HeldOut
     """
     if shown.fit is None:
-        return Beyond(model, shown)
+        return Beyond(model, Tabled(shown), shown)
+    bare = _predictive(model, Tabled(shown), plants, held_out)
+    effects = tuple(effect_of(finding.field) for finding in bare.predictive)
+    explained = []
+    for unknown, why in _explained(model, effects, bare.plant.parameters, plants.null):
+        explained.append(Withdrawal(unknown.name, unknown.axis, why))
+        model = without_unknown(model, unknown)
+    bare = replace(bare, model=model, withdrawn=(*bare.withdrawn, *explained))
+    tables = with_tables(model, shown, plants, held_out)
+    if not tables.curves:
+        return replace(bare, tables=tables)
+    tabled = _predictive(model, tables, plants, held_out)
+    axes = {curve.axis for curve in tables.curves}
+    ratio = held_out.ratios(tabled.plant.parameters, bare.plant.parameters)
+    why = reason_against(ratio, axes, "that with predictive effects in its place")
+    if why:
+        left_out = (*tables.left_out, *((curve, why) for curve in tables.curves))
+        return replace(bare, tables=Tabled(shown, (), left_out))
+    return replace(tabled, withdrawn=(*tabled.withdrawn, *explained))
+
+
+def _predictive(model: Model, tables: Tabled, plants: Plants, held_out: HeldOut) -> Beyond:
+    """Search for predictive effects beside a plant, and withdraw those that the held-out logs do not bear out."""
+    shown = tables.plant
+    assert shown.fit is not None
     selection = select_predictive(shown.fit)
     corrected, predictive, withdrawn = _borne_out(selection, held_out)
-    plant = plants.beyond(corrected, model) if predictive else shown
-    effects = tuple(effect_of(finding.field) for finding in predictive)
-    for unknown, why in _explained(model, effects, plant.parameters, plants.null):
-        withdrawn.append(Withdrawal(unknown.name, unknown.axis, why))
-        model = without_unknown(model, unknown)
-    return Beyond(
-        model, plant, tuple(predictive), selection.possible, tuple(withdrawn), selection.everything.parameters
-    )
+    plant = plants.beyond(corrected, model, shown.tables) if predictive else shown
+    everything = selection.everything.parameters
+    return Beyond(model, tables, plant, tuple(predictive), selection.possible, tuple(withdrawn), everything)
 
 
 def _borne_out(

@@ -2,13 +2,14 @@
 
 The search detects effects by the likelihood of one-step innovations, which weighs what lies above the filter frequency.
 A plant is judged by how well it predicts a second ahead. Both plants are therefore fitted once more to the training
-logs by their errors .5, 1 and 2 s ahead (:mod:`heli_identifier.tracing.multistep`). Shapes of effects and the
-horizontal offset keep the values that the likelihood gave.
+logs by their errors .5, 1 and 2 s ahead (:mod:`heli_identifier.tracing.multistep`). Shapes of effects, the
+horizontal offset and the tables of unknown curves keep the values that the likelihood gave.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.multistep.fit import MultistepFit, fit_multistep
@@ -33,7 +34,7 @@ class FittedPlant:
     parameters : PlantParameters
     estimates : mapping of str to Estimate
         By field: parameters of the simplified model (one that was given has no standard error), coefficients and shapes
-        of effects.
+        of effects, tables of unknown curves.
     undetermined : tuple of str
         Parameters of the simplified model that the logs do not determine.
     disputed : tuple of Disagreement
@@ -57,8 +58,13 @@ class FittedPlant:
 
     @property
     def of_effects(self) -> dict[str, Estimate]:
-        """Coefficients and shapes of effects, by the plant's fields."""
+        """Coefficients and shapes of effects and tables of unknown curves, by the plant's fields."""
         return {field: value for field, value in self.estimates.items() if field not in (*BASE, "T_m")}
+
+    @property
+    def tables(self) -> dict[str, Estimate]:
+        """Tables of unknown curves, by the plant's fields."""
+        return {field: value for field, value in self.estimates.items() if field.startswith("table_")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,33 +89,45 @@ class Plants:
         """Plant of the null model."""
         return self._fitted(self.null, self._base)
 
-    def of(self, model: Model) -> FittedPlant:
-        """Plant of a model; an unknown torque is no part of it. With nothing found it is the plant before."""
+    def of(self, model: Model, tables: Mapping[str, Estimate] = MappingProxyType({})) -> FittedPlant:
+        """Plant of a model and of the ``tables`` of its unknown curves, by field; another unknown torque is no part.
+
+        With nothing found it is the plant before.
+        """
         if not model.effects and not model.unknowns:
             return self.before
-        return self._fitted(model.fit, (*self._base, *(effect.field for effect in model.effects)))
+        return self._fitted(model.fit, (*self._base, *(effect.field for effect in model.effects)), tables)
 
-    def beyond(self, fit: MultistepFit, model: Model) -> FittedPlant:
-        """Plant of a fit that has predictive effects beside those of ``model``."""
-        return self._plant(fit, model.fit, fit.names)
+    def beyond(self, fit: MultistepFit, model: Model, tables: Mapping[str, Estimate]) -> FittedPlant:
+        """Plant of a fit that has predictive effects beside those of ``model`` and the same ``tables``."""
+        return self._plant(fit, model.fit, fit.names, tables)
 
     @property
     def _base(self) -> tuple[str, ...]:
         return tuple(field for field in BASE if field in self.null.free)
 
-    def _fitted(self, by_likelihood: Fit, fields: tuple[str, ...]) -> FittedPlant:
+    def _fitted(
+        self, by_likelihood: Fit, fields: tuple[str, ...], tables: Mapping[str, Estimate] = MappingProxyType({})
+    ) -> FittedPlant:
         """Fit by multi-step errors; by likelihood where predictions diverge wherever the fit begins."""
+        base = by_likelihood.parameters._replace(**{field: table.value for field, table in tables.items()})
         try:
-            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, by_likelihood.parameters), fields)
+            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, base), fields)
         except ValueError:
             found = by_likelihood
-        return self._plant(found, by_likelihood, fields)
+        return self._plant(found, by_likelihood, fields, tables)
 
-    def _plant(self, found: MultistepFit | Fit, by_likelihood: Fit, fields: tuple[str, ...]) -> FittedPlant:
+    def _plant(
+        self,
+        found: MultistepFit | Fit,
+        by_likelihood: Fit,
+        fields: tuple[str, ...],
+        tables: Mapping[str, Estimate],
+    ) -> FittedPlant:
         likeliest = by_likelihood.parameters
         given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
         shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
-        estimates = given | shapes | {field: found.estimate(field) for field in fields}
+        estimates = given | shapes | dict(tables) | {field: found.estimate(field) for field in fields}
         if not isinstance(found, MultistepFit):
             return FittedPlant(found.parameters, estimates, converged=found.converged)
         undetermined = tuple(field for field in found.undetermined if field in BASE)

@@ -2,10 +2,15 @@
 
 import typer
 
-from heli_identifier.tracing import Diagnosis
+from heli_identifier.tracing import Diagnosis, Verdict
 from heli_identifier.workbench.commands.terminal import print_table, warn
 from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
-from heli_identifier.workbench.report.sentences import effect_title, verdict_sentence, withdrawn_sentence
+from heli_identifier.workbench.report.sentences import (
+    effect_title,
+    tabled_sentence,
+    verdict_sentence,
+    withdrawn_sentence,
+)
 from heli_identifier.workbench.report.tables import (
     ANGLE_ERRORS,
     ERROR_COLUMNS,
@@ -50,6 +55,9 @@ def print_effects(diagnosis: Diagnosis) -> None:
                 for found in diagnosis.effects
             ],
         )
+        for found in diagnosis.effects:
+            if found.verdict == Verdict.UNKNOWN and found.in_plant:
+                typer.echo(tabled_sentence(found))
         if any(found.alternatives for found in diagnosis.effects):
             typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
 

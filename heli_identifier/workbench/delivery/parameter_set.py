@@ -165,7 +165,7 @@ class ParameterSet(Tabular):
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """Give what makes up a plant by structured name: the base model, and the effects that are on with their shapes.
+    """Give what makes up a plant by structured name: the base model, the effects that are on with shapes, its tables.
 
     Parameters
     ----------
@@ -185,6 +185,8 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
         if row.name.startswith("effects.") and row.field not in on:
             continue
         if row.name.startswith("general.") and not general:
+            continue
+        if row.name.startswith("table.") and getattr(parameters, f"table_variable_{row.name.split('.')[1]}") <= 0.5:
             continue
         found = estimates.get(row.field)
         error = found.standard_error if found else None

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from heli_identifier.tracing import Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
+from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
 from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
@@ -65,6 +65,9 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
         facts += [(name.replace("_", " "), with_interval(value)) for name, value in found.shape.parameters.items()]
     else:
         facts.append(("description", found.shape.description.replace("^2", "²")))
+    if isinstance(found.shape, CurveShape):
+        held = f"has it as a table (table.{found.axis}.*)" if found.in_plant else "does not have it"
+        facts.append(("corrected plant", held))
     if isinstance(found.shape, PeriodicShape):
         facts.append(("amplitude", f"{significant(found.shape.amplitude)} rad/s²"))
     facts.append(("score", f"{significant(found.score)} standard errors"))

@@ -143,6 +143,11 @@ def unknown_effect(effect: FoundEffect) -> str:
     return f"a torque on the {effect.axis} that depends on the {variable}"
 
 
+def tabled_sentence(effect: FoundEffect) -> str:
+    """Say that the corrected plant has an unknown torque as a table."""
+    return f"The corrected plant has {unknown_effect(effect)} as a table: table.{effect.axis}.* of its parameters."
+
+
 def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
     text = unknown_effect(effect) if effect.verdict == Verdict.UNKNOWN else effect_name(effect.name, effect.axis)

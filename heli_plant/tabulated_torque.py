@@ -1,0 +1,124 @@
+"""A torque that no law describes: on each axis a table over one variable of the motion, off at first.
+
+    f(x) = cubic through the torques y_1 .. y_21 [rad/s^2] at x_1 = first, x_2 = first + spacing, ..., x_21
+    f(x) = y_1 below x_1,  y_21 above x_21
+
+Between x_k and x_k+1, with s = (x - x_k) / spacing from 0 to 1, it is the cubic that takes y_k and y_k+1 there with the
+slopes (y_k+1 - y_k-1) / 2 and (y_k+2 - y_k) / 2 per spacing; at the table's ends the slope is that of the first and of
+the last chord. The torque and its slope are continuous inside of the table, so that the Runge-Kutta method keeps its
+order. Beyond the table nothing was measured; a constant stays within what was, where a slope would grow without bound.
+
+The travel counts within one turn from ``first``, since a torque of the travel repeats with every turn.
+
+Source: Catmull and Rom 1974; the error falls with the cube of the spacing (Keys 1981, eq. 11).
+"""
+
+from math import floor, tau
+
+KNOTS = 21
+"""Torques in a table: it follows four waves over its range to 5 % of their amplitude."""
+
+VARIABLES = {
+    "pitch": "rad", "elevation": "rad", "travel": "rad", "pitch_rate": "rad/s", "elevation_rate": "rad/s",
+    "travel_rate": "rad/s", "mu_sum": "V", "mu_diff": "V", "time": "s",
+}  # fmt: skip
+"""What a table may run over, names of the laws' vocabulary with their units; a table says it by number, from 1 on."""
+
+Torques = tuple[
+    float, float, float, float, float, float, float, float, float, float, float,
+    float, float, float, float, float, float, float, float, float, float,
+]  # fmt: skip
+"""As many as there are knots: the length of a tuple is part of its type in C."""
+
+
+def tabulated_torque(x: float, first: float, spacing: float, y: Torques) -> float:
+    """Return the torque per inertia [rad/s^2] of a table at ``x``.
+
+    Parameters
+    ----------
+    x, first, spacing : float
+        Value of the variable, its first value in the table and the distance to the next, all in its unit.
+    y : tuple of float
+        The :data:`KNOTS` torques [rad/s^2].
+    """
+    s = (x - first) / spacing
+    if s < 1.0:
+        return y[0] if s <= 0.0 else cubic(s, 2.0 * y[0] - y[1], y[0], y[1], y[2])
+    if s < 2.0:
+        return cubic(s - 1.0, y[0], y[1], y[2], y[3])
+    if s < 3.0:
+        return cubic(s - 2.0, y[1], y[2], y[3], y[4])
+    if s < 4.0:
+        return cubic(s - 3.0, y[2], y[3], y[4], y[5])
+    if s < 5.0:
+        return cubic(s - 4.0, y[3], y[4], y[5], y[6])
+    if s < 6.0:
+        return cubic(s - 5.0, y[4], y[5], y[6], y[7])
+    if s < 7.0:
+        return cubic(s - 6.0, y[5], y[6], y[7], y[8])
+    if s < 8.0:
+        return cubic(s - 7.0, y[6], y[7], y[8], y[9])
+    if s < 9.0:
+        return cubic(s - 8.0, y[7], y[8], y[9], y[10])
+    if s < 10.0:
+        return cubic(s - 9.0, y[8], y[9], y[10], y[11])
+    if s < 11.0:
+        return cubic(s - 10.0, y[9], y[10], y[11], y[12])
+    if s < 12.0:
+        return cubic(s - 11.0, y[10], y[11], y[12], y[13])
+    if s < 13.0:
+        return cubic(s - 12.0, y[11], y[12], y[13], y[14])
+    if s < 14.0:
+        return cubic(s - 13.0, y[12], y[13], y[14], y[15])
+    if s < 15.0:
+        return cubic(s - 14.0, y[13], y[14], y[15], y[16])
+    if s < 16.0:
+        return cubic(s - 15.0, y[14], y[15], y[16], y[17])
+    if s < 17.0:
+        return cubic(s - 16.0, y[15], y[16], y[17], y[18])
+    if s < 18.0:
+        return cubic(s - 17.0, y[16], y[17], y[18], y[19])
+    if s < 19.0:
+        return cubic(s - 18.0, y[17], y[18], y[19], y[20])
+    if s < 20.0:
+        return cubic(s - 19.0, y[18], y[19], y[20], 2.0 * y[20] - y[19])
+    return y[20]
+
+
+def cubic(s: float, before: float, left: float, right: float, behind: float) -> float:
+    """Return the cubic at ``s``, 0 to 1 from ``left`` to ``right``; ``before`` and ``behind`` give its slopes there."""
+    curved = 3.0 * (left - right) + behind - before
+    return left + 0.5 * s * (right - before + s * (2.0 * before - 5.0 * left + 4.0 * right - behind + s * curved))
+
+
+def table_variable(
+    number: float,
+    first: float,
+    time: float,
+    pitch: float,
+    elevation: float,
+    travel: float,
+    pitch_rate: float,
+    elevation_rate: float,
+    travel_rate: float,
+    mu_sum: float,
+    mu_diff: float,
+) -> float:
+    """Return the variable of a table by its number in :data:`VARIABLES`; the travel within one turn from ``first``."""
+    if number < 1.5:
+        return pitch
+    if number < 2.5:
+        return elevation
+    if number < 3.5:
+        return travel - tau * floor((travel - first) / tau)
+    if number < 4.5:
+        return pitch_rate
+    if number < 5.5:
+        return elevation_rate
+    if number < 6.5:
+        return travel_rate
+    if number < 7.5:
+        return mu_sum
+    if number < 8.5:
+        return mu_diff
+    return time

@@ -1,0 +1,157 @@
+"""A tabulated torque is the curve that it was taken from, in the table and beyond it, in every form of the plant."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicHermiteSpline
+
+from heli_plant import plant
+from heli_plant.compiled import compiled, parameter_record
+from heli_plant.effects import AXES
+from heli_plant.errors import ParameterError
+from heli_plant.laws import switched_on
+from heli_plant.parameters import PARAMETERS, TABLE_2, from_names
+from heli_plant.simulation import simulate
+from heli_plant.specialised import specialised
+from heli_plant.state import rest_state
+from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
+
+MOTION = SimpleNamespace(
+    t=2.0, th=0.2, ep=-0.1, la=0.7, w_th=0.4, w_ep=-0.3, w_la=0.9, mu_diff=0.6, mu_sum=4.1,
+    mass_position=0.0, cable_rest=0.0,
+)  # fmt: skip
+VALUES = dict(zip(VARIABLES, (0.2, -0.1, 0.7, 0.4, -0.3, 0.9, 4.1, 0.6, 2.0), strict=True))
+"""What each variable is in :data:`MOTION`."""
+
+
+def tabled(axis, variable, first, last, law):
+    """Table 2 with a table of ``law`` on an axis."""
+    spacing = (last - first) / (KNOTS - 1)
+    torques = {f"table_torque_{k + 1}_{axis}": float(law(first + k * spacing)) for k in range(KNOTS)}
+    number = float(list(VARIABLES).index(variable) + 1)
+    return TABLE_2._replace(
+        **{f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing, **torques}
+    )
+
+
+def added(p):
+    """What a parameter set adds to the accelerations of Table 2 at :data:`MOTION`."""
+    with_table = plant.accelerations(**vars(MOTION), switches=switched_on(p), p=p)
+    without = plant.accelerations(**vars(MOTION), switches=switched_on(TABLE_2), p=TABLE_2)
+    return np.subtract(with_table, without)
+
+
+@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("variable", VARIABLES)
+def test_a_table_of_any_variable_turns_its_own_axis(axis, variable):
+    x = VALUES[variable]
+    p = tabled(axis, variable, x - 1.0, x + 0.9, lambda value: 0.3 + 0.1 * (value - x))
+    expected = [0.3 if each == axis else 0.0 for each in AXES]
+    assert added(p) == pytest.approx(expected, abs=1e-14)  # a straight line is its own interpolation
+
+
+def test_between_the_values_of_the_table_runs_the_cubic_with_central_slopes():
+    """scipy's Hermite spline with the slopes that the module's equation names."""
+    y = np.random.default_rng(0).normal(size=KNOTS)
+    first, spacing = -0.4, 0.07
+    slopes = np.concatenate(([y[1] - y[0]], 0.5 * (y[2:] - y[:-2]), [y[-1] - y[-2]])) / spacing
+    reference = CubicHermiteSpline(first + spacing * np.arange(KNOTS), y, slopes)
+    x = np.linspace(first, first + (KNOTS - 1) * spacing, 1001)
+    found = [tabulated_torque(float(value), first, spacing, tuple(y.tolist())) for value in x]
+    assert found == pytest.approx(reference(x), abs=1e-12)
+
+
+def test_the_error_falls_with_the_cube_of_the_spacing():
+    """Keys 1981: third order. At the ends a one-sided slope is of second order; only the inner part is looked at."""
+
+    def error(spacing):
+        first = -0.5 * (KNOTS - 1) * spacing
+        y = tuple(math.sin(3.0 * (first + k * spacing)) for k in range(KNOTS))
+        x = np.linspace(first + 2.0 * spacing, -first - 2.0 * spacing, 501)
+        return max(abs(tabulated_torque(float(v), first, spacing, y) - math.sin(3.0 * v)) for v in x)
+
+    assert error(0.1) < 0.3**3 / 24.0  # the largest third derivative, 27, times h^3 / 24
+    assert error(0.1) / error(0.05) == pytest.approx(8.0, rel=0.15)
+
+
+def test_four_waves_over_the_table_are_followed_to_five_per_cent():
+    wave = math.tau / 5.0  # radians of the wave from one knot to the next
+    y = tuple(math.sin(wave * k + 0.4) for k in range(KNOTS))
+    inner = np.linspace(1.0, KNOTS - 2.0, 501)
+    assert max(abs(tabulated_torque(float(x), 0.0, 1.0, y) - math.sin(wave * x + 0.4)) for x in inner) < 0.052
+
+
+def test_beyond_the_table_the_torque_stays():
+    y = tuple(float(k * k) for k in range(KNOTS))
+    for x, expected in ((-50.0, y[0]), (1.0, y[0]), (1.0 + 0.1 * (KNOTS - 1), y[-1]), (80.0, y[-1])):
+        assert tabulated_torque(x, 1.0, 0.1, y) == pytest.approx(expected, rel=1e-12)
+    assert tabulated_torque(math.nextafter(1.0, 2.0), 1.0, 0.1, y) == pytest.approx(y[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("turns", [-3.0, -1.0, 2.0, 40.0])
+def test_a_torque_of_the_travel_repeats_with_every_turn(turns):
+    p = tabled("travel", "travel", 0.0, math.tau, lambda x: 0.2 * math.sin(x))
+    state = vars(MOTION)
+    here = plant.accelerations(**state, switches=switched_on(p), p=p)
+    there = plant.accelerations(**{**state, "la": state["la"] + turns * math.tau}, switches=switched_on(p), p=p)
+    assert there == pytest.approx(here, abs=1e-13)  # some rounding errors of 40 turns times the slope
+
+
+def swing(p, h=0.01, steps=500):
+    """Voltages (N, 2) [V] that drive all axes, and a start."""
+    time = h * np.arange(steps)
+    voltages = 1.6 + 0.8 * np.column_stack((np.sin(2.1 * time), np.sin(1.3 * time + 1.0)))
+    return voltages, rest_state(p, 3.2)
+
+
+THREE = tabled("pitch", "mu_sum", 1.0, 6.0, lambda x: 0.1 * math.sin(x))._replace(
+    **{
+        field: getattr(other, field)
+        for axis, other in (
+            ("elevation", tabled("elevation", "elevation", -0.5, 0.4, lambda x: 0.3 * math.sin(3.0 * x))),
+            ("travel", tabled("travel", "travel", 0.0, math.tau, lambda x: 0.1 * math.sin(2.0 * x))),
+        )
+        for field in other._fields
+        if field.startswith("table") and field.endswith(f"_{axis}")
+    }
+)
+
+
+def test_the_compiled_plant_runs_as_the_interpreted_one():
+    """Apart from the last places of sin and cos, the same sums and products; 500 steps leave 1e-12."""
+    voltages, state = swing(THREE)
+    states, _ = simulate(voltages, 0.01, state, THREE)
+    step = specialised(plant.step, THREE._asdict())
+    for k in range(len(voltages) - 1):
+        v_front, v_rear = (float(v) for v in voltages[k])
+        plain = plant.step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, THREE)
+        state = step(state, v_front, v_rear, 0.0, k * 0.01, 0.01, THREE)
+        assert state == plain
+    assert np.array(state) == pytest.approx(states[-1], abs=1e-12)
+    assert np.ptp(states[:, :3], axis=0).min() > 0.05  # all axes move
+
+
+def test_compiled_with_its_table_a_plant_without_one_has_the_same_bits():
+    """A diagnosis compiles the plant without tables where there are none, and with them where one axis has one."""
+    voltages, start = swing(TABLE_2)
+    empty = TABLE_2._replace(**{f"table_torque_{k}_pitch": 0.0 for k in range(1, KNOTS + 1)}, table_variable_pitch=9.0)
+    without, with_code = (simulate(voltages, 0.01, start, p)[1] for p in (TABLE_2, empty))
+    assert np.array_equal(without, with_code)
+
+
+def test_an_axis_without_a_table_has_nothing_to_add():
+    assert switched_on(TABLE_2) == (False, False, False)
+    assert switched_on(THREE) == (True, True, True)
+    alone = specialised(switched_on, TABLE_2._asdict())
+    assert compiled(switched_on)(parameter_record(TABLE_2)) == alone(TABLE_2) == (False, False, False)
+
+
+def test_parameters_name_table_axis_and_place():
+    rows = [row for row in PARAMETERS if row.name.startswith("table.")]
+    assert len(rows) == 3 * (KNOTS + 3)
+    p = from_names({"table.elevation.variable": 2.0, "table.elevation.first": -0.3, "table.elevation.torque_21": 0.2})
+    assert (p.table_variable_elevation, p.table_first_elevation, p.table_torque_21_elevation) == (2.0, -0.3, 0.2)
+    with pytest.raises(ParameterError, match=r"table.pitch.spacing = 0.0 1 must lie in"):
+        from_names({"table.pitch.spacing": 0.0})
