@@ -18,13 +18,15 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The largest ln B names change and time. The prior keeps a change that would have to be absurdly large from winning.
+The largest ln B says since when. psi is what a change makes of the innovations that has always acted; right after a
+change they still swing. Size and name are therefore taken from the blocks that begin two after the change, the same
+ones for every change. The prior keeps a change that would have to be absurdly large from winning.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
 Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
 Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
 """
 
-from math import log
+from math import log, sqrt
 from typing import NamedTuple
 
 from .blocks import Block
@@ -121,35 +123,55 @@ def paged(
     return tuple(result)
 
 
-def likeliest(
-    seen: tuple[tuple[tuple[float, float], ...], ...],
-    number: int,
-    nu: float,
-    least: float,
-    most: float,
-    earliest: int = 0,
+def measured(
+    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, count: int, nu: float, least: float, most: float
 ) -> Finding:
-    """Return when and by how much the change ``number`` took place, with a size between ``least`` and ``most``.
+    """Return the size of the change ``number`` and its evidence, from the last ``count`` blocks.
 
-    ``seen``: for each block, oldest first, D^T b and D^T R D of every change; only blocks from ``earliest`` on count.
+    Parameters
+    ----------
+    seen : tuple
+        For each block, oldest first, D^T b and D^T R D of every change.
+    number, count : int
+    nu : float
+        The smallest change that matters.
+    least, most : float
+        Between which the size is possible; else nothing is found.
     """
-    best = NOTHING
     response = information = 0.0
-    count = len(seen)
-    width = _PRIOR_WIDTH * nu
-    for back in range(count - earliest):
-        b, r = seen[count - 1 - back][number]
+    for i in range(len(seen) - count, len(seen)):
+        b, r = seen[i][number]
         response += b
         information += r
-        if information * nu * nu < _LEAST_INFORMATION:
-            continue
-        size = response / information
-        if not least <= size <= most:
-            continue
-        q = width * width * information
-        square = response * response / information
-        evidence = 0.5 * square * q / (1.0 + q) - 0.5 * log(1.0 + q)
-        if best.change < 0 or evidence > best.evidence:
-            root = information**-0.5
-            best = Finding(number, back + 1, size, root, evidence, size / root)
+    return _judged(number, count, response, information, nu, least, most)
+
+
+def _judged(
+    number: int, count: int, response: float, information: float, nu: float, least: float, most: float
+) -> Finding:
+    if information * nu * nu < _LEAST_INFORMATION:
+        return NOTHING
+    size = response / information
+    if not least <= size <= most:
+        return NOTHING
+    width = _PRIOR_WIDTH * nu
+    q = width * width * information
+    evidence = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
+    root = 1.0 / sqrt(information)
+    return Finding(number, count, size, root, evidence, size / root)
+
+
+def began(
+    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, nu: float, least: float, most: float
+) -> Finding:
+    """Return the change ``number`` since the block from which on its evidence is largest; as :func:`measured`."""
+    best = NOTHING
+    response = information = 0.0
+    for back in range(len(seen)):
+        b, r = seen[len(seen) - 1 - back][number]
+        response += b
+        information += r
+        found = _judged(number, back + 1, response, information, nu, least, most)
+        if found.change >= 0 and (best.change < 0 or found.evidence > best.evidence):
+            best = found
     return best
