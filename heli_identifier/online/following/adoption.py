@@ -19,7 +19,18 @@ from math import inf
 
 from .blocks import Block, shifted
 from .changes import ROTORS
-from .detection import NOTHING, Direction, Finding, began, directions, measured, paged, projected
+from .detection import (
+    AT_ZERO,
+    NOTHING,
+    Direction,
+    Finding,
+    began,
+    directions,
+    longest_run,
+    measured,
+    paged,
+    projected,
+)
 from .errors import compared
 from .events import (
     ADOPTED,
@@ -139,16 +150,18 @@ def _bounds(number: int, state: CorrectorState, plan: FollowPlan) -> tuple[float
     return (least / value, most / value) if plan.places[number] < 0 else (least, most)
 
 
-def findings(state: CorrectorState, compass: tuple[Direction, ...], plan: FollowPlan) -> tuple[list[Finding], bool]:
+def findings(
+    state: CorrectorState, compass: tuple[Direction, ...], longest: int, plan: FollowPlan
+) -> tuple[list[Finding], bool]:
     """Return every possible change with its size, the likeliest first, and whether it has been measured.
 
-    Until enough blocks have passed since the change, the sizes are those since it began, and not to be used.
+    It began at most ``longest`` blocks ago. Until enough blocks have passed since the change, the sizes are those since it began, and not to be used.
     """
     seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
     found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = _bounds(number, state, plan)
-        found.append(began(seen, number, plan.sizes[number], least, most))
+        found.append(began(seen, number, longest, plan.sizes[number], least, most))
     found.sort(key=_evidence, reverse=True)
     count = found[0].blocks - SWINGING
     if found[0].change < 0 or count < _LEAST_BLOCKS:
@@ -180,13 +193,11 @@ def _following(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Raise an alarm where Page's test or a score says so."""
-    passed = False
-    for up, down in state.pages:
-        passed = passed or up > plan.threshold or down > plan.threshold
-    if passed:
-        found, _ = findings(state, compass, plan)
+    run = longest_run(state.pages, plan.threshold)
+    if run > 0:
+        found, _ = findings(state, compass, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = state._replace(mode=ALARMED, since=state.samples, finding=first)
+        state = state._replace(mode=ALARMED, since=state.samples, finding=first, run=run)
         return state, [_event(state, ALARM, PASSED, first, time, plan)]
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
@@ -206,8 +217,9 @@ def _alarmed(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Name the change as soon as it leads, or when patience is over."""
-    found, ready = findings(state, compass, plan)
     block = plan.block * plan.coarse
+    longest = state.run + SWINGING + (state.samples - state.since) // block
+    found, ready = findings(state, compass, longest, plan)
     late = state.samples - state.since >= _PATIENCE * block
     if not found:
         if late:
@@ -243,7 +255,7 @@ def _rested(state: CorrectorState) -> CorrectorState:
     return state._replace(
         mode=FOLLOWING,
         since=state.samples,
-        pages=((0.0, 0.0),) * len(state.pages),
+        pages=(AT_ZERO,) * len(state.pages),
         finding=NOTHING,
         values=state.values._replace(rival=()),
         twins=state.twins._replace(copies_rival=(), against=(), rival=()),
@@ -325,7 +337,7 @@ def _taken(
     return state._replace(
         mode=WATCHED,
         since=state.samples,
-        pages=((0.0, 0.0),) * len(state.pages),
+        pages=(AT_ZERO,) * len(state.pages),
         finding=finding,
         values=values,
         twins=state.twins._replace(copies_rival=(), against=(), rival=()),

@@ -18,7 +18,7 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The largest ln B says since when. psi is what a change makes of the innovations that has always acted; right after a
+The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search. psi is what a change makes of the innovations that has always acted; right after a
 change they still swing. Size and name are therefore taken from the blocks that begin two after the change, the same
 ones for every change. The prior keeps a change that would have to be absurdly large from winning.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
@@ -38,8 +38,23 @@ Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 _PRIOR_WIDTH = 3.0
 """Standard deviation of the prior in smallest changes that matter."""
 
+_LEAST_SIZE = 0.5
+"""Share of nu below which a size is none that matters: the twin's values err by as much."""
+
 _LEAST_INFORMATION = 1.0
 """D^T R D nu^2 below which nothing can be said about a change."""
+
+
+class Page(NamedTuple):
+    """Page's sums for +nu and -nu [1], and the blocks for which they have been above zero."""
+
+    up: float
+    down: float
+    up_run: int
+    down_run: int
+
+
+AT_ZERO = Page(0.0, 0.0, 0, 0)
 
 
 class Finding(NamedTuple):
@@ -107,20 +122,36 @@ def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
 
 
 def paged(
-    sums: tuple[tuple[float, float], ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
-) -> tuple[tuple[float, float], ...]:
-    """Return Page's sums (for +nu, for -nu) of every change after a block.
+    pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
+) -> tuple[Page, ...]:
+    """Return Page's sums of every change after a block.
 
     ``seen``: D^T b and D^T R D of the block for every change; ``sizes``: nu.
     """
     result = []
-    for number in range(len(sums)):
-        up, down = sums[number]
+    for number in range(len(pages)):
+        up, down, up_run, down_run = pages[number]
         response, information = seen[number]
         nu = sizes[number]
         drift = 0.5 * nu * nu * information
-        result.append((max(0.0, up + nu * response - drift), max(0.0, down - nu * response - drift)))
+        up, down = up + nu * response - drift, down - nu * response - drift
+        result.append(
+            Page(
+                max(0.0, up), max(0.0, down), up_run + 1 if up > 0.0 else 0, down_run + 1 if down > 0.0 else 0
+            )
+        )
     return tuple(result)
+
+
+def longest_run(pages: tuple[Page, ...], limit: float) -> int:
+    """Return the blocks since the sum that exceeds ``limit`` was zero: the longest of them, 0 if none does."""
+    longest = 0
+    for up, down, up_run, down_run in pages:
+        if up > limit:
+            longest = max(longest, up_run)
+        if down > limit:
+            longest = max(longest, down_run)
+    return longest
 
 
 def measured(
@@ -152,7 +183,7 @@ def _judged(
     if information * nu * nu < _LEAST_INFORMATION:
         return NOTHING
     size = response / information
-    if not least <= size <= most:
+    if not least <= size <= most or abs(size) < _LEAST_SIZE * nu:
         return NOTHING
     width = _PRIOR_WIDTH * nu
     q = width * width * information
@@ -162,12 +193,15 @@ def _judged(
 
 
 def began(
-    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, nu: float, least: float, most: float
+    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, longest: int, nu: float, least: float, most: float
 ) -> Finding:
-    """Return the change ``number`` since the block from which on its evidence is largest; as :func:`measured`."""
+    """Return the change ``number`` since the block from which on its evidence is largest, at most ``longest`` back.
+
+    The rest is as for :func:`measured`.
+    """
     best = NOTHING
     response = information = 0.0
-    for back in range(len(seen)):
+    for back in range(min(longest, len(seen))):
         b, r = seen[len(seen) - 1 - back][number]
         response += b
         information += r
