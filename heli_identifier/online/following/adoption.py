@@ -6,7 +6,7 @@
 
 A change is adopted if it is
 * significant: Page's test raised the alarm, and z of the estimate is at least 4,
-* excited: its standard error is at most the smallest change that matters,
+* excited: its standard error is at most the smallest change that matters, and the identifier sees its axes move,
 * physically possible: the value stays within its bounds, a friction never pushes, a gain keeps its sign,
 * better: a rival twin that has it beside the one in use has had smaller errors 1 s ahead over the window, which begins
   after the change was estimated. The errors are out of sample for both.
@@ -37,7 +37,6 @@ from .events import (
     ALARM,
     AMBIGUOUS,
     BETTER,
-    CUT,
     HELD,
     NAMED,
     NOT_BETTER,
@@ -70,6 +69,9 @@ SWINGING, _LEAST_BLOCKS = 2, 3
 _ROLL_BACK = 2.0
 """t of the difference of squared errors at which an adopted change is taken back."""
 
+_WORSE, _CLEARLY = 0.1, 4.0
+"""Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values."""
+
 _WATCH_WINDOWS = 2
 """An adopted change is watched for this many windows."""
 
@@ -97,9 +99,9 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode == FOLLOWING:
         return _following(state, compass, time, plan)
     if state.mode == ALARMED:
-        return _alarmed(state, compass, time, plan)
+        return _alarmed(state, compass, told, time, plan)
     if state.mode == ON_TRIAL:
-        return _on_trial(state, compass, told, time, plan)
+        return _on_trial(state, compass, time, plan)
     return _adopted(state, compass, time, plan)
 
 
@@ -114,9 +116,7 @@ def _scored(state: CorrectorState, told: Told) -> CorrectorState:
     """Count for how long each watched effect's score has been beyond its threshold."""
     if not told.scores:
         return state
-    counts = [
-        n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, told.scores, strict=True)
-    ]
+    counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, told.scores, strict=True)]
     return state._replace(scored=tuple(counts))
 
 
@@ -155,7 +155,8 @@ def findings(
 ) -> tuple[list[Finding], bool]:
     """Return every possible change with its size, the likeliest first, and whether it has been measured.
 
-    It began at most ``longest`` blocks ago. Until enough blocks have passed since the change, the sizes are those since it began, and not to be used.
+    It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
+    and not to be used.
     """
     seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
     found: list[Finding] = []
@@ -185,7 +186,13 @@ def _event(state: CorrectorState, what: int, why: int, finding: Finding, time: f
     error = finding.standard_error
     if plan.places[finding.change] < 0:
         error *= value_of(finding.change, state.values.end, plan)
-    since = time - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0)) * plan.block * plan.coarse * plan.settings.sample_time
+    since = (
+        time
+        - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0))
+        * plan.block
+        * plan.coarse
+        * plan.settings.sample_time
+    )
     return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
 
 
@@ -193,6 +200,11 @@ def _following(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Raise an alarm where Page's test or a score says so."""
+    values = state.values
+    if values.end != plan.first_values and len(state.twins.alone) == plan.window:
+        mean, t = compared(state.twins.alone, state.twins.used, (0, 1, 2))
+        if mean < -_WORSE and t < -_CLEARLY:
+            return _back(state, plan.first_values, WORSE_ALONE, time, plan)
     run = longest_run(state.pages, plan.threshold)
     if run > 0:
         found, _ = findings(state, compass, run + SWINGING, plan)
@@ -214,7 +226,7 @@ def _following(
 
 
 def _alarmed(
-    state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
+    state: CorrectorState, compass: tuple[Direction, ...], told: Told, time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Name the change as soon as it leads, or when patience is over."""
     block = plan.block * plan.coarse
@@ -228,7 +240,8 @@ def _alarmed(
     first = found[0]
     lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
     state = state._replace(finding=first)
-    enough = ready and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
+    moving = min([told.excitation[axis] for axis in _axes(first.change, plan)]) > 0.0
+    enough = ready and moving and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
     if enough and (lead >= _LEAD or late):
         events = [_event(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
         state, more = _put_on_trial(state, first, time, plan)
@@ -269,7 +282,7 @@ def _axes(number: int, plan: FollowPlan) -> tuple[int, ...]:
 
 
 def _on_trial(
-    state: CorrectorState, compass: tuple[Direction, ...], told: Told, time: float, plan: FollowPlan
+    state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Adopt the change if the rival was better over the window, else hold."""
     if len(state.twins.rival) < plan.window:
@@ -378,8 +391,8 @@ def _back(
 ) -> tuple[CorrectorState, list[Event]]:
     """Take ``values`` again."""
     number = state.finding.change
-    value = value_of(number, values, plan)
-    axis = plan.changes[number].axis
+    value = value_of(number, values, plan) if number >= 0 else 0.0
+    axis = plan.changes[number].axis if number >= 0 else -1
     event = Event(time, ROLLED_BACK, number, value, 0.0, why, axis, time)
     ramped = state.values._replace(begin=state.values.now, end=values, ramp=state.samples, rival=())
     return _rested(state._replace(values=ramped, blocks=())), [event]

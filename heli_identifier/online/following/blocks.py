@@ -27,13 +27,15 @@ _SILENT = 1e-12
 
 
 class Sums(NamedTuple):
-    """Sums of one axis: since the last product was taken, ``psi`` and ``e`` over ``count`` samples; in this block the
-    packed ``products`` of (psi, e) and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
+    """Sums of one axis.
+
+    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: the packed ``products``
+    of (psi, e), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
     """
 
     psi: tuple[float, ...]
     e: float
-    count: int
+    taken: int
     products: tuple[float, ...]
     squares: float
     seen: int
@@ -65,7 +67,7 @@ def added(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
     return s._replace(
         psi=tuple([a + b for a, b in zip(s.psi, psi, strict=True)]),
         e=s.e + e,
-        count=s.count + 1,
+        taken=s.taken + 1,
         squares=s.squares + e * e,
         seen=s.seen + 1,
     )
@@ -73,10 +75,10 @@ def added(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
 
 def multiplied(s: Sums) -> Sums:
     """Return the sums with the products of what came in since the last ones."""
-    if s.count == 0:
+    if s.taken == 0:
         return s
     z = [*s.psi, s.e]
-    share = 1.0 / s.count
+    share = 1.0 / s.taken
     products = list(s.products)
     k = 0
     for i in range(len(z)):
@@ -84,7 +86,7 @@ def multiplied(s: Sums) -> Sums:
         for j in range(i, len(z)):
             products[k] += scaled * z[j]
             k += 1
-    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, count=0, products=tuple(products))
+    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(products))
 
 
 def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]:
