@@ -17,7 +17,7 @@ soon as they predict better with t > 2, they are taken again.
 
 from math import inf
 
-from .blocks import Block, shifted
+from .blocks import PROVED, Block, Colour, coloured, kappa, shifted
 from .changes import ROTORS
 from .detection import (
     AT_ZERO,
@@ -66,6 +66,9 @@ _LEAST_Z = 4.0
 SWINGING, _LEAST_BLOCKS = 2, 3
 """Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
+_BETTER, _SURELY = 0.02, 1.0
+"""Share by which squared errors must fall on trial, and t of it."""
+
 _ROLL_BACK = 2.0
 """t of the difference of squared errors at which an adopted change is taken back."""
 
@@ -92,8 +95,8 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode == SUSPENDED:
         return state, []
     compass = _compass(state, plan)
-    newest = tuple([projected(state.blocks[-1], direction) for direction in compass])
-    state = _scored(state, told)
+    state = _scored(state._replace(colours=_coloured(state, compass)), told)
+    newest = _seen(state.blocks[-1:], compass, state.colours)[0] if state.blocks else ((0.0, 0.0),) * len(compass)
     if state.mode in (FOLLOWING, WATCHED):
         state = state._replace(pages=paged(state.pages, newest, plan.sizes))
     if state.mode == FOLLOWING:
@@ -110,6 +113,35 @@ def _compass(state: CorrectorState, plan: FollowPlan) -> tuple[Direction, ...]:
     end, at = state.values.end, plan.fields
     gains = end[at.index("k_x")], end[at.index("k_z")], end[at.index("k_y")]
     return directions(plan.changes, gains, plan.columns, plan.times_gain)
+
+
+def _coloured(state: CorrectorState, compass: tuple[Direction, ...]) -> tuple[Colour, ...]:
+    """Return the colours with the block that has become old enough without an alarm."""
+    at = len(state.blocks) - 1 - PROVED
+    if at < 2 or state.mode != FOLLOWING:
+        return state.colours
+    result = []
+    for number in range(len(compass)):
+        u, information = projected(state.blocks[at], compass[number])
+        u_1, _ = projected(state.blocks[at - 1], compass[number])
+        u_2, _ = projected(state.blocks[at - 2], compass[number])
+        result.append(coloured(state.colours[number], u, u_1, u_2, information))
+    return tuple(result)
+
+
+def _seen(
+    blocks: tuple[Block, ...], compass: tuple[Direction, ...], colours: tuple[Colour, ...]
+) -> tuple[tuple[tuple[float, float], ...], ...]:
+    """Return for each block D^T b and D^T R D of every change, both over kappa."""
+    shares = [1.0 / kappa(colour) for colour in colours]
+    result = []
+    for block in blocks:
+        row = []
+        for number in range(len(compass)):
+            response, information = projected(block, compass[number])
+            row.append((shares[number] * response, shares[number] * information))
+        result.append(tuple(row))
+    return tuple(result)
 
 
 def _scored(state: CorrectorState, told: Told) -> CorrectorState:
@@ -158,7 +190,7 @@ def findings(
     It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
     and not to be used.
     """
-    seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
+    seen = _seen(state.blocks, compass, state.colours)
     found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = _bounds(number, state, plan)
@@ -214,7 +246,7 @@ def _following(
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
             number = len(plan.changes) - len(state.scored) + slot
-            seen = tuple([tuple([projected(block, d) for d in compass]) for block in state.blocks])
+            seen = _seen(state.blocks, compass, state.colours)
             least, most = _bounds(number, state, plan)
             one = measured(seen, number, len(seen), plan.sizes[number], least, most)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
@@ -289,9 +321,9 @@ def _on_trial(
         return state, []
     number = state.finding.change
     axes = _axes(number, plan)
-    worse, _ = compared(state.twins.rival, state.twins.against, axes)
+    difference, t = compared(state.twins.rival, state.twins.against, axes)
     latest = _again(state, compass, number, state.finding, time, plan)
-    if worse >= 0.0:
+    if difference > -_BETTER or t > -_SURELY:
         return _rested(state), [_event(state, HELD, NOT_BETTER, latest, time, plan)]
     event = _event(state, ADOPTED, BETTER, latest, time, plan)
     return _taken(state, compass, latest, event, plan), [event]
@@ -317,7 +349,7 @@ def _again(
         return finding
     least, most = _bounds(number, state, plan)
     size = min(max(response / information, least), most)
-    error = information**-0.5
+    error = (kappa(state.colours[number]) / information) ** 0.5
     return Finding(number, count, size, error, finding.evidence, size / error)
 
 
@@ -378,7 +410,7 @@ def _adopted(
     if count < _WATCH_WINDOWS * plan.window:
         return state, []
     least, most = _bounds(number, state, plan)
-    seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
+    seen = _seen(state.blocks, compass, state.colours)
     left = measured(seen, number, len(seen), plan.sizes[number], least, most)
     state = _rested(state)._replace(pages=state.pages)
     if left.change >= 0 and abs(left.z) >= _REFINING:

@@ -1,6 +1,6 @@
 """The corrector: one sample in, the values in use out."""
 
-from math import cos
+from math import cos, sqrt
 
 from heli_plant.communication import PlantMemory, begin
 from heli_plant.correction import with_share
@@ -11,7 +11,7 @@ from heli_plant.state import PlantState, start_state
 
 from .adoption import KEPT, judged
 from .ahead import advanced, read
-from .blocks import Block, Sums, added, first_level, learned, multiplied, no_sums, parted
+from .blocks import UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, parted
 from .detection import AT_ZERO, NOTHING
 from .errors import Row, rms
 from .events import BACK, CUT, FROZEN, HELD, STOPPED, STREAM, Event
@@ -35,6 +35,13 @@ from .state import (
 
 _LARGEST_INNOVATION = 4.0
 """Innovations count with at most this many standard deviations."""
+
+_DOUBTFUL = 2
+"""Blocks before a fault of the stream that are dropped."""
+
+_LONG_STUCK, _HELD = 0.5, 0.06
+"""An encoder that stands still for this long [s] is at fault as well if the observer sees this acceleration hold the
+axis [rad/s^2]: more than dry friction of a usual bearing."""
 
 _MOVING = 0.03
 """Rate [rad/s] at which an encoder that stands still is at fault: it would have moved by five counts of 4096."""
@@ -62,6 +69,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c)),
         (no_sums(a), no_sums(b), no_sums(c)),
         (first_level(_COUNT), first_level(_COUNT), first_level(_COUNT)),
+        (UNKNOWN,) * len(plan.changes),
         (0.0, 0.0),
         0,
         Twins((), (), (), (), (), (), (), angles, angles),
@@ -105,7 +113,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
 
     angles = (now.pitch, now.elevation, now.travel)
     fresh = now.fresh > 0.5
-    stream = _watched(state.stream, angles, fresh, memory.state, plan)
+    stream = _watched(state.stream, angles, fresh, memory.state, torque, plan)
     events: list[Event] = []
     mode, since, settled = state.mode, state.since, state.settled
     twins, sums, sensitivities = state.twins, state.sums, state.sensitivities
@@ -120,6 +128,8 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
             mode, since = SUSPENDED, k
             values = values._replace(rival=())
             twins = twins._replace(copies=(), copies_alone=(), copies_rival=(), against=(), rival=())
+            # what came in before the fault was seen is not to be trusted
+            state = state._replace(blocks=state.blocks[:-_DOUBTFUL], pages=(AT_ZERO,) * len(state.pages))
     elif mode == SUSPENDED and fresh:
         events.append(Event(time, STREAM, -1, 0.0, 0.0, BACK, -1, time))
         settled = k + plan.settling
@@ -148,7 +158,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         s = predicted_sensitivity(sensitivities[axis], g[axis], stiffness, damping, h, plan.gains)
         total = sums[axis]
         if counts:
-            most = _LARGEST_INNOVATION * (state.levels[axis].variance * state.levels[axis].colour) ** 0.5
+            most = _LARGEST_INNOVATION * sqrt(state.levels[axis].variance)
             total = added(total, s.angle, saturate(innovation[axis], most) if mode != STARTING else innovation[axis])
         elif not total.spoiled and (k < settled or stream.broken or k < values.ramp + round(RAMP / h)):
             total = total._replace(spoiled=True)
@@ -214,7 +224,7 @@ def _advanced(
     return memory, voltages
 
 
-def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, plan: FollowPlan) -> Stream:
+def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, torque: Torque, plan: FollowPlan) -> Stream:
     """Return how the samples come in, after one more instant."""
     if not fresh:
         unseen = stream.unseen + 1
@@ -228,7 +238,9 @@ def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, plan: 
             still[axis] = stream.still[axis] + 1
             if still[axis] == 1:
                 began[axis] = rates[axis]
-            frozen = frozen or (still[axis] >= plan.stuck and abs(began[axis]) > _MOVING)
+            moving = still[axis] >= plan.stuck and abs(began[axis]) > _MOVING
+            held = still[axis] * plan.settings.sample_time >= _LONG_STUCK and abs(torque[axis]) > _HELD
+            frozen = frozen or moving or held
     return Stream(0, angles, (still[0], still[1], still[2]), (began[0], began[1], began[2]), frozen)
 
 

@@ -21,7 +21,7 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search.
 psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
 name are therefore taken from the blocks that begin two after the change, the same ones for every change. The prior
-keeps a change from winning that would have to be absurdly large; sizes below nu/2 are no change that matters.
+keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
 Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
 Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
@@ -39,7 +39,7 @@ Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 _PRIOR_WIDTH = 3.0
 """Standard deviation of the prior in smallest changes that matter."""
 
-_LEAST_SIZE = 0.5
+_LEAST_SIZE = 0.25
 """Share of nu below which a size is none that matters: the twin's values err by as much."""
 
 _LEAST_INFORMATION = 1.0

@@ -6,7 +6,7 @@ from heli_plant.communication import PlantMemory
 from heli_plant.observer import Torque
 from heli_plant.state import PlantState
 
-from .blocks import Block, Level, Sums
+from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
 from .plan import FollowPlan, parameters_of
 from .sensitivity import Sensitivity
@@ -35,6 +35,7 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     fields["sensitivities"] = _each(Sensitivity, fields["sensitivities"])
     fields["sums"] = _each(Sums, fields["sums"])
     fields["levels"] = _each(Level, fields["levels"])
+    fields["colours"] = _each(Colour, fields["colours"])
     fields["blocks"] = _each(Block, fields["blocks"])
     fields["pages"] = _each(Page, fields["pages"])
     fields["finding"] = Finding(*fields["finding"])

@@ -7,7 +7,7 @@ from heli_plant.observer import Torque
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
-from .blocks import Block, Level, Sums
+from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
 from .errors import Row
 from .events import Event
@@ -102,6 +102,7 @@ class CorrectorState(NamedTuple):
     sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
     sums: tuple[Sums, Sums, Sums]
     levels: tuple[Level, Level, Level]
+    colours: tuple[Colour, ...]
     arrived: tuple[float, float]
     steps: int
     twins: Twins
