@@ -9,7 +9,8 @@ import fmpy
 import pytest
 
 import heli_identifier
-from fmu_src import UNITS
+from fmu_src import UNITS, BuildError
+from fmu_src.native import NATIVE_UNITS, build_native
 from tests.native_builds import needs_a_compiler
 
 
@@ -80,7 +81,7 @@ def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
     assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
 
 
-def test_every_unit_has_a_native_twin():
-    from fmu_src.native.definitions import DEFINITIONS
-
-    assert list(DEFINITIONS) == list(UNITS)
+def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only(tmp_path):
+    assert [unit for unit in UNITS if unit in NATIVE_UNITS] == list(NATIVE_UNITS)
+    with pytest.raises(BuildError, match="Corrector runs in Python only"):
+        build_native("Corrector", tmp_path)

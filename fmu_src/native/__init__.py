@@ -7,7 +7,11 @@ of a unit, its memory, the functions of FMI, and for each unit which variable go
 """
 
 from .builder import build_native
+from .definitions import DEFINITIONS
 from .toolchain import runs_here, without_compiler
 from .translator import Untranslatable
 
-__all__ = ["Untranslatable", "build_native", "runs_here", "without_compiler"]
+NATIVE_UNITS = tuple(DEFINITIONS)
+"""Units that have a native twin; the others run in Python only."""
+
+__all__ = ["NATIVE_UNITS", "Untranslatable", "build_native", "runs_here", "without_compiler"]

@@ -71,9 +71,15 @@ def native_sources(
 
     Raises
     ------
+    BuildError
+        The unit has no native twin.
     Untranslatable
         A function that the unit needs uses a form of Python that has no translation: file, line, reason.
     """
+    if unit.__name__ not in DEFINITIONS:
+        raise BuildError(
+            f"{unit.__name__} runs in Python only; there is C for {', '.join(DEFINITIONS)}. Leave native away for it"
+        )
     definition, model_header, model_source = _model(unit.__name__, exchange is not None)
     own = [*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files]
     own += ["absent.h"] if fmi == 3 else []

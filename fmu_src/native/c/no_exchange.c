@@ -12,3 +12,9 @@ void exchange_refresh(Unit *unit)
 {
     unit->stale = false;
 }
+
+bool exchange_lets_change(const Unit *unit, uint32_t reference)
+{
+    (void)unit, (void)reference;
+    return true;
+}

@@ -306,6 +306,8 @@ static bool open_to_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
+    if (!early && !exchange_lets_change(unit, reference))
+        return false;
     return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
 }
 
@@ -316,6 +318,7 @@ static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
     const char *quote = variable->kind == STRING ? "'" : "";
     const char *reason = variable->causality == OUTPUT  ? "is an output"
                          : variable->causality == LOCAL ? "is calculated"
+                         : unit->exchange               ? "is fixed in model exchange once initialisation has ended"
                                                         : "is fixed once initialisation has ended";
     return unit_say(
         unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,

@@ -110,6 +110,9 @@ void exchange_begin(Unit *unit);
 /* Compute the variables that follow from state and time. */
 void exchange_refresh(Unit *unit);
 
+/* Whether a variable may be set once the initialisation has ended: not a parameter of states that an importer integrates. */
+bool exchange_lets_change(const Unit *unit, uint32_t reference);
+
 char *unit_copied(const char *text); /* on the heap, or NULL */
 Status unit_say(Unit *unit, Status status, const char *format, ...);
 

@@ -17,7 +17,9 @@ def _units() -> list[str]:
 def build(
     units: Annotated[
         list[str],
-        typer.Argument(metavar="[UNIT]...", help="Units to build; all five if none is named.", autocompletion=_units),
+        typer.Argument(
+            metavar="[UNIT]...", help="Units to build; all of them if none is named.", autocompletion=_units
+        ),
     ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the FMUs.")] = Path("build"),
     parameters: Parameters = None,
@@ -52,6 +54,10 @@ def build(
             "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
         )
     names = units or _units()
+    if native and not units:
+        from fmu_src.native import NATIVE_UNITS
+
+        names = list(NATIVE_UNITS)
     given = by_unit(parameters)
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
