@@ -9,7 +9,7 @@ import fmpy
 import pytest
 
 import heli_identifier
-from fmu_src import UNITS
+from fmu_src import SCENARIOS, UNITS
 from tests.native_builds import needs_a_compiler
 
 
@@ -80,7 +80,10 @@ def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
     assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
 
 
-def test_every_unit_has_a_native_twin():
-    from fmu_src.native.definitions import DEFINITIONS
+def test_what_a_run_on_one_computer_needs_has_a_native_twin_and_the_link_to_a_rig_has_none(tmp_path):
+    from fmu_src.native import NATIVE_UNITS
 
-    assert list(DEFINITIONS) == list(UNITS)
+    needed = {kind for name in ("closed_loop", "measured_data") for _, kind in SCENARIOS[name].units}
+    assert needed == set(NATIVE_UNITS) < set(UNITS)
+    done = heli(tmp_path, "build", "RigLink", "--native")
+    assert done.returncode == 2 and "RigLink has no native twin" in done.stderr

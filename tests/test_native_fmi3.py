@@ -7,8 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src import UNITS
-from fmu_src.native import build_native
+from fmu_src.native import NATIVE_UNITS, build_native
 from tests.native_builds import lockstep, needs_a_compiler
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
@@ -26,10 +25,10 @@ ORDERS = {
 def twins(tmp_path_factory):
     needs_a_compiler()
     folder = tmp_path_factory.mktemp("native")
-    return {(unit, fmi): build_native(unit, folder / str(fmi), fmi=fmi) for unit in UNITS for fmi in (2, 3)}
+    return {(unit, fmi): build_native(unit, folder / str(fmi), fmi=fmi) for unit in NATIVE_UNITS for fmi in (2, 3)}
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
     parameters, inputs = ORDERS[unit]
     if unit == "LogPlayer":
@@ -47,7 +46,7 @@ def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
     assert [status for status, _ in run["log"]] == run["statuses"]
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_fmpy_finds_no_problem_in_a_unit_of_fmi_3(twins, unit):
     done = subprocess.run(
         [sys.executable, "-m", "fmpy", "validate", str(twins[unit, 3])], capture_output=True, text=True, check=False
@@ -55,7 +54,7 @@ def test_fmpy_finds_no_problem_in_a_unit_of_fmi_3(twins, unit):
     assert done.returncode == 0 and "No problems found" in done.stdout, done.stdout
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_names_references_causalities_and_start_values_are_those_of_fmi_2(twins, unit):
     def root(fmi):
         with zipfile.ZipFile(twins[unit, fmi]) as archive:

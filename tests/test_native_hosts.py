@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src import UNITS
-from fmu_src.native import build_native
+from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, compiler
 from tests.native_builds import needs_a_compiler
 
@@ -23,7 +22,7 @@ def twins(tmp_path_factory):
     needs_a_compiler()
     folder = tmp_path_factory.mktemp("native")
     opened = {}
-    for unit in UNITS:
+    for unit in NATIVE_UNITS:
         with zipfile.ZipFile(build_native(unit, folder)) as archive:
             archive.extractall(folder / unit)
         opened[unit] = folder / unit
@@ -87,7 +86,7 @@ def host(tmp_path_factory):
     return compiled(system_gcc(), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_a_c_host_runs_a_native_unit_without_python(twins, host, log, unit):
     library = twins[unit] / f"binaries/linux64/{unit}.so"
     shown = run([str(host)], library, twins[unit], log)
@@ -97,21 +96,21 @@ def test_a_c_host_runs_a_native_unit_without_python(twins, host, log, unit):
 
 
 @pytest.mark.parametrize("level", ["-O0", "-O1", "-O2", "-O3", "-O3 -march=native"])
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_every_optimisation_gives_the_same_bits(twins, host, log, tmp_path, unit, level):
     own = compiled(system_gcc(), sources_of(twins[unit]), tmp_path / f"{unit}.so", *level.split(), "-shared", "-fPIC")
     delivered = twins[unit] / f"binaries/linux64/{unit}.so"
     assert run([str(host)], own, twins[unit], log) == run([str(host)], delivered, twins[unit], log)
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_no_warning_at_the_highest_level(twins, tmp_path, unit):
     """-Wextra without unused parameters: the laws of all effects share one list of arguments."""
     flags = ["-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror", "-O2", "-shared", "-fPIC"]
     compiled(system_gcc(), sources_of(twins[unit]), tmp_path / "unit.so", *flags)
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_the_sanitizers_find_nothing(twins, log, tmp_path, unit):
     """Addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
     flags = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]
@@ -159,7 +158,7 @@ CLOSE = {
 may differ in the last bit (2e-16). The plant and the controller damp that, the identifier divides by its excitation."""
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_the_windows_binary_runs_under_wine(twins, host, log, tmp_path, unit):
     wine = shutil.which("wine")
     if wine is None:

@@ -14,9 +14,9 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-from fmu_src import CLOSED_LOOP, OPEN_LOOP, UNITS, MasterError
+from fmu_src import CLOSED_LOOP, OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
-from fmu_src.native import build_native
+from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.ssp import write_ssp
 from tests.native_builds import needs_a_compiler
 from tests.test_importers import AGREEMENT, PARAMETERS, STEP, STEPS, files_of, imported
@@ -29,7 +29,7 @@ LONG = 100_000
 def twins(tmp_path_factory):
     needs_a_compiler()
     folder = tmp_path_factory.mktemp("native")
-    return {unit: build_native(unit, folder) for unit in UNITS}
+    return {unit: build_native(unit, folder) for unit in NATIVE_UNITS}
 
 
 @pytest.fixture(scope="module")

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmu_src import UNITS
-from fmu_src.native import build_native
+from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import PLATFORMS, compiler
 from tests.fmi_rules import findings
 from tests.native_builds import lockstep, needs_a_compiler
@@ -28,7 +27,7 @@ WATCHED = {
 def twins(tmp_path_factory):
     needs_a_compiler()
     folder = tmp_path_factory.mktemp("native")
-    return {unit: build_native(unit, folder) for unit in UNITS}
+    return {unit: build_native(unit, folder) for unit in NATIVE_UNITS}
 
 
 @pytest.mark.parametrize(
@@ -163,7 +162,7 @@ def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, 
         assert log[0] == said_by_python[0]
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_names_causalities_and_start_values_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
     def listed(path):
         with zipfile.ZipFile(path) as archive:
@@ -175,7 +174,7 @@ def test_names_causalities_and_start_values_are_those_of_the_pythonfmu_unit(fmus
     assert ElementTree.tostring(structure) == ElementTree.tostring(reference)
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_fmpy_finds_no_problem_in_a_native_unit(twins, unit):
     done = subprocess.run(
         [sys.executable, "-m", "fmpy", "validate", str(twins[unit])], capture_output=True, text=True, check=False
@@ -183,13 +182,13 @@ def test_fmpy_finds_no_problem_in_a_native_unit(twins, unit):
     assert done.returncode == 0 and "No problems found" in done.stdout, done.stdout
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_a_native_unit_keeps_the_rules_of_fmi(twins, unit):
     found = [text for text in findings(twins[unit]) if "no binary" not in text]
     assert found == []
 
 
-@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("unit", NATIVE_UNITS)
 def test_sources_and_their_description_are_always_there(twins, unit):
     with zipfile.ZipFile(twins[unit]) as archive:
         names = archive.namelist()

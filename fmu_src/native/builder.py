@@ -15,12 +15,17 @@ from uuid import UUID, uuid5
 from heli_identifier.files import write_atomically
 
 from ..builder import checked_start_values, unit_class
+from ..errors import BuildError
 from ..packaging import icon, index_html, native_model_description, xml_text, zip_bytes
 from ..variables import Value
+from .definitions import DEFINITIONS
 from .sources import build_description, compiled_files, native_sources
 from .toolchain import binaries
 
 FMI_VERSIONS = (2, 3)
+NATIVE_UNITS = tuple(DEFINITIONS)
+"""Units that have a native twin; a link to a rig needs the sockets of the system, which C has no standard for."""
+
 _NAMESPACE = UUID("0d1f4a52-8c4e-4f43-8d6c-0f0f3a8e7f35")
 
 _HOST = """<h2>What the host needs</h2>
@@ -47,7 +52,7 @@ def build_native(
     Parameters
     ----------
     unit : str
-        A key of :data:`fmu_src.UNITS`.
+        One of :data:`NATIVE_UNITS`.
     directory : path
         Created if it does not exist; the file appears complete or not at all.
     parameters : mapping, optional
@@ -65,9 +70,11 @@ def build_native(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, or a compiler that fails.
+        A unit without a native twin, an unknown unit or parameter, a value out of range, or a compiler that fails.
     """
     kind = unit_class(unit)
+    if unit not in NATIVE_UNITS:
+        raise BuildError(f"{unit} has no native twin; {', '.join(NATIVE_UNITS)} have one")
     start_values = checked_start_values(kind, parameters or {})
     token = _token(native_sources(kind, start_values, "", fmi))
     sources = native_sources(kind, start_values, token, fmi)

@@ -61,8 +61,8 @@ def model_description(
         canRunAsynchronuously="false",
         canBeInstantiatedOnlyOncePerProcess="false",
         canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
+        canGetAndSetFMUstate=value_text(unit.saves_state, "Boolean"),
+        canSerializeFMUstate=value_text(unit.saves_state, "Boolean"),
         providesDirectionalDerivative="false",
     )
     if sources:

@@ -8,7 +8,11 @@ import typer
 from heli_identifier.workbench.commands.options import Json, Native, Parameters, ScenarioName, Settings
 
 
-def _units() -> list[str]:
+def _units(native: bool = False) -> list[str]:
+    if native:
+        from fmu_src.native import NATIVE_UNITS
+
+        return list(NATIVE_UNITS)
     from fmu_src import UNITS
 
     return list(UNITS)
@@ -17,7 +21,9 @@ def _units() -> list[str]:
 def build(
     units: Annotated[
         list[str],
-        typer.Argument(metavar="[UNIT]...", help="Units to build; all five if none is named.", autocompletion=_units),
+        typer.Argument(
+            metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=lambda: _units()
+        ),
     ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the FMUs.")] = Path("build"),
     parameters: Parameters = None,
@@ -44,7 +50,7 @@ def build(
         raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
     if all_platforms and not native:
         raise ConfigurationError("--all-platforms belongs to native units; add --native.")
-    names = units or _units()
+    names = units or _units(native)
     given = by_unit(parameters)
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
