@@ -19,6 +19,7 @@ from heli_identifier.workbench.commands.linearise import linearise
 from heli_identifier.workbench.commands.options import Spreading
 from heli_identifier.workbench.commands.paper import paper
 from heli_identifier.workbench.commands.simulate import simulate
+from heli_identifier.workbench.commands.stream import stream
 
 app = typer.Typer(
     name="heli",
@@ -58,6 +59,11 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         design,
         "heli design --separate motor_lag input_delay --parameters result/parameters.json\n\n"
         "heli design --show reverse_thrust_loss --output experiment.csv",
+    ),
+    (
+        stream,
+        "heli stream run.csv --to 127.0.0.1:25000\n\n"
+        "heli stream run.csv --to 192.168.7.2:25000 --speed 4 --layout json",
     ),
     (effects, "heli effects\n\nheli effects --axis pitch --json"),
     (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),
