@@ -1,0 +1,155 @@
+"""Has something changed? Page's test on every change that the rig may undergo; which one, and when: by likelihood.
+
+With R and b of the blocks (:mod:`.blocks`) and D the direction of a change (:mod:`.changes`), a change of size delta
+has in each block the log-likelihood ratio against no change
+
+    s(delta) = delta D^T b - delta^2/2 D^T R D
+
+Page's test sums it for delta = +-nu, the smallest change that matters, and restarts at zero:
+
+    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds ln(M T / 1 s)
+
+for M tests and a mean time T between false alarms. Without a change exp(s) has mean one given the past, so that the
+mean time of one test is at least exp(threshold) blocks, and that of M together at least T. Twins whose parameters err
+by less than nu/2 give no alarm either: the mean of s is then negative.
+
+After an alarm the size is estimated for every change from every block on, delta = D^T b / D^T R D with sums from that
+block to now, and judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
+
+    ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
+
+The largest ln B names change and time. The prior keeps a change that would have to be absurdly large from winning.
+Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
+Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
+Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
+"""
+
+from math import log
+from typing import NamedTuple
+
+from .blocks import Block
+from .changes import BOTH, FRONT, ROTORS, Change
+
+Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""D: coefficients of the regressors of pitch, elevation and travel."""
+
+_PRIOR_WIDTH = 3.0
+"""Standard deviation of the prior in smallest changes that matter."""
+
+_LEAST_INFORMATION = 1.0
+"""D^T R D nu^2 below which nothing can be said about a change."""
+
+
+class Finding(NamedTuple):
+    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1]."""
+
+    change: int
+    blocks: int
+    size: float
+    standard_error: float
+    evidence: float
+    z: float
+
+
+NOTHING = Finding(-1, 0, 0.0, 0.0, 0.0, 0.0)
+
+
+def directions(
+    bank: tuple[Change, ...],
+    gains: tuple[float, float, float],
+    columns: tuple[int, int, int],
+    times_gain: tuple[bool, ...],
+) -> tuple[Direction, ...]:
+    """Return D of every change; ``gains`` k_x, k_z, k_y in use [rad/s^2/V]; ``columns``: regressors of each axis."""
+    found: list[Direction] = []
+    for number in range(len(bank)):
+        change = bank[number]
+        rows = [[0.0] * n for n in columns]
+        if change.axis != ROTORS:
+            rows[change.axis][change.column] = gains[change.axis] if times_gain[number] else 1.0
+        else:
+            for axis in range(3):
+                k = gains[axis]
+                if change.name == BOTH:
+                    rows[axis][0] = k
+                else:
+                    rows[axis][0] = 0.5 * k
+                    rows[axis][1] = 0.5 * k if change.name == FRONT else -0.5 * k
+        found.append((tuple(rows[0]), tuple(rows[1]), tuple(rows[2])))
+    return tuple(found)
+
+
+def projected(block: Block, direction: Direction) -> tuple[float, float]:
+    """Return D^T b and D^T R D of a block."""
+    response, information = 0.0, 0.0
+    for axis in range(3):
+        r, b, row = block.information[axis], block.response[axis], direction[axis]
+        n = len(row)
+        k = 0
+        for i in range(n):
+            if row[i] == 0.0:
+                k += n - i
+                continue
+            response += row[i] * b[i]
+            information += row[i] * row[i] * r[k]
+            k += 1
+            for j in range(i + 1, n):
+                information += 2.0 * row[i] * row[j] * r[k]
+                k += 1
+    return response, information
+
+
+def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
+    """Return the threshold [1] of each of ``tests``; times [s]."""
+    return log(tests * false_alarm_time / block_time)
+
+
+def paged(
+    sums: tuple[tuple[float, float], ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
+) -> tuple[tuple[float, float], ...]:
+    """Return Page's sums (for +nu, for -nu) of every change after a block.
+
+    ``seen``: D^T b and D^T R D of the block for every change; ``sizes``: nu.
+    """
+    result = []
+    for number in range(len(sums)):
+        up, down = sums[number]
+        response, information = seen[number]
+        nu = sizes[number]
+        drift = 0.5 * nu * nu * information
+        result.append((max(0.0, up + nu * response - drift), max(0.0, down - nu * response - drift)))
+    return tuple(result)
+
+
+def likeliest(
+    seen: tuple[tuple[tuple[float, float], ...], ...],
+    number: int,
+    nu: float,
+    least: float,
+    most: float,
+    earliest: int = 0,
+) -> Finding:
+    """Return when and by how much the change ``number`` took place, with a size between ``least`` and ``most``.
+
+    ``seen``: for each block, oldest first, D^T b and D^T R D of every change; only blocks from ``earliest`` on count.
+    """
+    best = NOTHING
+    response = information = 0.0
+    count = len(seen)
+    width = _PRIOR_WIDTH * nu
+    for back in range(count - earliest):
+        b, r = seen[count - 1 - back][number]
+        response += b
+        information += r
+        if information * nu * nu < _LEAST_INFORMATION:
+            continue
+        size = response / information
+        if not least <= size <= most:
+            continue
+        q = width * width * information
+        square = response * response / information
+        evidence = 0.5 * square * q / (1.0 + q) - 0.5 * log(1.0 + q)
+        if best.change < 0 or evidence > best.evidence:
+            root = information**-0.5
+            best = Finding(number, back + 1, size, root, evidence, size / root)
+    return best

@@ -1,0 +1,146 @@
+"""What the following twin remembers between two samples, and what it says."""
+
+from typing import NamedTuple
+
+from heli_plant.communication import PlantMemory
+from heli_plant.parameters import PlantParameters
+from heli_plant.state import PlantState
+
+from .blocks import Block, Level, Sums
+from .detection import NOTHING, Finding
+from .errors import Row
+from .events import Event
+from .observer import Sensitivity
+
+STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
+MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
+"""The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
+stream has stopped."""
+
+Pages = tuple[tuple[float, float], ...]
+"""Page's two sums of every change."""
+
+
+class Sample(NamedTuple):
+    """What is read of the rig: voltages held from now on [V], angles [rad]; ``fresh`` is 0 where nothing came in."""
+
+    v_front: float
+    v_rear: float
+    pitch: float
+    elevation: float
+    travel: float
+    fresh: float = 1.0
+
+
+class Told(NamedTuple):
+    """What the on-line identifier says: the excitation of the axes [1] and the scores [1] of the effects in order."""
+
+    excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    scores: tuple[float, ...] = ()
+
+
+class Stream(NamedTuple):
+    """How the samples come in.
+
+    ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
+    not moved and the rate [rad/s] that the observer saw when they stopped; whether it is ``broken``.
+    """
+
+    unseen: int
+    angles: Row
+    still: tuple[int, int, int]
+    rates: Row
+    broken: bool
+
+
+class Twins(NamedTuple):
+    """Running copies and errors of the twins: in use, left alone, rival (empty without one).
+
+    ``used``, ``alone``: errors of the last window [rad]; ``against`` and ``rival``: pairs of errors since a rival runs;
+    the last predictions that fell due [rad].
+    """
+
+    copies: tuple[PlantState, ...]
+    copies_alone: tuple[PlantState, ...]
+    copies_rival: tuple[PlantState, ...]
+    used: tuple[Row, ...]
+    alone: tuple[Row, ...]
+    against: tuple[Row, ...]
+    rival: tuple[Row, ...]
+    predicted: Row
+    predicted_alone: Row
+
+
+class Values(NamedTuple):
+    """Values in use, and where a ramp leads them.
+
+    ``now``, ``begin`` and ``end`` of the ramp, the sample at which it began; ``rival``: values of the rival, empty
+    without one; standard errors of what was adopted; the plant's parameters for ``now`` and for the rival.
+    """
+
+    now: tuple[float, ...]
+    begin: tuple[float, ...]
+    end: tuple[float, ...]
+    ramp: int
+    rival: tuple[float, ...]
+    errors: tuple[float, ...]
+    parameters: PlantParameters
+    rival_parameters: PlantParameters
+
+
+class CorrectorState(NamedTuple):
+    """Everything remembered; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums count.
+
+    ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
+    ``scored``: samples for which the score of each effect has been beyond its threshold.
+    """
+
+    samples: int
+    voltages: tuple[float, float]
+    memory: PlantMemory
+    torque: Row
+    sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
+    sums: tuple[Sums, Sums, Sums]
+    levels: tuple[Level, Level, Level]
+    arrived: tuple[float, float]
+    steps: int
+    twins: Twins
+    blocks: tuple[Block, ...]
+    pages: Pages
+    values: Values
+    mode: int
+    since: int
+    settled: int
+    finding: Finding
+    scored: tuple[int, ...]
+    stream: Stream
+
+
+class CorrectorOutput(NamedTuple):
+    """What is known after a sample.
+
+    ``time`` [s]; ``compared``: whether predictions fell due at this sample; ``predicted``, ``predicted_alone``: what
+    the twin in use and the one left alone predicted 1 s before [rad]; ``error``, ``error_alone``: their rms errors over
+    the window [rad]; ``observed``: angles [rad] and rates [rad/s] of the observer; ``torque``: unmodelled accelerations
+    [rad/s^2]; ``values`` in use and ``standard_errors`` of what was adopted, 0 elsewhere; ``alarm``: the largest of
+    Page's sums over the threshold [1]; ``suspect``: the likeliest change by number, -1 for none; ``mode`` as a place in
+    :data:`MODES`; ``events`` of this sample.
+    """
+
+    time: float
+    compared: bool
+    predicted: Row
+    predicted_alone: Row
+    error: Row
+    error_alone: Row
+    observed: tuple[float, float, float, float, float, float]
+    torque: Row
+    values: tuple[float, ...]
+    standard_errors: tuple[float, ...]
+    alarm: float
+    suspect: int
+    mode: int
+    events: tuple[Event, ...]
+
+
+NO_FINDING = NOTHING
