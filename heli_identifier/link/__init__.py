@@ -5,11 +5,12 @@ The unit RigLink, `heli stream` and `heli follow --listen` share it; it needs th
 
 from .clock import Clock, ClockSettings, Seen, tick
 from .datagrams import JSON, SIGNALS, USUAL_LAYOUT, Datagram, Layout, decode, encode, read_layout
-from .order import Counts, Order, Timed, release, take, timed
+from .order import JUMP, Counts, Order, Timed, release, take, timed
 from .port import Port, read_address
 
 __all__ = [
     "JSON",
+    "JUMP",
     "SIGNALS",
     "USUAL_LAYOUT",
     "Clock",

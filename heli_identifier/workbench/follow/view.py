@@ -1,0 +1,142 @@
+"""What there is to see of a twin that follows, at one instant: for the terminal and for the page alike."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from heli_identifier.online.following import MODES, Follower, FollowOutput, Sample
+from heli_identifier.workbench.follow.listening import Status
+from heli_plant.effects import AXES
+from heli_plant.parameters import BY_FIELD
+
+EVENTS_SHOWN = 50
+"""Events that a view holds, the latest ones."""
+
+
+class AxisView(NamedTuple):
+    """One axis.
+
+    Measured angle, what the following twin and the one left alone predicted for now 1 s ago [rad]; root-mean-square
+    errors of both over the last window, and the one that the parameters declare [rad]. None where there is none yet.
+    """
+
+    axis: str
+    measured: float
+    predicted: float | None
+    predicted_alone: float | None
+    error: float | None
+    error_alone: float | None
+    declared: float | None
+
+
+class ValueView(NamedTuple):
+    """One value of the twin: at the start, in use, and what the on-line identifier says with half its 95 % band."""
+
+    name: str
+    unit: str
+    start: float
+    used: float
+    estimate: float | None
+    band: float | None
+
+
+class View(NamedTuple):
+    """Everything at one instant.
+
+    ``alarm`` is the largest sum of the detector over its threshold [1]; ``events`` are the latest ones.
+    """
+
+    time: float
+    mode: str
+    fresh: bool
+    alarm: float
+    suspect: str
+    axes: tuple[AxisView, ...]
+    values: tuple[ValueView, ...]
+    number_of_events: int
+    events: tuple[Mapping[str, Any], ...]
+    stream: Status | None
+
+    def document(self) -> dict[str, Any]:
+        """Give the view as a document for JSON."""
+        return {
+            **self._asdict(),
+            "axes": [axis._asdict() for axis in self.axes],
+            "values": [value._asdict() for value in self.values],
+            "stream": stream_document(self.stream),
+        }
+
+
+def stream_document(status: Status | None) -> dict[str, Any] | None:
+    """Give the state of a stream as a document for JSON."""
+    return None if status is None else {**status._asdict(), "counts": status.counts._asdict()}
+
+
+def view_of(
+    sample: Sample,
+    output: FollowOutput,
+    predicted: tuple[Sequence[float], Sequence[float]] | None,
+    plan: Follower,
+    declared: Mapping[str, float],
+    events: Sequence[Mapping[str, Any]],
+    stream: Status | None,
+) -> View:
+    """Return the view after a sample; ``predicted`` are the last predictions that fell due, of both twins [rad]."""
+    now = output.corrector
+    angles = (sample.pitch, sample.elevation, sample.travel)
+    axes = tuple(
+        AxisView(
+            axis,
+            angles[i],
+            None if predicted is None else predicted[0][i],
+            None if predicted is None else predicted[1][i],
+            now.error[i] or None,
+            now.error_alone[i] or None,
+            declared.get(axis),
+        )
+        for i, axis in enumerate(AXES)
+    )
+    bank = plan.corrector.changes
+    suspect = bank[now.suspect].name if now.suspect >= 0 else ""
+    shown = tuple(events[-EVENTS_SHOWN:])
+    return View(
+        now.time,
+        MODES[now.mode],
+        sample.fresh > 0.5,
+        now.alarm,
+        suspect,
+        axes,
+        _values(output, plan),
+        len(events),
+        shown,
+        stream,
+    )
+
+
+def _values(output: FollowOutput, plan: Follower) -> tuple[ValueView, ...]:
+    """Return the identified parameters, and whatever else the twin has changed."""
+    corrector, start = plan.corrector, plan.corrector.settings.parameters
+    used = dict(zip(corrector.changeable, output.corrector.values, strict=True))
+    first = dict(zip(corrector.changeable, corrector.first_values, strict=True))
+    rows = []
+    estimates = zip(output.estimates.parameters._fields, output.estimates.parameters, strict=True)
+    for (field, estimate), error in zip(estimates, output.estimates.standard_errors, strict=True):
+        row = BY_FIELD[field]
+        at_start = getattr(start, field)
+        known = output.estimates.adapting
+        rows.append(
+            ValueView(
+                row.name,
+                row.unit,
+                at_start,
+                used.pop(row.name, at_start),
+                estimate if known else None,
+                1.96 * error if known else None,
+            )
+        )
+    units = {row.name: row.unit for row in BY_FIELD.values()}
+    rows += [
+        ValueView(name, units.get(name, "1"), first[name], value, None, None)
+        for name, value in used.items()
+        if value != first[name]
+    ]
+    return tuple(rows)
