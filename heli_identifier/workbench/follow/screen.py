@@ -107,7 +107,7 @@ def _axes(view: View) -> Table:
         worse = axis.error is not None and axis.declared is not None and axis.error > 1.3 * axis.declared
         table.add_row(
             axis.axis,
-            f"{axis.measured:.4f}",
+            "" if axis.measured is None else f"{axis.measured:.4f}",
             "" if axis.predicted is None else f"{axis.predicted:.4f}",
             Text(_milli(axis.error), style="yellow" if worse else ""),
             _milli(axis.error_alone),

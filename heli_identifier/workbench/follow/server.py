@@ -23,7 +23,7 @@ from heli_identifier.workbench.follow.sending import resolved
 from heli_identifier.workbench.follow.view import View
 
 PAST = 300
-"""Views that a page receives when it is opened: a minute at five a second."""
+"""Instants that a page receives when it is opened: a minute at five a second."""
 
 MOST_READERS = 16
 """Pages that are served at once."""
@@ -61,8 +61,7 @@ class Board:
         text = json.dumps({"view": document, "line": line}, allow_nan=False)
         with self.changed:
             if document is not None:
-                # Curves need the axes only; values and events of the past are not drawn.
-                self.past.append({"time": document["time"], "fresh": document["fresh"], "axes": document["axes"]})
+                self.past.extend(document["due"])
             self.latest, self.number = text, self.number + 1
             self.changed.notify_all()
 

@@ -26,7 +26,7 @@ from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.follow.journal import Journal
 from heli_identifier.workbench.follow.listening import Status
-from heli_identifier.workbench.follow.view import View, view_of
+from heli_identifier.workbench.follow.view import Due, View, due_at, view_of
 from heli_plant.effects import AXES
 from heli_plant.parameters import PARAMETERS
 
@@ -72,7 +72,8 @@ class Session:
         self.plan: Follower | None = None
         self.state: FollowState | None = None
         self.output: FollowOutput | None = None
-        self.predicted: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+        self.last: Due | None = None
+        self.due: list[Due] = []  # since the last view
         self.last_time = 0.0
         self.sample = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -133,10 +134,10 @@ class Session:
         now = self.output.corrector
         self.sample = sample
         if now.compared:
-            self.predicted = now.predicted, now.predicted_alone
-            if sample.fresh > 0.5:
-                angles = (sample.pitch, sample.elevation, sample.travel)
-                self.predictions.add((round(now.time, 9), *angles, *now.predicted, *now.predicted_alone))
+            self.last = due_at(sample, self.output)
+            self.due.append(self.last)
+            if self.last.measured is not None:
+                self.predictions.add((self.last.time, *self.last.measured, *now.predicted, *now.predicted_alone))
         for event in now.events:
             self.say(event_document(event, self.plan.corrector.changes))
 
@@ -164,7 +165,8 @@ class Session:
         """Return what there is to see; None before the first step."""
         if self.plan is None or self.output is None:
             return None
-        return view_of(self.sample, self.output, self.predicted, self.plan, self.declared, self.events, status)
+        due, self.due = self.due, []
+        return view_of(self.sample, self.output, self.last, due, self.plan, self.declared, self.events, status)
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""

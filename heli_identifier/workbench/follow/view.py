@@ -12,15 +12,43 @@ EVENTS_SHOWN = 50
 """Events that a view holds, the latest ones."""
 
 
-class AxisView(NamedTuple):
-    """One axis.
+class Due(NamedTuple):
+    """An instant [s] for which predictions fell due.
 
-    Measured angle, what the following twin and the one left alone predicted for now 1 s ago [rad]; root-mean-square
-    errors of both over the last window, and the one that the parameters declare [rad]. None where there is none yet.
+    Measured angles (None where no sample came in), and what the following twin and the one left alone predicted 1 s
+    before; root-mean-square errors of both over the window before (None where there is none yet) [rad]. Three values
+    each: pitch, elevation, travel.
+    """
+
+    time: float
+    measured: tuple[float, ...] | None
+    predicted: tuple[float, ...]
+    predicted_alone: tuple[float, ...]
+    error: tuple[float | None, ...]
+    error_alone: tuple[float | None, ...]
+
+
+def due_at(sample: Sample, output: FollowOutput) -> Due:
+    """Return what fell due at a sample."""
+    now = output.corrector
+    return Due(
+        round(now.time, 9),
+        (sample.pitch, sample.elevation, sample.travel) if sample.fresh > 0.5 else None,
+        now.predicted,
+        now.predicted_alone,
+        tuple(error or None for error in now.error),
+        tuple(error or None for error in now.error_alone),
+    )
+
+
+class AxisView(NamedTuple):
+    """One axis, at the last instant for which predictions fell due; see :class:`Due`.
+
+    ``declared`` is the error that the parameters declare [rad]. None where there is none yet.
     """
 
     axis: str
-    measured: float
+    measured: float | None
     predicted: float | None
     predicted_alone: float | None
     error: float | None
@@ -42,7 +70,8 @@ class ValueView(NamedTuple):
 class View(NamedTuple):
     """Everything at one instant.
 
-    ``alarm`` is the largest sum of the detector over its threshold [1]; ``events`` are the latest ones.
+    ``alarm`` is the largest sum of the detector over its threshold [1]; ``events`` are the latest ones; ``due`` is what
+    fell due since the view before.
     """
 
     time: float
@@ -55,6 +84,7 @@ class View(NamedTuple):
     number_of_events: int
     events: tuple[Mapping[str, Any], ...]
     stream: Status | None
+    due: tuple[Due, ...]
 
     def document(self) -> dict[str, Any]:
         """Give the view as a document for JSON."""
@@ -63,6 +93,7 @@ class View(NamedTuple):
             "axes": [axis._asdict() for axis in self.axes],
             "values": [value._asdict() for value in self.values],
             "stream": stream_document(self.stream),
+            "due": [due._asdict() for due in self.due],
         }
 
 
@@ -74,27 +105,16 @@ def stream_document(status: Status | None) -> dict[str, Any] | None:
 def view_of(
     sample: Sample,
     output: FollowOutput,
-    predicted: tuple[Sequence[float], Sequence[float]] | None,
+    last: Due | None,
+    due: Sequence[Due],
     plan: Follower,
     declared: Mapping[str, float],
     events: Sequence[Mapping[str, Any]],
     stream: Status | None,
 ) -> View:
-    """Return the view after a sample; ``predicted`` are the last predictions that fell due, of both twins [rad]."""
+    """Return the view after a sample; ``last`` fell due last, ``due`` since the view before."""
     now = output.corrector
-    angles = (sample.pitch, sample.elevation, sample.travel)
-    axes = tuple(
-        AxisView(
-            axis,
-            angles[i],
-            None if predicted is None else predicted[0][i],
-            None if predicted is None else predicted[1][i],
-            now.error[i] or None,
-            now.error_alone[i] or None,
-            declared.get(axis),
-        )
-        for i, axis in enumerate(AXES)
-    )
+    axes = tuple(_axis(i, axis, last, declared.get(axis)) for i, axis in enumerate(AXES))
     bank = plan.corrector.changes
     suspect = bank[now.suspect].name if now.suspect >= 0 else ""
     shown = tuple(events[-EVENTS_SHOWN:])
@@ -109,6 +129,16 @@ def view_of(
         len(events),
         shown,
         stream,
+        tuple(due),
+    )
+
+
+def _axis(i: int, axis: str, last: Due | None, declared: float | None) -> AxisView:
+    if last is None:
+        return AxisView(axis, None, None, None, None, None, declared)
+    measured = None if last.measured is None else last.measured[i]
+    return AxisView(
+        axis, measured, last.predicted[i], last.predicted_alone[i], last.error[i], last.error_alone[i], declared
     )
 
 

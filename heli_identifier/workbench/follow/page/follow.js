@@ -5,6 +5,7 @@ const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 560, HEIGHT = 130, LEFT = 52, BOTTOM = 18;
 const points = [];
+let declared = [null, null, null];
 const byId = (id) => document.getElementById(id);
 
 function made(name, attributes, text) {
@@ -56,14 +57,14 @@ function chart(parent, title, series) {
 const milli = (value) => (value === null ? null : 1000 * value);
 const draw = AXES.flatMap((axis, k) => [
   chart(byId("angles"), `${axis} [rad]`, [
-    ["measured", (p) => (p.fresh ? p.axes[k].measured : null)],
-    ["following", (p) => p.axes[k].predicted],
-    ["alone", (p) => p.axes[k].predicted_alone],
+    ["measured", (p) => (p.measured === null ? null : p.measured[k])],
+    ["following", (p) => p.predicted[k]],
+    ["alone", (p) => p.predicted_alone[k]],
   ]),
   chart(byId("errors"), `${axis} [mrad]`, [
-    ["following", (p) => milli(p.axes[k].error)],
-    ["alone", (p) => milli(p.axes[k].error_alone)],
-    ["declared", (p) => milli(p.axes[k].declared)],
+    ["following", (p) => milli(p.error[k])],
+    ["alone", (p) => milli(p.error_alone[k])],
+    ["declared", () => milli(declared[k])],
   ]),
 ]);
 
@@ -113,9 +114,9 @@ function events(list) {
   }));
 }
 
-function told(view) {
-  points.push(view);
-  while (points.length && points[0].time < view.time - SPAN) points.shift();
+function told(due) {
+  points.push(due);
+  while (points[0].time < due.time - SPAN) points.shift();
 }
 
 function drawn(view, line) {
@@ -137,7 +138,8 @@ source.addEventListener("past", (message) => {
 source.addEventListener("view", (message) => {
   const { view, line } = JSON.parse(message.data);
   if (view === null) { byId("stream").textContent = line; return; }
-  told(view);
+  declared = view.axes.map((axis) => axis.declared);
+  view.due.forEach(told);
   drawn(view, line);
 });
 source.addEventListener("end", (message) => {
