@@ -15,9 +15,22 @@ Then its size is estimated anew from everything since the change and ramped in. 
 soon as they predict better with t > 2, they are taken again.
 """
 
+from math import inf
+
 from .blocks import Block, shifted
 from .changes import ROTORS
-from .detection import NOTHING, Direction, Finding, directions, likeliest, paged, projected
+from .detection import (
+    AT_ZERO,
+    NOTHING,
+    Direction,
+    Finding,
+    began,
+    directions,
+    longest_run,
+    measured,
+    paged,
+    projected,
+)
 from .errors import compared
 from .events import (
     ADOPTED,
@@ -50,6 +63,9 @@ _PATIENCE = 15
 """Blocks after an alarm in which the lead is waited for."""
 
 _LEAST_Z = 4.0
+
+SWINGING, _LEAST_BLOCKS = 2, 3
+"""Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
 _ROLL_BACK = 2.0
 """t of the difference of squared errors at which an adopted change is taken back."""
@@ -134,21 +150,32 @@ def _bounds(number: int, state: CorrectorState, plan: FollowPlan) -> tuple[float
     return (least / value, most / value) if plan.places[number] < 0 else (least, most)
 
 
-def findings(state: CorrectorState, compass: tuple[Direction, ...], plan: FollowPlan) -> list[Finding]:
-    """Return every change with its most likely time and size, the likeliest first."""
+def findings(
+    state: CorrectorState, compass: tuple[Direction, ...], longest: int, plan: FollowPlan
+) -> tuple[list[Finding], bool]:
+    """Return every possible change with its size, the likeliest first, and whether it has been measured.
+
+    It began at most ``longest`` blocks ago. Until enough blocks have passed since the change, the sizes are those since it began, and not to be used.
+    """
     seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
-    found = []
+    found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = _bounds(number, state, plan)
-        one = likeliest(seen, number, plan.sizes[number], least, most)
-        if one.change >= 0:
-            found.append(one)
+        found.append(began(seen, number, longest, plan.sizes[number], least, most))
     found.sort(key=_evidence, reverse=True)
-    return found
+    count = found[0].blocks - SWINGING
+    if found[0].change < 0 or count < _LEAST_BLOCKS:
+        return [one for one in found if one.change >= 0], False
+    again: list[Finding] = []
+    for number in range(len(plan.changes)):
+        least, most = _bounds(number, state, plan)
+        again.append(measured(seen, number, count, plan.sizes[number], least, most))
+    again.sort(key=_evidence, reverse=True)
+    return [one for one in again if one.change >= 0], True
 
 
 def _evidence(finding: Finding) -> float:
-    return finding.evidence
+    return finding.evidence if finding.change >= 0 else -inf
 
 
 def _event(state: CorrectorState, what: int, why: int, finding: Finding, time: float, plan: FollowPlan) -> Event:
@@ -158,7 +185,7 @@ def _event(state: CorrectorState, what: int, why: int, finding: Finding, time: f
     error = finding.standard_error
     if plan.places[finding.change] < 0:
         error *= value_of(finding.change, state.values.end, plan)
-    since = time - finding.blocks * plan.block * plan.coarse * plan.settings.sample_time
+    since = time - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0)) * plan.block * plan.coarse * plan.settings.sample_time
     return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
 
 
@@ -166,20 +193,18 @@ def _following(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Raise an alarm where Page's test or a score says so."""
-    passed = False
-    for up, down in state.pages:
-        passed = passed or up > plan.threshold or down > plan.threshold
-    if passed:
-        found = findings(state, compass, plan)
+    run = longest_run(state.pages, plan.threshold)
+    if run > 0:
+        found, _ = findings(state, compass, run + SWINGING, plan)
         first = found[0] if found else NOTHING
-        state = state._replace(mode=ALARMED, since=state.samples, finding=first)
+        state = state._replace(mode=ALARMED, since=state.samples, finding=first, run=run)
         return state, [_event(state, ALARM, PASSED, first, time, plan)]
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
             number = len(plan.changes) - len(state.scored) + slot
             seen = tuple([tuple([projected(block, d) for d in compass]) for block in state.blocks])
             least, most = _bounds(number, state, plan)
-            one = likeliest(seen, number, plan.sizes[number], least, most)
+            one = measured(seen, number, len(seen), plan.sizes[number], least, most)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
                 state = state._replace(scored=(0,) * len(state.scored), finding=one)
                 events = [_event(state, ALARM, SCORED, one, time, plan)]
@@ -192,8 +217,9 @@ def _alarmed(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Name the change as soon as it leads, or when patience is over."""
-    found = findings(state, compass, plan)
     block = plan.block * plan.coarse
+    longest = state.run + SWINGING + (state.samples - state.since) // block
+    found, ready = findings(state, compass, longest, plan)
     late = state.samples - state.since >= _PATIENCE * block
     if not found:
         if late:
@@ -202,7 +228,7 @@ def _alarmed(
     first = found[0]
     lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
     state = state._replace(finding=first)
-    enough = abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
+    enough = ready and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
     if enough and (lead >= _LEAD or late):
         events = [_event(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
         state, more = _put_on_trial(state, first, time, plan)
@@ -229,7 +255,7 @@ def _rested(state: CorrectorState) -> CorrectorState:
     return state._replace(
         mode=FOLLOWING,
         since=state.samples,
-        pages=((0.0, 0.0),) * len(state.pages),
+        pages=(AT_ZERO,) * len(state.pages),
         finding=NOTHING,
         values=state.values._replace(rival=()),
         twins=state.twins._replace(copies_rival=(), against=(), rival=()),
@@ -288,7 +314,8 @@ def _taken(
     """Return the state with the change ramped in; the values before are the rival from now on."""
     before = state.values
     after = changed(finding.change, finding.size, before.end, plan)
-    state = state._replace(blocks=_moved(state.blocks, compass[finding.change], finding.size))
+    kept = state.blocks[len(state.blocks) - finding.blocks :]
+    state = state._replace(blocks=_moved(kept, compass[finding.change], finding.size))
     errors = list(before.errors)
     place = plan.places[finding.change]
     if place >= 0:
@@ -310,7 +337,7 @@ def _taken(
     return state._replace(
         mode=WATCHED,
         since=state.samples,
-        pages=((0.0, 0.0),) * len(state.pages),
+        pages=(AT_ZERO,) * len(state.pages),
         finding=finding,
         values=values,
         twins=state.twins._replace(copies_rival=(), against=(), rival=()),
@@ -337,10 +364,12 @@ def _adopted(
             return _back(state, state.values.rival, WORSE, time, plan)
     if count < _WATCH_WINDOWS * plan.window:
         return state, []
-    kept = state.pages
-    state = _rested(state)._replace(pages=kept)
-    elapsed = (state.samples - state.since) // (plan.block * plan.coarse)
-    left = _again(state, compass, number, state.finding._replace(change=number, blocks=KEPT - elapsed), time, plan)
+    least, most = _bounds(number, state, plan)
+    seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
+    left = measured(seen, number, len(seen), plan.sizes[number], least, most)
+    state = _rested(state)._replace(pages=state.pages)
+    if left.change >= 0 and abs(left.z) >= _REFINING:
+        return _put_on_trial(state, left, time, plan)
     return state, []
 
 

@@ -50,7 +50,7 @@ class Change(NamedTuple):
 _GAIN_SHARE = 0.1
 """Smallest change of a gain or of a rotor's thrust that matters [1]."""
 
-_OFFSET, _DAMPING, _FRICTION, _CABLE = 0.03, 0.1, 0.015, 0.03
+_OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 """Smallest change that matters of an offset torque [rad/s^2], a damping [1/s], a dry friction [rad/s^2] and of any
 other effect [its unit]."""
 

@@ -10,6 +10,7 @@ from heli_plant.state import PlantState, start_state
 from .adoption import KEPT, judged
 from .ahead import advanced, read
 from .blocks import Block, Sums, added, first_level, learned, multiplied, no_sums, parted
+from .detection import AT_ZERO
 from .errors import Row, rms
 from .events import BACK, FROZEN, STOPPED, STREAM, Event
 from .observer import corrected, corrected_sensitivity, faded, no_sensitivity, predicted_sensitivity, pushed
@@ -47,8 +48,8 @@ RAMP = 2.0
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
     first = start_state(now.pitch, now.elevation, now.travel, now.v_front, now.v_rear)
-    p = plan.settings.parameters
     values = plan.first_values
+    p = parameters_of(values, plan)
     a, b, c = plan.columns
     angles = (now.pitch, now.elevation, now.travel)
     nothing = (0.0, 0.0, 0.0)
@@ -64,12 +65,13 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         0,
         Twins((), (), (), (), (), (), (), angles, angles),
         (),
-        ((0.0, 0.0),) * len(plan.changes),
+        (AT_ZERO,) * len(plan.changes),
         Values(values, values, values, 0, (), (0.0,) * len(values), p, p),
         STARTING,
         0,
         plan.settling,
         NO_FINDING,
+        0,
         (0,) * len(plan.settings.effects),
         Stream(0, angles, (0, 0, 0), nothing, False),
     )
@@ -309,7 +311,7 @@ def _output(
 ) -> CorrectorOutput:
     seen = state.memory.state
     alarm = 0.0
-    for up, down in state.pages:
+    for up, down, _, _ in state.pages:
         alarm = max(alarm, up, down)
     pitch, elevation, travel = measured_angles(seen)
     return CorrectorOutput(

@@ -18,13 +18,15 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The largest ln B names change and time. The prior keeps a change that would have to be absurdly large from winning.
+The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search. psi is what a change makes of the innovations that has always acted; right after a
+change they still swing. Size and name are therefore taken from the blocks that begin two after the change, the same
+ones for every change. The prior keeps a change that would have to be absurdly large from winning.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
 Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
 Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
 """
 
-from math import log
+from math import log, sqrt
 from typing import NamedTuple
 
 from .blocks import Block
@@ -36,8 +38,23 @@ Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 _PRIOR_WIDTH = 3.0
 """Standard deviation of the prior in smallest changes that matter."""
 
+_LEAST_SIZE = 0.5
+"""Share of nu below which a size is none that matters: the twin's values err by as much."""
+
 _LEAST_INFORMATION = 1.0
 """D^T R D nu^2 below which nothing can be said about a change."""
+
+
+class Page(NamedTuple):
+    """Page's sums for +nu and -nu [1], and the blocks for which they have been above zero."""
+
+    up: float
+    down: float
+    up_run: int
+    down_run: int
+
+
+AT_ZERO = Page(0.0, 0.0, 0, 0)
 
 
 class Finding(NamedTuple):
@@ -105,51 +122,90 @@ def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
 
 
 def paged(
-    sums: tuple[tuple[float, float], ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
-) -> tuple[tuple[float, float], ...]:
-    """Return Page's sums (for +nu, for -nu) of every change after a block.
+    pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
+) -> tuple[Page, ...]:
+    """Return Page's sums of every change after a block.
 
     ``seen``: D^T b and D^T R D of the block for every change; ``sizes``: nu.
     """
     result = []
-    for number in range(len(sums)):
-        up, down = sums[number]
+    for number in range(len(pages)):
+        up, down, up_run, down_run = pages[number]
         response, information = seen[number]
         nu = sizes[number]
         drift = 0.5 * nu * nu * information
-        result.append((max(0.0, up + nu * response - drift), max(0.0, down - nu * response - drift)))
+        up, down = up + nu * response - drift, down - nu * response - drift
+        result.append(
+            Page(
+                max(0.0, up), max(0.0, down), up_run + 1 if up > 0.0 else 0, down_run + 1 if down > 0.0 else 0
+            )
+        )
     return tuple(result)
 
 
-def likeliest(
-    seen: tuple[tuple[tuple[float, float], ...], ...],
-    number: int,
-    nu: float,
-    least: float,
-    most: float,
-    earliest: int = 0,
-) -> Finding:
-    """Return when and by how much the change ``number`` took place, with a size between ``least`` and ``most``.
+def longest_run(pages: tuple[Page, ...], limit: float) -> int:
+    """Return the blocks since the sum that exceeds ``limit`` was zero: the longest of them, 0 if none does."""
+    longest = 0
+    for up, down, up_run, down_run in pages:
+        if up > limit:
+            longest = max(longest, up_run)
+        if down > limit:
+            longest = max(longest, down_run)
+    return longest
 
-    ``seen``: for each block, oldest first, D^T b and D^T R D of every change; only blocks from ``earliest`` on count.
+
+def measured(
+    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, count: int, nu: float, least: float, most: float
+) -> Finding:
+    """Return the size of the change ``number`` and its evidence, from the last ``count`` blocks.
+
+    Parameters
+    ----------
+    seen : tuple
+        For each block, oldest first, D^T b and D^T R D of every change.
+    number, count : int
+    nu : float
+        The smallest change that matters.
+    least, most : float
+        Between which the size is possible; else nothing is found.
+    """
+    response = information = 0.0
+    for i in range(len(seen) - count, len(seen)):
+        b, r = seen[i][number]
+        response += b
+        information += r
+    return _judged(number, count, response, information, nu, least, most)
+
+
+def _judged(
+    number: int, count: int, response: float, information: float, nu: float, least: float, most: float
+) -> Finding:
+    if information * nu * nu < _LEAST_INFORMATION:
+        return NOTHING
+    size = response / information
+    if not least <= size <= most or abs(size) < _LEAST_SIZE * nu:
+        return NOTHING
+    width = _PRIOR_WIDTH * nu
+    q = width * width * information
+    evidence = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
+    root = 1.0 / sqrt(information)
+    return Finding(number, count, size, root, evidence, size / root)
+
+
+def began(
+    seen: tuple[tuple[tuple[float, float], ...], ...], number: int, longest: int, nu: float, least: float, most: float
+) -> Finding:
+    """Return the change ``number`` since the block from which on its evidence is largest, at most ``longest`` back.
+
+    The rest is as for :func:`measured`.
     """
     best = NOTHING
     response = information = 0.0
-    count = len(seen)
-    width = _PRIOR_WIDTH * nu
-    for back in range(count - earliest):
-        b, r = seen[count - 1 - back][number]
+    for back in range(min(longest, len(seen))):
+        b, r = seen[len(seen) - 1 - back][number]
         response += b
         information += r
-        if information * nu * nu < _LEAST_INFORMATION:
-            continue
-        size = response / information
-        if not least <= size <= most:
-            continue
-        q = width * width * information
-        square = response * response / information
-        evidence = 0.5 * square * q / (1.0 + q) - 0.5 * log(1.0 + q)
-        if best.change < 0 or evidence > best.evidence:
-            root = information**-0.5
-            best = Finding(number, back + 1, size, root, evidence, size / root)
+        found = _judged(number, back + 1, response, information, nu, least, most)
+        if found.change >= 0 and (best.change < 0 or found.evidence > best.evidence):
+            best = found
     return best

@@ -7,7 +7,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
 from .blocks import Block, Level, Sums
-from .detection import NOTHING, Finding
+from .detection import NOTHING, Finding, Page
 from .errors import Row
 from .events import Event
 from .observer import Sensitivity
@@ -16,10 +16,6 @@ STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
-
-Pages = tuple[tuple[float, float], ...]
-"""Page's two sums of every change."""
-
 
 class Sample(NamedTuple):
     """What is read of the rig: voltages held from now on [V], angles [rad]; ``fresh`` is 0 where nothing came in."""
@@ -91,7 +87,7 @@ class Values(NamedTuple):
 class CorrectorState(NamedTuple):
     """Everything remembered; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums count.
 
-    ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
+    ``run``: blocks for which the sum that gave the alarm had been above zero; ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
     ``scored``: samples for which the score of each effect has been beyond its threshold.
     """
 
@@ -106,12 +102,13 @@ class CorrectorState(NamedTuple):
     steps: int
     twins: Twins
     blocks: tuple[Block, ...]
-    pages: Pages
+    pages: tuple[Page, ...]
     values: Values
     mode: int
     since: int
     settled: int
     finding: Finding
+    run: int
     scored: tuple[int, ...]
     stream: Stream
 

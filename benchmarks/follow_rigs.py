@@ -1,0 +1,196 @@
+"""Generated rigs that change in flight, with their truth: what the following twin is judged by.
+
+The physics are those of the blind battery (:mod:`tests.blind`), which share nothing with the packages that are judged:
+Moreau's midpoint rule in steps of 1 ms, dry friction that sticks, Ornstein-Uhlenbeck torques on every axis (.012
+rad/s^2, 1 s), encoders of 4096 counts whose lines shake by a quarter count. What changes from rig to rig is drawn as in
+:mod:`benchmarks.closed_loop_rigs`: coefficients of the paper or within 20 % of them, hover, controller and pilot. In
+open loop the rig flies multisines on the sum and the difference of the voltages.
+
+A flight is a sequence of stages, each with coefficients of its own and shares of thrust of the two rotors; between two
+stages everything changes at once, or along a straight line in time where ``slow`` is given.
+"""
+
+import hashlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+
+from benchmarks.closed_loop_rigs import SHAKE, TORQUE_STD, TORQUE_TIME, _tuned
+from tests.blind.coefficients import Coefficients, Strange
+from tests.blind.encoders import COUNTS_PER_TURN
+from tests.blind.field.control import V_MAX, Control, clipped, pitch_reference
+from tests.blind.field.references import joystick
+from tests.blind.integration import accelerations, kicked
+from tests.blind.rigs import draw_base
+from tests.blind.rotors import spun
+
+RATE, STEPS = 100.0, 10
+"""Samples in a second, and steps of the integration in a sample."""
+
+_LEAD = 6.0
+"""A flight begins this much before its record does [s]."""
+
+_HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
+_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.4
+"""Standard deviation of the voltages' sum and difference in open loop [V]."""
+
+_LINES = np.array([0.05, 0.08, 0.12, 0.17, 0.26, 0.4, 0.6, 0.9, 1.4])
+"""Frequencies in open loop, before they are spread at random [Hz]."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What a rig is from ``start`` [s] of its record on: coefficients, shares of thrust front and rear; ``slow``: the
+    time [s] that the change to it takes.
+    """
+
+    start: float
+    coefficients: Coefficients
+    shares: tuple[float, float] = (1.0, 1.0)
+    slow: float = 0.0
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A record: ``rows`` (N, 5), voltages [V] and angles [rad] as they are read, every 10 ms."""
+
+    stages: tuple[Stage, ...]
+    closed: bool
+    rows: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A rig before it changes: coefficients, controller and hover (elevation [rad], mu_s [V])."""
+
+    coefficients: Coefficients
+    control: Control
+    hover: tuple[float, float]
+
+
+def draw_rig(rng: np.random.Generator) -> Rig:
+    """Return a rig; every second one has the paper's coefficients."""
+    base = Coefficients() if rng.random() < 0.5 else draw_base(rng)
+    hover = float(rng.uniform(*_HOVER)), float(rng.uniform(*_THRUST))
+    base = base._replace(theta0=float(rng.uniform(-0.14, 0.06)), a_1=base.k_z * hover[1] - base.a_e * hover[0])
+    return Rig(base, _tuned(base, hover, rng), hover)
+
+
+def _make_loop(fingerprint: int):
+    # numba's cache on disk looks at this file alone; the fingerprint of the compiled files makes a new entry when any
+    # law is edited, as in tests/blind/integration.py.
+    @njit(cache=True)
+    def loop(references, voltages, start, lead, closed, noise, std, time, shake, tables, shares, which, hover_e,
+             resolution, c, u):  # fmt: skip
+        _ = fingerprint
+        n, h_sample = references.shape[0], 0.01
+        h = h_sample / 10
+        read = np.empty((n, 3))
+        q, w, z = start.copy(), np.zeros(3), np.zeros(3)
+        nu, nu_next = voltages[0].copy(), np.empty(2)
+        stay = math.exp(-h / time)
+        kick = std * math.sqrt(1.0 - stay * stay)
+        room = std * noise[0]
+        smoothing = 1.0 - math.exp(-c.rate_bandwidth * h_sample)
+        r, integral, before = np.zeros(3), np.zeros(2), np.zeros(3)
+        cable_rest = q[2]
+        for k in range(n):
+            p = tables[which[k]]
+            coulomb = np.array([p.dry_friction_pitch, p.dry_friction_elevation, p.dry_friction_travel])
+            nothing = np.zeros(3)
+            for i in range(3):
+                read[k, i] = resolution[i] * round(q[i] / resolution[i] + shake[k, i])
+            if closed:
+                if k > 0:
+                    r += smoothing * ((read[k] - before) / h_sample - r)
+                before[:] = read[k]
+                wanted = pitch_reference(references[k, 0], references[k, 2], read[k, 2], r[2], c)
+                e_p, e_e = wanted - read[k, 0], hover_e + references[k, 1] - read[k, 1]
+                integral[0] = clipped(integral[0] + h_sample * e_p, c.integral_limit)
+                integral[1] = clipped(integral[1] + h_sample * e_e, c.integral_limit)
+                d = c.mu_d0 + c.k_pp * e_p - c.k_dp * r[0] + c.k_ip * integral[0]
+                s = c.mu_s0 + c.k_pe * e_e - c.k_de * r[1] + c.k_ie * integral[1]
+                voltages[k, 0] = round(1e5 * clipped((s + d) / 2, V_MAX)) / 1e5
+                voltages[k, 1] = round(1e5 * clipped((s - d) / 2, V_MAX)) / 1e5
+            if k == lead:
+                cable_rest = q[2]
+            for j in range(10):
+                middle = k * h_sample + j * h + h / 2
+                for i in range(2):
+                    nu_next[i] = spun(nu[i], voltages[k, i], h, p.t_m)
+                f_front = shares[k, 0] * (nu[0] + nu_next[0]) / 2
+                f_rear = shares[k, 1] * (nu[1] + nu_next[1]) / 2
+                nu[:] = nu_next
+                q_m = q + h / 2 * w
+                q_m[2] -= cable_rest
+                a = accelerations(middle, q_m, w, f_front + f_rear, f_front - f_rear, p, u, room)
+                w_m = kicked(w, a, coulomb, nothing, z, w, h / 2, p)
+                a = accelerations(middle, q_m, w_m, f_front + f_rear, f_front - f_rear, p, u, room)
+                w = kicked(w, a, coulomb, nothing, z, w_m, h, p)
+                q = q_m + h / 2 * w
+                q[2] += cable_rest
+                room = stay * room + kick * noise[1 + k * 10 + j]
+        return read
+
+    return loop
+
+
+_BLIND = Path(__file__).parent.parent / "tests" / "blind"
+_COMPILED = (
+    *(_BLIND / f"{name}.py" for name in ("coefficients", "friction", "integration", "rotors", "torques", "unknown")),
+    _BLIND / "field" / "control.py",
+    Path(__file__),
+)
+_SOURCES = b"".join(path.read_bytes() for path in _COMPILED)
+_LOOP = _make_loop(int.from_bytes(hashlib.sha256(_SOURCES).digest()[:7], "big"))
+_SLOW_STEPS = 40
+"""Pieces that a slow change is made of."""
+
+
+def fly(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng: np.random.Generator) -> Flight:
+    """Fly a rig through ``stages`` (the first begins at 0) for ``duration`` [s]."""
+    lead, n = round(_LEAD * RATE), round((_LEAD + duration) * RATE)
+    time = np.arange(n) / RATE - _LEAD
+    tables: list[Coefficients] = [stages[0].coefficients]
+    shares, which = np.ones((n, 2)) * stages[0].shares, np.zeros(n, dtype=np.int64)
+    before = stages[0]
+    for stage in stages[1:]:
+        pieces = _SLOW_STEPS if stage.slow > 0.0 else 1
+        for piece in range(1, pieces + 1):
+            share, begin = piece / pieces, stage.start + (piece - 1) / pieces * stage.slow
+            mixed = [(1 - share) * a + share * b for a, b in zip(before.coefficients, stage.coefficients, strict=True)]
+            tables.append(Coefficients(*mixed))
+            later = time >= begin - 1e-9
+            which[later] = len(tables) - 1
+            shares[later] = (1 - share) * np.array(before.shares) + share * np.array(stage.shares)
+        before = stage
+    references = joystick(n, RATE, 1.0, False, rng)
+    voltages = np.full((n, 2), rig.control.mu_s0 / 2)
+    at = np.array([0.0, rig.hover[0], 0.0])
+    if not closed:
+        base = stages[0].coefficients
+        trim = base.a_th * math.sin(0.0 - base.theta0) / base.k_x
+        total = rig.hover[1] * 0.6 + _multisine(n, _OPEN_SUM, rng)
+        apart = trim + _multisine(n, _OPEN_DIFFERENCE, rng)
+        voltages = np.clip(np.column_stack([total + apart, total - apart]) / 2, -V_MAX, V_MAX).round(5)
+        at[1] = (base.k_z * rig.hover[1] * 0.6 - base.a_1) / base.a_e
+    at[:2] += rng.uniform(-0.03, 0.03, 2)
+    noise = rng.standard_normal((n * STEPS + 1, 3))
+    shake = SHAKE * rng.standard_normal((n, 3))
+    records = np.array([tuple(table) for table in tables], dtype=[(name, float) for name in Coefficients._fields])
+    read = _LOOP(
+        references, voltages, at, lead, closed, noise, TORQUE_STD, TORQUE_TIME, shake, records, shares, which,
+        rig.hover[0], 2 * np.pi / COUNTS_PER_TURN, rig.control, Strange(),
+    )  # fmt: skip
+    return Flight(stages, closed, np.column_stack([voltages, read])[lead:])
+
+
+def _multisine(n: int, std: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a random-phase multisine of ``n`` samples with the standard deviation ``std``."""
+    lines = _LINES * rng.uniform(0.85, 1.15, len(_LINES))
+    phases = rng.uniform(0, 2 * np.pi, len(lines))
+    t = np.arange(n) / RATE
+    return std * math.sqrt(2 / len(lines)) * np.sin(2 * np.pi * lines[:, None] * t + phases[:, None]).sum(axis=0)
