@@ -47,7 +47,7 @@ INNER_ROOMS = tuple(
 )
 """The same inside of ``tracing``."""
 
-DOORS = (*ROOMS[:3], f"{H}.online.excitation", f"{H}.link")
+DOORS = (*ROOMS[:3], f"{H}.online.excitation", f"{H}.online.following", f"{H}.link")
 """Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
 
 MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "interface", "paper"))

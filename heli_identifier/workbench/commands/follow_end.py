@@ -19,36 +19,43 @@ LEAST_AFTER_CHANGE = 30.0
 def conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
     """Diagnose the recording; where it holds too little, leave the twin's parameters and unit."""
     from heli_identifier.errors import IdentifierError
-    from heli_identifier.records import LogFormat
-    from heli_identifier.workbench.commands.diagnose import diagnosed
-    from heli_identifier.workbench.commands.logs import SHORTEST_TO_SPLIT, split_logs
-    from heli_identifier.workbench.commands.summary import print_diagnosis
-    from heli_identifier.workbench.commands.terminal import note, progress_bar, warn
-    from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.workbench.commands.logs import SHORTEST_TO_SPLIT
+    from heli_identifier.workbench.commands.terminal import note, warn
     from heli_identifier.workbench.follow.session import IN_USE, RECORDED
-    from heli_identifier.workbench.interface.diagnosis import RESULTS
 
     session.in_use().write(folder / IN_USE)
     path = folder / RECORDED
     begin, end, why = part(times_of(path), session.events)
-    plain = LogFormat(
-        voltage_limit=configuration.format.voltage_limit, encoder_counts=configuration.format.encoder_counts
-    )
-    rig = replace(configuration, format=plain)
+    if end - begin < SHORTEST_TO_SPLIT:
+        note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
+        _leave_twin(session, folder)
+        return
+    note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
     try:
-        if end - begin < SHORTEST_TO_SPLIT:
-            note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
-            _leave_twin(session, folder)
-            return
-        note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
-        with whole_folder(folder) as draft:
-            training, held_out = split_logs((path,), (), rig, begin, end)
-            with progress_bar() as progress:
-                diagnosis = diagnosed(training, held_out, rig, draft, progress)
+        _diagnose(path, folder, begin, end, configuration)
     except IdentifierError as error:
         warn(f"the recording cannot be diagnosed: {error}")
         _leave_twin(session, folder)
-        return
+
+
+def _diagnose(path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration") -> None:
+    """Diagnose a part of the recording and print the result."""
+    from heli_identifier.records import LogFormat
+    from heli_identifier.workbench.commands.diagnose import diagnosed
+    from heli_identifier.workbench.commands.logs import split_logs
+    from heli_identifier.workbench.commands.summary import print_diagnosis
+    from heli_identifier.workbench.commands.terminal import note, progress_bar
+    from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.workbench.interface.diagnosis import RESULTS
+
+    # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
+    own = configuration.format
+    plain = LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
+    rig = replace(configuration, format=plain)
+    with whole_folder(folder) as draft:
+        training, held_out = split_logs((path,), (), rig, begin, end)
+        with progress_bar() as progress:
+            diagnosis = diagnosed(training, held_out, rig, draft, progress)
     print_diagnosis(diagnosis)
     note(f"written: {', '.join(str(folder / name) for name in (*_flight(folder), *RESULTS))}")
 

@@ -12,8 +12,8 @@ SHOWN_EVERY = 0.2
 """Time between two calls of ``progress`` [s]."""
 
 
-def resolved(text: str, what: str) -> tuple[socket.AddressFamily, tuple[str, int]]:
-    """Return family and address of ``HOST:PORT``; the host may be a name.
+def resolved(text: str, what: str, least: int = 1) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Return family and address of ``HOST:PORT``; the host may be a name, the port is ``least`` or more.
 
     Raises
     ------
@@ -21,7 +21,7 @@ def resolved(text: str, what: str) -> tuple[socket.AddressFamily, tuple[str, int
         There is no port, or nothing of this name.
     """
     host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isascii() or not port.isdigit() or not 0 < int(port) < 65536:
+    if not colon or not host or not port.isascii() or not port.isdigit() or not least <= int(port) < 65536:
         raise ConfigurationError(f"{what} = {text!r} must be HOST:PORT, as 127.0.0.1:25000.")
     try:
         found = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_DGRAM)

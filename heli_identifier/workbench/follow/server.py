@@ -23,7 +23,7 @@ from heli_identifier.workbench.follow.sending import resolved
 from heli_identifier.workbench.follow.view import View
 
 PAST = 300
-"""Instants that a page receives when it is opened: a minute at five a second."""
+"""Instants that a page receives when it is opened: a minute of flight, five predictions a second."""
 
 MOST_READERS = 16
 """Pages that are served at once."""
@@ -45,24 +45,26 @@ _HEADERS = {
 
 
 class Board:
-    """The latest views, and readers that wait for the next one."""
+    """The latest view, what fell due of late, and readers that wait for more."""
 
     def __init__(self, title: str) -> None:
         self.title = title
         self.past: deque[dict[str, Any]] = deque(maxlen=PAST)
-        self.latest, self.number, self.over = "", 0, ""
+        self.passed = 0  # instants that ever fell due
+        self.latest, self.number, self.over = "null", 0, ""
+        self.line = ""
         self.readers = 0
         self.changed = Condition()
 
     def show(self, view: View | None, status: Status | None) -> None:
         """Put up a view."""
-        line = stream_line(status) if status else ""
-        document = None if view is None else view.document()
-        text = json.dumps({"view": document, "line": line}, allow_nan=False)
+        document = {"due": ()} if view is None else view.document()
+        due = document.pop("due")
+        text = "null" if view is None else json.dumps(document, allow_nan=False)
         with self.changed:
-            if document is not None:
-                self.past.extend(document["due"])
-            self.latest, self.number = text, self.number + 1
+            self.past.extend(due)
+            self.passed += len(due)
+            self.latest, self.number, self.line = text, self.number + 1, stream_line(status) if status else ""
             self.changed.notify_all()
 
     def end(self, sentence: str) -> None:
@@ -72,20 +74,19 @@ class Board:
             self.changed.notify_all()
 
     def messages(self) -> Iterator[bytes]:
-        """Give server-sent events, beginning with the past; an empty comment while nothing happens."""
-        with self.changed:
-            yield _event("title", json.dumps(self.title)) + _event("past", json.dumps(list(self.past)))
-        seen = 0
-        while True:
+        """Give server-sent events; an empty comment while nothing happens."""
+        yield _event("title", json.dumps(self.title))
+        seen, passed, over = -1, 0, ""
+        while not over:
             with self.changed:
                 if self.number == seen and not self.over:
                     self.changed.wait(_WAIT)
-                text = _event("view", self.latest) if self.number != seen else b":\n\n"
-                seen, over = self.number, self.over
-            yield text
-            if over:
-                yield _event("end", json.dumps(over))
-                return
+                new = list(self.past)[-(self.passed - passed) :] if self.passed > passed else []
+                text = f'{{"view": {self.latest}, "line": {json.dumps(self.line)}, "due": {json.dumps(new)}}}'
+                changed = self.number != seen
+                seen, passed, over = self.number, self.passed, self.over
+            yield _event("view", text) if changed else b":\n\n"
+        yield _event("end", json.dumps(over))
 
 
 def _event(name: str, data: str) -> bytes:
@@ -101,7 +102,7 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     ConfigurationError
         The address is none, or its port is taken.
     """
-    family, place = resolved(address, "--serve-at")
+    family, place = resolved(address, "--serve-at", 0)
     board = Board(title)
 
     class Server(ThreadingHTTPServer):

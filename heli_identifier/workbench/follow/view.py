@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.online.following import MODES, Follower, FollowOutput, Sample
 from heli_identifier.workbench.follow.listening import Status
+from heli_identifier.workbench.report.rounding import unit_text
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -156,16 +157,16 @@ def _values(output: FollowOutput, plan: Follower) -> tuple[ValueView, ...]:
         rows.append(
             ValueView(
                 row.name,
-                row.unit,
+                unit_text(row.unit) or "1",
                 at_start,
                 used.pop(row.name, at_start),
                 estimate if known else None,
                 1.96 * error if known else None,
             )
         )
-    units = {row.name: row.unit for row in BY_FIELD.values()}
+    units = {row.name: unit_text(row.unit) for row in BY_FIELD.values()}
     rows += [
-        ValueView(name, units.get(name, "1"), first[name], value, None, None)
+        ValueView(name, units.get(name) or "1", first[name], value, None, None)
         for name, value in used.items()
         if value != first[name]
     ]

@@ -130,16 +130,15 @@ function drawn(view, line) {
 }
 
 const source = new EventSource("events");
-source.addEventListener("title", (message) => { byId("title").textContent = JSON.parse(message.data); });
-source.addEventListener("past", (message) => {
+source.addEventListener("title", (message) => { // the first of a connection; what fell due of late follows
   points.length = 0;
-  JSON.parse(message.data).forEach(told);
+  byId("title").textContent = JSON.parse(message.data);
 });
 source.addEventListener("view", (message) => {
-  const { view, line } = JSON.parse(message.data);
+  const { view, line, due } = JSON.parse(message.data);
+  due.forEach(told);
   if (view === null) { byId("stream").textContent = line; return; }
   declared = view.axes.map((axis) => axis.declared);
-  view.due.forEach(told);
   drawn(view, line);
 });
 source.addEventListener("end", (message) => {
