@@ -112,7 +112,7 @@ def _player(
     from heli_identifier.workbench.commands.logs import print_notes
     from heli_identifier.workbench.follow.playing import played
 
-    require_range("--speed", speed, "", 0.0)
+    require_range("--speed", speed, "times real time", 0.0)
     recorded = read_log(path, configuration.format, start, end)
     print_notes((recorded,))
 
@@ -134,12 +134,14 @@ def _listener(
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.link import USUAL_LAYOUT, Port, read_address, read_layout
     from heli_identifier.workbench.commands.terminal import note
-    from heli_identifier.workbench.follow.listening import Listening
+    from heli_identifier.workbench.follow.listening import Listening, check_rate
 
     address, number = read_address(listen, "--listen")
     if number < 0:
         raise ConfigurationError(f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
-    port = Port(address, number, sender, read_layout(layout or USUAL_LAYOUT))
+    form = read_layout(layout or USUAL_LAYOUT)
+    check_rate(form, rate)
+    port = Port(address, number, sender, form)
     stack.callback(port.close)
     note(f"listening on {port.address[0]}:{port.address[1]}")
 

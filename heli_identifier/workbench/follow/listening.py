@@ -6,7 +6,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import Counts, Datagram, Order, Port, Timed, release, take, timed
+from heli_identifier.link import Counts, Datagram, Layout, Order, Port, Timed, release, take, timed
 from heli_identifier.online.following import Sample
 from heli_identifier.records import LogFormat
 from heli_identifier.workbench.follow.grid import Grid, continued, passed, place, rate_of
@@ -56,12 +56,10 @@ class Listening:
         self, port: Port, rate: float | None, format: LogFormat, keep: Callable[[float, tuple[float, ...]], None]
     ) -> None:
         names = port.layout.names
-        self.has_time = not names or "time" in names
-        self.has_number = not names or "sequence" in names
-        if rate is None and not self.has_time:
-            raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
+        self.is_stamped = not names or "time" in names or "sequence" in names
+        check_rate(port.layout, rate)
         self.port, self.format, self.keep = port, format, keep
-        self.rate = None if rate is None else _checked(rate)
+        self.rate = rate
         self.order = Order()
         self.grid: Grid | None = None
         self.learning: list[Timed] = []
@@ -108,7 +106,7 @@ class Listening:
             self.newest_arrival = now
 
     def _timed(self, datagram: Datagram, now: float) -> Timed:
-        if not self.has_number and not self.has_time and self.rate is not None:
+        if not self.is_stamped and self.rate is not None:
             # Counted as they come in; a pause moves the count on.
             pause = now - self.newest_arrival if self.counted else 0.0
             self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
@@ -134,23 +132,25 @@ class Listening:
             until, before = max(until, sample.time), sample
         return until
 
-    def _placed(self, samples: tuple[Timed, ...], anew: bool) -> Iterator[Sample]:
+    def _placed(self, samples: tuple[Timed, ...], anew: bool) -> Iterator[Sample | None]:
         """Keep samples, and give the instants up to them."""
         if self.grid is None:
             yield from self._learned(samples, anew)
             return
+        instants: list[Sample] = []
         if anew:
             # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
             pause = 1 if self.grid.silent else round(SILENCE / self.grid.sample_time) + 2
-            yield from self._without(pause - 1)
+            instants.extend(self._without(pause - 1))
             self.grid, _ = continued(self.grid, samples[0], pause)
             self._keep(self.grid.time_of(samples[0]), samples[0])
-            yield self._seen(samples[0])
+            instants.append(self._seen(samples[0]))
             samples = samples[1:]
         for sample in samples:
-            instants = self._up_to(sample)
+            instants += self._up_to(sample)
             self._keep(self.grid.time_of(sample), sample)
-            yield from instants
+        yield None  # lets the caller write what came in before the twin computes
+        yield from instants
 
     def _learned(self, samples: tuple[Timed, ...], anew: bool) -> Iterator[Sample]:
         """Keep samples, and give the first instants once the rate is known."""
@@ -216,6 +216,20 @@ class Listening:
             v_front, v_rear = min(max(v_front, -limit), limit), min(max(v_rear, -limit), limit)
         angles = (pitch * form.sign("pitch"), elevation * form.sign("elevation"), travel * form.sign("travel"))
         return (v_front, v_rear, *angles)
+
+
+def check_rate(layout: Layout, rate: float | None) -> None:
+    """Refuse a rate out of range, and a layout without time where no rate is given.
+
+    Raises
+    ------
+    ConfigurationError
+        The rate or the layout cannot be followed.
+    """
+    if rate is not None:
+        _checked(rate)
+    elif layout.names and "time" not in layout.names:
+        raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
 
 
 def _checked(rate: float) -> float:

@@ -58,7 +58,7 @@ def send(
     ConfigurationError
         The address is none, the speed is not positive, or the network refuses datagrams.
     """
-    require_positive("--speed", speed, "1")
+    require_positive("--speed", speed, "times real time")
     family, address = resolved(to, "--to")
     rows = zip(log.time.tolist(), log.voltages.tolist(), log.angles.tolist(), strict=True)
     began, shown, late = monotonic(), 0.0, 0.0
