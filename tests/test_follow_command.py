@@ -168,7 +168,7 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once():
 
 def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
     sent = [(k * H, datagram(k)) for k in (*range(60), *range(160, 220))]
-    seen, kept, listening = heard(sent, lambda rig, seen, kept: len(kept) == 120)
+    seen, kept, listening = heard(sent, lambda rig, seen, kept: sum(sample.fresh for sample in seen) == 120)
     fresh = [bool(sample.fresh) for sample in seen]
     first = fresh.index(False)
     again = fresh.index(True, first)
@@ -181,7 +181,7 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
 def test_the_signs_of_the_rig_are_put_right_as_in_its_logs():
     form = LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5)
     sent = [(k * H, datagram(k)) for k in range(60)]
-    _, kept, _ = heard(sent, lambda rig, seen, kept: len(kept) == 60, format=form, real_time=False)
+    _, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, format=form, real_time=False)
     assert kept[50][1:] == (1.5, 1.0, -0.05, 0.1, 0.2)
 
 
@@ -190,7 +190,7 @@ def test_a_stream_without_time_needs_the_rate():
     with pytest.raises(ConfigurationError, match="--rate"):
         heard([], lambda *_: True, layout=layout)
     sent = [(k * H, datagram(k)[16:]) for k in range(60)]
-    seen, kept, _ = heard(sent, lambda rig, seen, kept: len(kept) == 60, layout=layout, rate=100.0, real_time=False)
+    seen, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, layout=layout, rate=100.0, real_time=False)
     assert [round(row[0] / H) for row in kept] == list(range(60)) and len(seen) >= 60
 
 
