@@ -2,11 +2,11 @@
 
     python -m benchmarks.follow                       the rigs that figures are reported on
     python -m benchmarks.follow --tuning              the rigs that the rules and their constants were chosen on
-    python -m benchmarks.follow --rows rows.jsonl     one line per flight, written as soon as it is done; goes on there
+    python -m benchmarks.follow --rows rows.jsonl     a line per flight, written as soon as it is done; goes on there
 
-Every seed is a rig (:mod:`benchmarks.follow_rigs`), in turn in closed and in open loop, and flies once for every kind of
-change, which comes between 40 and 60 s; the flight ends 95 s later. The twin begins with values that err as those of a
-diagnosis do: gains, stiffnesses by 1 %, dampings by .01 1/s, the balance of torques in hover by .003 rad/s^2. Kinds
+Every seed is a rig (:mod:`benchmarks.follow_rigs`), in turn in closed and in open loop, and flies once for every kind
+of change, which comes between 40 and 60 s; the flight ends 95 s later. The twin begins with values that err as those of
+a diagnosis do: gains, stiffnesses by 1 %, dampings by .01 1/s, the balance of torques in hover by .003 rad/s^2. Kinds
 with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s.
 
 noticed: an alarm within 20 s (a slow change: before it is over). named: the first change put on trial is the true one.
@@ -252,7 +252,9 @@ def judged(row: dict[str, Any]) -> list[dict[str, Any]]:
         limit = change["start"] + (change["slow"] or 20.0)
         mine = [event for event in row["events"] if change["start"] <= event["time_s"] < later]
         alarms = [event["time_s"] for event in mine if event["what"] == "alarm"]
-        tried = [event["name"] for event in mine if event["what"] == "alarm" and not event["why"].startswith("the inno")]
+        tried = [
+            event["name"] for event in mine if event["what"] == "alarm" and not event["why"].startswith("the inno")
+        ]
         found.append(
             {
                 "kind": change["kind"],
@@ -296,7 +298,12 @@ def summary(rows: list[dict[str, Any]]) -> str:
     hours = sum(row.get("hours", 0.0) for row in rows)
     if hours:
         still = [row for row in rows if row["kind"] == "none"]
-        alarms = [event for row in still for event in row["events"] if event["what"] == "alarm" and "no longer" in event["why"]]
+        alarms = [
+            event
+            for row in still
+            for event in row["events"]
+            if event["what"] == "alarm" and "no longer" in event["why"]
+        ]
         adopted = sum(len(row["wrong"]) for row in still)
         text.append(f"Unchanged rigs: {len(alarms)} false alarms in {hours:.1f} h of flight, {adopted} adoptions.")
     adoptions = [(row, one) for row in rows for one in row["wrong"] if np.isfinite(one[2]) and np.isfinite(one[3])]

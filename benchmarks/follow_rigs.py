@@ -34,7 +34,7 @@ _LEAD = 6.0
 """A flight begins this much before its record does [s]."""
 
 _HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
-_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.4
+_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.2
 """Standard deviation of the voltages' sum and difference in open loop [V]."""
 
 _LINES = np.array([0.05, 0.08, 0.12, 0.17, 0.26, 0.4, 0.6, 0.9, 1.4])
@@ -43,8 +43,9 @@ _LINES = np.array([0.05, 0.08, 0.12, 0.17, 0.26, 0.4, 0.6, 0.9, 1.4])
 
 @dataclass(frozen=True)
 class Stage:
-    """What a rig is from ``start`` [s] of its record on: coefficients, shares of thrust front and rear; ``slow``: the
-    time [s] that the change to it takes.
+    """What a rig is from ``start`` [s] of its record on.
+
+    ``shares`` of thrust, front and rear [1]; ``slow``: the time that the change to this stage takes [s].
     """
 
     start: float

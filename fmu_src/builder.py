@@ -41,6 +41,7 @@ UNITS: dict[str, str] = {
     "Exciter": "fmu_src.units.exciter",
     "LogPlayer": "fmu_src.units.log_player",
     "RigLink": "fmu_src.units.rig_link",
+    "Corrector": "fmu_src.units.corrector",
 }
 """Module of each unit."""
 

@@ -10,7 +10,8 @@ depend on the order of the units. In every scenario there is:
   together belong to the same t_k; the identifier's outputs at t_{k+1} have used the samples up to t_k;
 * **one step of delay** in the PidController: it reads the angles (and the exciter's voltages) of t_k while it steps to
   t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
-  same delay of one control period. Over [t_0, t_1) it gives its trim voltage.
+  same delay of one control period. Over [t_0, t_1) it gives its trim voltage;
+* **one step of delay** in the Corrector: what it has found from the samples up to t_k corrects the plant from t_{k+1}.
 
 Before the first step inputs are set in the same way from the outputs at t_0. One pass is enough, because no output at
 t_0 depends on an input.
@@ -22,6 +23,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 
+from heli_plant.correction import CORRECTED
 from heli_plant.errors import did_you_mean
 
 from .errors import WiringError
@@ -154,8 +156,44 @@ PLANT_BESIDE_LOG = Scenario(
     (("player", "LogPlayer"), ("plant", "HelicopterPlant")),
     _wires("player", "plant", VOLTAGES),
 )
+_WATCHED = (
+    ("pitch", ("dry_friction", "constant_torque")),
+    ("elevation", ("dry_friction",)),
+    ("travel", ("dry_friction", "constant_torque", "cable_stiffness")),
+)
+"""Effects that the following twin may switch on, in the order of the identifier's places."""
+
+FOLLOW = Scenario(
+    "follow",
+    "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> HelicopterPlant beside the measurement",
+    (
+        ("player", "LogPlayer"),
+        ("identifier", "AdaptiveIdentifier"),
+        ("corrector", "Corrector"),
+        ("plant", "HelicopterPlant"),
+    ),
+    (
+        *_wires("player", "plant", VOLTAGES),
+        *_wires("player", "identifier", (*VOLTAGES, *AXES)),
+        *_wires("player", "corrector", (*VOLTAGES, *AXES)),
+        *(Connection("player", axis, "plant", f"measured.{axis}") for axis in AXES),
+        *_wires("identifier", "corrector", tuple(f"excitation.{axis}" for axis in AXES)),
+        *_wires(
+            "identifier",
+            "corrector",
+            tuple(f"score.{axis}[{slot}]" for axis, names in _WATCHED for slot, _ in enumerate(names, 1)),
+        ),
+        *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
+    ),
+    (
+        ("identifier.method", "prediction_error"),
+        ("identifier.adaptation.forgetting", 0.02),
+        ("identifier.report.interval", 1.0),
+        *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED),
+    ),
+)
 SCENARIOS: dict[str, Scenario] = {
-    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG)
+    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW)
 }
 
 

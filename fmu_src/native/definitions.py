@@ -27,7 +27,7 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, control, laws, motor, plant, state
+from heli_plant import communication, control, correction, laws, motor, observer, plant, state
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PARAMETERS, PlantParameters
 
@@ -47,12 +47,20 @@ def plant_twin() -> Definition:
             state.start_state,
             (laws.motor_time_constant, PlantParameters),
             (laws.input_delay, PlantParameters),
+            correction.with_share,
+            observer.observer_gains,
+            observer.measured_against,
+            observer.predicted,
         ),
         {
             PlantParameters: {row.field: row.name for row in PARAMETERS},
             EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
+            correction.Correction: {
+                field: f"correction.{name}"
+                for field, (name, _) in zip(correction.Correction._fields, correction.CORRECTED, strict=True)
+            },
         },
-        (communication.PlantMemory,),
+        (communication.PlantMemory, observer.Torque),
     )
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from importlib.resources import files
 from xml.etree.ElementTree import Element, SubElement
 
+from ..errors import BuildError
 from ..packaging import xml_text
 from ..slave_base import SlaveBase
 from ..variables import Value
@@ -50,9 +51,15 @@ def native_sources(unit: type[SlaveBase], start_values: Mapping[str, Value], tok
 
     Raises
     ------
+    BuildError
+        The unit has no native twin.
     Untranslatable
         A function that the unit needs uses a form of Python that has no translation: file, line, reason.
     """
+    if unit.__name__ not in DEFINITIONS:
+        raise BuildError(
+            f"{unit.__name__} runs in Python only; there is C for {', '.join(DEFINITIONS)}. Leave native away for it"
+        )
     definition, model_header, model_source = _model(unit.__name__)
     own = (*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files)
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}

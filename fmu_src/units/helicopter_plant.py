@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from heli_plant.communication import PlantMemory, begin, communicate, is_finite, shown
+from heli_plant.correction import CORRECTED, Correction, with_correction, with_share
 from heli_plant.encoders import EncoderCounts
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
+from heli_plant.observer import Torque, measured_against, observer_gains, predicted
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
@@ -65,14 +67,40 @@ _SETTINGS = (
     ),
 )  # fmt: skip
 _PHYSICS = tuple(
-    real_parameter(row.name, row.unit, row.default, row.minimum, row.maximum, row.description) for row in PARAMETERS
+    real_parameter(row.name, row.unit, row.default, row.minimum, row.maximum, row.description, tunable=True)
+    for row in PARAMETERS
 )
+_LARGEST_CORRECTION = 100.0
+"""In the unit of what it corrects; the parameter's own range holds for the sum."""
+
+_KEEPING = (
+    *(
+        real_input(
+            f"measured.{axis}", "rad", ANGLE_BOUND, 1.0, f"{axis} of the rig that the observer keeps the plant on"
+        )
+        for axis in AXES
+    ),
+    real_input("measured.fresh", "1", 1.0, 1.0, "1: the measured angles are of this instant, 0: nothing came in", 1.0),
+    real_input(
+        "observer.bandwidth", "rad/s", 100.0, 10.0, "poles of the observer; 0: it is off and the plant runs free"
+    ),
+    *(
+        real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")
+        for name, unit in CORRECTED
+    ),
+)
+"""Inputs by which a plant follows a rig; all of them at their start values change nothing."""
+_FIELDS = tuple(row.field for row in PARAMETERS)
+_FIRST_PHYSICS = len(_INPUTS) + len(_OUTPUTS) + len(_INITIAL) + len(_SETTINGS)
+_FIRST_KEEPING = _FIRST_PHYSICS + len(_PHYSICS)
+_FIRST_CORRECTION = _FIRST_KEEPING + len(_KEEPING) - len(CORRECTED)
+_NO_CORRECTION = [0.0] * len(CORRECTED)
 
 
 class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS)
+    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS, *_KEEPING)
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     equations = """
 <p>Simplified model, with &mu;<sub>d</sub> = &nu;<sub>f</sub> &minus; &nu;<sub>r</sub> and
@@ -86,7 +114,11 @@ motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
 <p>Each parameter <code>effects.*</code> adds one law that this model leaves out; it is off at 0.
 <code>general.enabled = 1</code> takes the rigid-body model of four point masses instead.</p>
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
-classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
+classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>
+<p>The physical parameters are tunable: they may be set between two steps. To follow a rig, connect its angles to
+<code>measured.*</code> and set <code>observer.bandwidth</code> (7 rad/s): an observer then keeps the state on the rig.
+A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
+same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
     source = (
         f"{PAPER}, eqs (1), (2), (9), (10), (12), Table 2; "
         "Brentari et al., Benchmark model of Quanser's 3 DOF Helicopter, LAAS report 18040, 2018"
@@ -95,13 +127,9 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
     def initialise(self, time: float) -> None:
         """Collect the parameters, place the plant at its initial state."""
         values, at = self.values, self.references
-        try:
-            self.parameters = checked(PlantParameters(**{row.field: values[at[row.name]] for row in PARAMETERS}))
-        except ParameterError as problem:
-            raise Refusal(str(problem)) from problem
-        known = self.parameters._asdict()  # fixed from here on: what is off leaves the step
-        self.step, self.arriving = specialised(step, known), specialised(arriving, known)
-        self.delay = input_delay(self.parameters)
+        self.first = True
+        self._take_parameters()
+        self.torque = Torque()
         self.inner_step = values[at["solver.step"]]
         pitch, elevation, travel = (values[at[f"initial.{axis}"]] for axis in AXES)
         pitch_rate, elevation_rate, travel_rate = (values[at[f"initial.{axis}_rate"]] for axis in AXES)
@@ -113,19 +141,58 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         self.counts = EncoderCounts(*(values[at[f"encoder.counts_{axis}"]] if enabled else 0 for axis in AXES))
         self._publish()
 
+    def _take_parameters(self) -> None:
+        """Read the parameters with their corrections, and make the step for them.
+
+        At first every value becomes a constant of the step, so that an effect that is off costs nothing. After a change
+        only what is zero does: values that change while the plant runs make no new step, unless an effect comes on.
+        """
+        chosen, corrections = self.values[_FIRST_PHYSICS:_FIRST_KEEPING], self.values[_FIRST_CORRECTION:]
+        parameters, correction = PlantParameters(**dict(zip(_FIELDS, chosen, strict=True))), Correction(*corrections)
+        try:
+            if corrections != _NO_CORRECTION:
+                parameters = with_correction(parameters, correction)
+            checked(parameters)
+        except ParameterError as problem:
+            raise Refusal(str(problem)) from problem
+        known = parameters._asdict()
+        if not self.first:
+            known = {field: value for field, value in known.items() if value == 0.0}
+        self.first = False
+        self.parameters, self.chosen, self.corrections = parameters, chosen, corrections
+        self.shares = 1.0 + correction.front, 1.0 + correction.rear
+        self.step, self.arriving = specialised(step, known), specialised(arriving, known)
+        self.delay = input_delay(parameters)
+
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        v_front, v_rear, command = self.values[:3]  # the first three of ``variables``
+        values = self.values
+        v_front, v_rear, command = values[:3]  # the first three of ``variables``
+        if values[_FIRST_PHYSICS:_FIRST_KEEPING] != self.chosen or values[_FIRST_CORRECTION:] != self.corrections:
+            self._take_parameters()
         if step_size > MOST_SUBSTEPS * self.inner_step:
             raise Refusal(
                 f"the step of {step_size:g} s from t = {time:g} s needs {step_size / self.inner_step:.3g} steps of "
                 f"solver.step = {self.inner_step:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
             )
+        pitch, elevation, travel, fresh, bandwidth = values[_FIRST_KEEPING:_FIRST_CORRECTION]
+        front, rear = self.shares
+        limit = self.parameters.v_max
+        v_front, v_rear = with_share(v_front, front, limit), with_share(v_rear, rear, limit)
         try:
+            memory, torque, gains = self.memory, self.torque, None
+            if bandwidth > 0.0:
+                gains = observer_gains(bandwidth, step_size)
+                if fresh > 0.5:
+                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains)
+                    memory, torque = memory._replace(state=kept.state), kept.torque
             memory = communicate(
-                self.memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,
+                memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,
                 self.parameters, self.step, self.arriving,
             )  # fmt: skip
+            if gains is not None:
+                kept = predicted(memory.state, torque, step_size, gains)
+                memory, torque = memory._replace(state=kept.state), kept.torque
             finite = is_finite(memory.state)
         except (ValueError, OverflowError):  # the sine of an infinite angle
             finite = False
@@ -133,7 +200,7 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
             raise Refusal(
                 f"the plant leaves the finite range in the step from t = {time:g} s; it was at {self.memory.state}"
             )
-        self.memory = memory
+        self.memory, self.torque = memory, torque
         self._publish()
 
     def _publish(self) -> None:
@@ -141,12 +208,13 @@ classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>"""
         self.values[3:9] = shown(self.memory.state, self.counts)  # behind the inputs
 
     def freeze(self) -> Any:
-        """State and delayed voltages; everything else follows from the parameters."""
+        """State, delayed voltages, unmodelled torques; everything else follows from the parameters."""
         state, since, held = self.memory
-        return [list(state), list(since), [list(pair) for pair in held]]
+        return [list(state), list(since), [list(pair) for pair in held], list(self.torque)]
 
     def thaw(self, frozen: Any) -> None:
         """Take them back."""
-        state, since, held = frozen
+        state, since, held, torque = frozen
         pairs = [(v_front, v_rear) for v_front, v_rear in held]
         self.memory = PlantMemory(PlantState(*state), list(since), pairs)
+        self.torque = Torque(*torque)

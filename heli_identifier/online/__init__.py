@@ -7,7 +7,7 @@ where a controller closes the loop. The excitation signals have a door of their 
 """
 
 from .adaptation import adapt
-from .candidates import WATCHABLE, Candidate, candidate
+from .candidates import WATCHABLE, Candidate, Motion, candidate, candidate_value
 from .estimate import Estimate, ModelParameters, determined
 from .feedback import CLOSED, is_closed
 from .identifier import start, step
@@ -40,6 +40,7 @@ __all__ = [
     "IdentifierState",
     "Lag",
     "ModelParameters",
+    "Motion",
     "Noise",
     "Plan",
     "Sampled",
@@ -49,6 +50,7 @@ __all__ = [
     "before_samples",
     "begin_sampling",
     "candidate",
+    "candidate_value",
     "default_settings",
     "determined",
     "elevation_regression",

@@ -8,6 +8,7 @@ struct Model {
     double delay, longest_step;
     EncoderCounts counts;
     PlantMemory memory;
+    Torque torque;
 };
 
 const size_t MODEL_SIZE = sizeof(Model);
@@ -23,16 +24,59 @@ static void publish(const Model *model, Unit *unit)
     unit->values[REF_travel_rate].real = shown.travel_rate;
 }
 
+/* A parameter with its correction, which has to lie in the parameter's range. */
+static double corrected(Unit *unit, int reference, double value, double correction)
+{
+    const Variable *variable = &VARIABLES[reference];
+    if (correction == 0.0)
+        return value;
+    if (!(variable->minimum <= value + correction && value + correction <= variable->maximum))
+        refuse(
+            unit->space, "%s = %.17g with its correction must lie in [%g, %g] %s", variable->name, value + correction,
+            variable->minimum, variable->maximum, variable->physical_unit);
+    return value + correction;
+}
+
+/* Read the parameters, which are tunable, and their corrections; return the rotors' shares of thrust with them. */
+static Correction take_parameters(Model *model, Unit *unit)
+{
+    PlantParameters *p = &model->parameters;
+    Correction c;
+    set_PlantParameters(p, unit->values);
+    set_Correction(&c, unit->values);
+    p->k_x = corrected(unit, REF_pitch_gain, p->k_x, c.k_x);
+    p->k_z = corrected(unit, REF_elevation_gain, p->k_z, c.k_z);
+    p->k_y = corrected(unit, REF_travel_gain, p->k_y, c.k_y);
+    p->a_1 = corrected(unit, REF_elevation_offset, p->a_1, c.a_1);
+    p->a_wx = corrected(unit, REF_pitch_damping, p->a_wx, c.a_wx);
+    p->a_wz = corrected(unit, REF_elevation_damping, p->a_wz, c.a_wz);
+    p->a_wy = corrected(unit, REF_travel_damping, p->a_wy, c.a_wy);
+    p->dry_friction_pitch =
+        corrected(unit, REF_effects_dry_friction_pitch, p->dry_friction_pitch, c.dry_friction_pitch);
+    p->dry_friction_elevation =
+        corrected(unit, REF_effects_dry_friction_elevation, p->dry_friction_elevation, c.dry_friction_elevation);
+    p->dry_friction_travel =
+        corrected(unit, REF_effects_dry_friction_travel, p->dry_friction_travel, c.dry_friction_travel);
+    p->constant_torque_pitch =
+        corrected(unit, REF_effects_constant_torque_pitch, p->constant_torque_pitch, c.constant_torque_pitch);
+    p->constant_torque_travel =
+        corrected(unit, REF_effects_constant_torque_travel, p->constant_torque_travel, c.constant_torque_travel);
+    p->cable_stiffness_travel =
+        corrected(unit, REF_effects_cable_stiffness_travel, p->cable_stiffness_travel, c.cable_stiffness_travel);
+    if (laws_motor_time_constant(p) < 0.0)
+        refuse(
+            unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",
+            laws_motor_time_constant(p));
+    model->delay = laws_input_delay(p);
+    return c;
+}
+
 void model_initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const bool enabled = values[REF_encoder_enabled].real != 0.0;
-    set_PlantParameters(&model->parameters, values);
-    if (laws_motor_time_constant(&model->parameters) < 0.0)
-        refuse(
-            unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",
-            laws_motor_time_constant(&model->parameters));
-    model->delay = laws_input_delay(&model->parameters);
+    take_parameters(model, unit);
+    model->torque = (Torque){0.0, 0.0, 0.0};
     model->longest_step = values[REF_solver_step].real;
     if (enabled)
         set_EncoderCounts(&model->counts, values);
@@ -49,12 +93,35 @@ void model_initialise(Model *model, Unit *unit)
 void model_advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
-    const PlantMemory next = communication_communicate(
-        unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real, values[REF_mass_position].real,
-        time, unit->start_time, step, model->longest_step, model->delay, &model->parameters);
+    const Correction correction = take_parameters(model, unit);
+    const double limit = model->parameters.v_max, bandwidth = values[REF_observer_bandwidth].real;
+    const double front = correction_with_share(values[REF_v_front].real, 1.0 + correction.front, limit);
+    const double rear = correction_with_share(values[REF_v_rear].real, 1.0 + correction.rear, limit);
+    PlantMemory before = model->memory;
+    Torque torque = model->torque;
+    ObserverGains gains;
+    if (bandwidth > 0.0) {
+        gains = observer_observer_gains(bandwidth, step);
+        if (values[REF_measured_fresh].real > 0.5) {
+            const Kept kept = observer_measured_against(
+                &before.state, &torque, values[REF_measured_pitch].real, values[REF_measured_elevation].real,
+                values[REF_measured_travel].real, &gains);
+            before.state = kept.state;
+            torque = kept.torque;
+        }
+    }
+    PlantMemory next = communication_communicate(
+        unit->space, &before, front, rear, values[REF_mass_position].real, time, unit->start_time, step,
+        model->longest_step, model->delay, &model->parameters);
+    if (bandwidth > 0.0) {
+        const Kept kept = observer_predicted(&next.state, &torque, step, &gains);
+        next.state = kept.state;
+        torque = kept.torque;
+    }
     if (!communication_is_finite(&next.state))
         refuse(unit->space, "the plant leaves the finite range in the step from t = %g s", time);
     model->memory = next;
+    model->torque = torque;
     publish(model, unit);
 }
 
@@ -66,9 +133,11 @@ void model_keep(Model *model, Space *space)
 void model_write(const Model *model, Bytes *bytes)
 {
     write_PlantMemory(bytes, &model->memory);
+    write_Torque(bytes, &model->torque);
 }
 
 void model_read(Model *model, Bytes *bytes)
 {
     read_PlantMemory(bytes, &model->memory);
+    read_Torque(bytes, &model->torque);
 }

@@ -19,6 +19,7 @@ from .follower import (
     start_following,
 )
 from .plan import FollowPlan, prepare_following
+from .saving import frozen_state, thawed_state
 from .settings import DEFAULT_EFFECTS, FollowSettings
 from .state import MODES, CorrectorOutput, CorrectorState, Sample, Told
 
@@ -42,6 +43,7 @@ __all__ = [
     "correct",
     "event_document",
     "follow",
+    "frozen_state",
     "identifier_settings",
     "parameters_in_use",
     "prepare_follower",
@@ -50,4 +52,5 @@ __all__ = [
     "standard_errors_in_use",
     "start_correcting",
     "start_following",
+    "thawed_state",
 ]

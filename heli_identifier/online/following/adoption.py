@@ -6,7 +6,7 @@
 
 A change is adopted if it is
 * significant: Page's test raised the alarm, and z of the estimate is at least 4,
-* excited: its standard error is at most the smallest change that matters,
+* excited: its standard error is at most the smallest change that matters, and the identifier sees its axes move,
 * physically possible: the value stays within its bounds, a friction never pushes, a gain keeps its sign,
 * better: a rival twin that has it beside the one in use has had smaller errors 1 s ahead over the window, which begins
   after the change was estimated. The errors are out of sample for both.
@@ -17,7 +17,7 @@ soon as they predict better with t > 2, they are taken again.
 
 from math import inf
 
-from .blocks import Block, shifted
+from .blocks import PROVED, Block, Colour, coloured, kappa, shifted
 from .changes import ROTORS
 from .detection import (
     AT_ZERO,
@@ -37,7 +37,6 @@ from .events import (
     ALARM,
     AMBIGUOUS,
     BETTER,
-    CUT,
     HELD,
     NAMED,
     NOT_BETTER,
@@ -67,8 +66,14 @@ _LEAST_Z = 4.0
 SWINGING, _LEAST_BLOCKS = 2, 3
 """Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
+_BETTER, _SURELY = 0.02, 1.0
+"""Share by which squared errors must fall on trial, and t of it."""
+
 _ROLL_BACK = 2.0
 """t of the difference of squared errors at which an adopted change is taken back."""
+
+_WORSE, _CLEARLY = 0.1, 4.0
+"""Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values."""
 
 _WATCH_WINDOWS = 2
 """An adopted change is watched for this many windows."""
@@ -90,16 +95,16 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode == SUSPENDED:
         return state, []
     compass = _compass(state, plan)
-    newest = tuple([projected(state.blocks[-1], direction) for direction in compass])
-    state = _scored(state, told)
+    state = _scored(state._replace(colours=_coloured(state, compass)), told)
+    newest = _seen(state.blocks[-1:], compass, state.colours)[0] if state.blocks else ((0.0, 0.0),) * len(compass)
     if state.mode in (FOLLOWING, WATCHED):
         state = state._replace(pages=paged(state.pages, newest, plan.sizes))
     if state.mode == FOLLOWING:
         return _following(state, compass, time, plan)
     if state.mode == ALARMED:
-        return _alarmed(state, compass, time, plan)
+        return _alarmed(state, compass, told, time, plan)
     if state.mode == ON_TRIAL:
-        return _on_trial(state, compass, told, time, plan)
+        return _on_trial(state, compass, time, plan)
     return _adopted(state, compass, time, plan)
 
 
@@ -110,13 +115,40 @@ def _compass(state: CorrectorState, plan: FollowPlan) -> tuple[Direction, ...]:
     return directions(plan.changes, gains, plan.columns, plan.times_gain)
 
 
+def _coloured(state: CorrectorState, compass: tuple[Direction, ...]) -> tuple[Colour, ...]:
+    """Return the colours with the block that has become old enough without an alarm."""
+    at = len(state.blocks) - 1 - PROVED
+    if at < 2 or state.mode != FOLLOWING:
+        return state.colours
+    result = []
+    for number in range(len(compass)):
+        u, information = projected(state.blocks[at], compass[number])
+        u_1, _ = projected(state.blocks[at - 1], compass[number])
+        u_2, _ = projected(state.blocks[at - 2], compass[number])
+        result.append(coloured(state.colours[number], u, u_1, u_2, information))
+    return tuple(result)
+
+
+def _seen(
+    blocks: tuple[Block, ...], compass: tuple[Direction, ...], colours: tuple[Colour, ...]
+) -> tuple[tuple[tuple[float, float], ...], ...]:
+    """Return for each block D^T b and D^T R D of every change, both over kappa."""
+    shares = [1.0 / kappa(colour) for colour in colours]
+    result = []
+    for block in blocks:
+        row = []
+        for number in range(len(compass)):
+            response, information = projected(block, compass[number])
+            row.append((shares[number] * response, shares[number] * information))
+        result.append(tuple(row))
+    return tuple(result)
+
+
 def _scored(state: CorrectorState, told: Told) -> CorrectorState:
     """Count for how long each watched effect's score has been beyond its threshold."""
     if not told.scores:
         return state
-    counts = [
-        n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, told.scores, strict=True)
-    ]
+    counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, told.scores, strict=True)]
     return state._replace(scored=tuple(counts))
 
 
@@ -155,9 +187,10 @@ def findings(
 ) -> tuple[list[Finding], bool]:
     """Return every possible change with its size, the likeliest first, and whether it has been measured.
 
-    It began at most ``longest`` blocks ago. Until enough blocks have passed since the change, the sizes are those since it began, and not to be used.
+    It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
+    and not to be used.
     """
-    seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
+    seen = _seen(state.blocks, compass, state.colours)
     found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = _bounds(number, state, plan)
@@ -185,7 +218,13 @@ def _event(state: CorrectorState, what: int, why: int, finding: Finding, time: f
     error = finding.standard_error
     if plan.places[finding.change] < 0:
         error *= value_of(finding.change, state.values.end, plan)
-    since = time - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0)) * plan.block * plan.coarse * plan.settings.sample_time
+    since = (
+        time
+        - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0))
+        * plan.block
+        * plan.coarse
+        * plan.settings.sample_time
+    )
     return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
 
 
@@ -193,6 +232,11 @@ def _following(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Raise an alarm where Page's test or a score says so."""
+    values = state.values
+    if values.end != plan.first_values and len(state.twins.alone) == plan.window:
+        mean, t = compared(state.twins.alone, state.twins.used, (0, 1, 2))
+        if mean < -_WORSE and t < -_CLEARLY:
+            return _back(state, plan.first_values, WORSE_ALONE, time, plan)
     run = longest_run(state.pages, plan.threshold)
     if run > 0:
         found, _ = findings(state, compass, run + SWINGING, plan)
@@ -202,7 +246,7 @@ def _following(
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
             number = len(plan.changes) - len(state.scored) + slot
-            seen = tuple([tuple([projected(block, d) for d in compass]) for block in state.blocks])
+            seen = _seen(state.blocks, compass, state.colours)
             least, most = _bounds(number, state, plan)
             one = measured(seen, number, len(seen), plan.sizes[number], least, most)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
@@ -214,7 +258,7 @@ def _following(
 
 
 def _alarmed(
-    state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
+    state: CorrectorState, compass: tuple[Direction, ...], told: Told, time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Name the change as soon as it leads, or when patience is over."""
     block = plan.block * plan.coarse
@@ -228,7 +272,8 @@ def _alarmed(
     first = found[0]
     lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
     state = state._replace(finding=first)
-    enough = ready and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
+    moving = min([told.excitation[axis] for axis in _axes(first.change, plan)]) > 0.0
+    enough = ready and moving and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
     if enough and (lead >= _LEAD or late):
         events = [_event(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
         state, more = _put_on_trial(state, first, time, plan)
@@ -269,16 +314,16 @@ def _axes(number: int, plan: FollowPlan) -> tuple[int, ...]:
 
 
 def _on_trial(
-    state: CorrectorState, compass: tuple[Direction, ...], told: Told, time: float, plan: FollowPlan
+    state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Adopt the change if the rival was better over the window, else hold."""
     if len(state.twins.rival) < plan.window:
         return state, []
     number = state.finding.change
     axes = _axes(number, plan)
-    worse, _ = compared(state.twins.rival, state.twins.against, axes)
+    difference, t = compared(state.twins.rival, state.twins.against, axes)
     latest = _again(state, compass, number, state.finding, time, plan)
-    if worse >= 0.0:
+    if difference > -_BETTER or t > -_SURELY:
         return _rested(state), [_event(state, HELD, NOT_BETTER, latest, time, plan)]
     event = _event(state, ADOPTED, BETTER, latest, time, plan)
     return _taken(state, compass, latest, event, plan), [event]
@@ -304,7 +349,7 @@ def _again(
         return finding
     least, most = _bounds(number, state, plan)
     size = min(max(response / information, least), most)
-    error = information**-0.5
+    error = (kappa(state.colours[number]) / information) ** 0.5
     return Finding(number, count, size, error, finding.evidence, size / error)
 
 
@@ -365,7 +410,7 @@ def _adopted(
     if count < _WATCH_WINDOWS * plan.window:
         return state, []
     least, most = _bounds(number, state, plan)
-    seen = tuple([tuple([projected(block, direction) for direction in compass]) for block in state.blocks])
+    seen = _seen(state.blocks, compass, state.colours)
     left = measured(seen, number, len(seen), plan.sizes[number], least, most)
     state = _rested(state)._replace(pages=state.pages)
     if left.change >= 0 and abs(left.z) >= _REFINING:
@@ -378,8 +423,8 @@ def _back(
 ) -> tuple[CorrectorState, list[Event]]:
     """Take ``values`` again."""
     number = state.finding.change
-    value = value_of(number, values, plan)
-    axis = plan.changes[number].axis
+    value = value_of(number, values, plan) if number >= 0 else 0.0
+    axis = plan.changes[number].axis if number >= 0 else -1
     event = Event(time, ROLLED_BACK, number, value, 0.0, why, axis, time)
     ramped = state.values._replace(begin=state.values.now, end=values, ramp=state.samples, rival=())
     return _rested(state._replace(values=ramped, blocks=())), [event]

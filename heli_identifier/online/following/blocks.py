@@ -6,9 +6,16 @@ On one axis, with psi (n regressors) and e scaled to unit variance, a block hold
 
 over its samples. The products are taken of means over some .05 s: psi hardly changes in that time.
 
-The scale is lambda kappa. lambda is the innovations' variance. kappa is one where they are white; where they are not,
-the sums b vary by more than R says, and kappa is the mean of b_i^2 / R_ii over blocks and regressors. Both are means
-over some minutes, and a single block counts with a bounded value only: a change must not hide itself in the noise.
+The scale is the innovations' variance lambda, a mean over two minutes, in which one block counts with a bounded value
+only: a change must not hide itself in the noise.
+
+Where the innovations are not white, or the twin's values are not quite right, sums along a direction D (of a change,
+:mod:`.changes`) vary by more than R says. With u_k = D^T b of block k the factor is
+
+    kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
+
+a long-run variance over its value for white innovations (Newey and West, Econometrica 55, 1987, with flat weights).
+It is learned from blocks that have become _PROVED blocks old without an alarm. D^T b and D^T R D are divided by it.
 """
 
 from typing import NamedTuple
@@ -16,24 +23,29 @@ from typing import NamedTuple
 MEMORY = 120.0
 """Blocks over which the noise is averaged."""
 
-_DOUBT, _DOUBTED = 10.0, 1.5
+_LARGEST = 4.0
+"""Of the mean square of innovations over lambda in one block."""
+
+PROVED = 20
+"""Blocks after which a block without an alarm counts as one without a change."""
+
+_DOUBT, _DOUBTED = 20.0, 1.5
 """kappa begins at _DOUBTED with the weight of _DOUBT blocks."""
 
-_LARGEST = 4.0
-"""Of b_i^2 / R_ii, and of the mean square of innovations over lambda, in one block: exceeded by chance in 5 %."""
-
-_SILENT = 1e-12
-"""R_ii [1] below which a regressor says nothing."""
+_LARGEST_TERM = 16.0
+"""Of a term of kappa's sum over D^T R D, in size."""
 
 
 class Sums(NamedTuple):
-    """Sums of one axis: since the last product was taken, ``psi`` and ``e`` over ``count`` samples; in this block the
-    packed ``products`` of (psi, e) and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
+    """Sums of one axis.
+
+    Since the last product was taken: ``psi`` and ``e`` over ``taken`` samples. In this block: the packed ``products``
+    of (psi, e), and the ``squares`` of e over ``seen`` samples; ``spoiled``: it is not to be used.
     """
 
     psi: tuple[float, ...]
     e: float
-    count: int
+    taken: int
     products: tuple[float, ...]
     squares: float
     seen: int
@@ -41,10 +53,17 @@ class Sums(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Noise of one axis: ``variance`` lambda [rad^2], ``colour`` kappa [1], and the ``blocks`` that they come from."""
+    """Noise of one axis: ``variance`` lambda [rad^2], and the ``blocks`` that it comes from."""
 
     variance: float
-    colour: float
+    blocks: float
+
+
+class Colour(NamedTuple):
+    """kappa along the direction of one change: the sums of its terms and of D^T R D [1], over ``blocks``."""
+
+    terms: float
+    information: float
     blocks: float
 
 
@@ -65,7 +84,7 @@ def added(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
     return s._replace(
         psi=tuple([a + b for a, b in zip(s.psi, psi, strict=True)]),
         e=s.e + e,
-        count=s.count + 1,
+        taken=s.taken + 1,
         squares=s.squares + e * e,
         seen=s.seen + 1,
     )
@@ -73,10 +92,10 @@ def added(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
 
 def multiplied(s: Sums) -> Sums:
     """Return the sums with the products of what came in since the last ones."""
-    if s.count == 0:
+    if s.taken == 0:
         return s
     z = [*s.psi, s.e]
-    share = 1.0 / s.count
+    share = 1.0 / s.taken
     products = list(s.products)
     k = 0
     for i in range(len(z)):
@@ -84,7 +103,7 @@ def multiplied(s: Sums) -> Sums:
         for j in range(i, len(z)):
             products[k] += scaled * z[j]
             k += 1
-    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, count=0, products=tuple(products))
+    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(products))
 
 
 def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -92,7 +111,7 @@ def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]
     n = len(s.psi)
     information: list[float] = []
     response: list[float] = []
-    scale = 0.0 if s.spoiled else 1.0 / (level.variance * level.colour)
+    scale = 0.0 if s.spoiled else 1.0 / level.variance
     k = 0
     for i in range(n):
         for _ in range(i, n):
@@ -105,34 +124,36 @@ def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 def first_level(count: float) -> Level:
     """Return the noise before the first block; ``count`` is a width of the encoder's grid [rad]."""
-    return Level(count * count / 12.0, _DOUBTED, 0.0)
+    return Level(count * count / 12.0, 0.0)
 
 
 def learned(level: Level, s: Sums) -> Level:
     """Return the noise after a complete block."""
     if s.spoiled or s.seen == 0:
         return level
-    n = len(s.psi)
-    known = level.blocks
-    blocks = min(known + 1.0, MEMORY)
     mean = s.squares / s.seen
-    if known > 0.0:
-        mean = min(mean, _LARGEST * level.variance)
-    variance = level.variance + (mean - level.variance) / blocks if known > 0.0 else mean
-    total, counted = 0.0, 0
-    k = 0
-    for i in range(n):
-        own = s.products[k]
-        k += n - i
-        cross = s.products[k]
-        k += 1
-        if own > _SILENT * variance:
-            total += min(cross * cross / (own * variance), _LARGEST)
-            counted += 1
-    colour = level.colour
-    if counted > 0 and known > 0.0:
-        colour += (total / counted - colour) / (blocks + _DOUBT)
-    return Level(variance, max(colour, 1.0), blocks)
+    if level.blocks == 0.0:
+        return Level(mean, 1.0)
+    blocks = min(level.blocks + 1.0, MEMORY)
+    mean = min(mean, _LARGEST * level.variance)
+    return Level(level.variance + (mean - level.variance) / blocks, blocks)
+
+
+UNKNOWN = Colour(0.0, 0.0, 0.0)
+
+
+def coloured(c: Colour, u: float, u_1: float, u_2: float, information: float) -> Colour:
+    """Return ``c`` after a block with D^T b ``u``, those of the two before it, and its D^T R D."""
+    most = _LARGEST_TERM * information
+    term = min(max(u * (u + 2.0 * (u_1 + u_2)), -most), most)
+    kept = 1.0 - 1.0 / MEMORY
+    return Colour(kept * c.terms + term, kept * c.information + information, kept * c.blocks + 1.0)
+
+
+def kappa(c: Colour) -> float:
+    """Return kappa."""
+    found = c.terms / c.information if c.information > 0.0 else _DOUBTED
+    return max(1.0, (_DOUBT * _DOUBTED + c.blocks * found) / (_DOUBT + c.blocks))
 
 
 def shifted(block: Block, coefficients: tuple[tuple[float, ...], ...]) -> Block:

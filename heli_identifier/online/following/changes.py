@@ -17,7 +17,7 @@ from typing import NamedTuple
 from heli_plant.effects import AXES, effect
 from heli_plant.parameters import BY_FIELD, PlantParameters
 
-from ..candidates import Candidate, candidate
+from .. import Candidate, candidate
 
 PITCH, ELEVATION, TRAVEL, ROTORS = 0, 1, 2, 3
 """Numbers of the axes; the rotors act on all."""

@@ -1,24 +1,25 @@
 """The corrector: one sample in, the values in use out."""
 
-from math import cos
+from math import cos, sqrt
 
 from heli_plant.communication import PlantMemory, begin
+from heli_plant.correction import with_share
 from heli_plant.motor import saturate
+from heli_plant.observer import Torque, corrected, predicted
 from heli_plant.plant import measured_angles
 from heli_plant.state import PlantState, start_state
 
 from .adoption import KEPT, judged
 from .ahead import advanced, read
-from .blocks import Block, Sums, added, first_level, learned, multiplied, no_sums, parted
-from .detection import AT_ZERO
+from .blocks import UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, parted
+from .detection import AT_ZERO, NOTHING
 from .errors import Row, rms
-from .events import BACK, FROZEN, STOPPED, STREAM, Event
-from .observer import corrected, corrected_sensitivity, faded, no_sensitivity, predicted_sensitivity, pushed
+from .events import BACK, CUT, FROZEN, HELD, STOPPED, STREAM, Event
 from .plan import FollowPlan, parameters_of
 from .regressors import acting
+from .sensitivity import corrected_sensitivity, no_sensitivity, predicted_sensitivity
 from .state import (
     FOLLOWING,
-    NO_FINDING,
     ON_TRIAL,
     STARTING,
     SUSPENDED,
@@ -34,6 +35,13 @@ from .state import (
 
 _LARGEST_INNOVATION = 4.0
 """Innovations count with at most this many standard deviations."""
+
+_DOUBTFUL = 2
+"""Blocks before a fault of the stream that are dropped."""
+
+_LONG_STUCK, _HELD = 0.5, 0.06
+"""An encoder that stands still for this long [s] is at fault as well if the observer sees this acceleration hold the
+axis [rad/s^2]: more than dry friction of a usual bearing."""
 
 _MOVING = 0.03
 """Rate [rad/s] at which an encoder that stands still is at fault: it would have moved by five counts of 4096."""
@@ -57,10 +65,11 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         0,
         (now.v_front, now.v_rear),
         begin(first, p),
-        nothing,
+        Torque(),
         (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c)),
         (no_sums(a), no_sums(b), no_sums(c)),
         (first_level(_COUNT), first_level(_COUNT), first_level(_COUNT)),
+        (UNKNOWN,) * len(plan.changes),
         (0.0, 0.0),
         0,
         Twins((), (), (), (), (), (), (), angles, angles),
@@ -70,7 +79,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         STARTING,
         0,
         plan.settling,
-        NO_FINDING,
+        NOTHING,
         0,
         (0,) * len(plan.settings.effects),
         Stream(0, angles, (0, 0, 0), nothing, False),
@@ -98,13 +107,13 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     time = k * h
     values = _ramped(state.values, k, plan)
     p = values.parameters
-    memory, arrived = _predicted(state.memory, state.voltages, time - h, values, plan)
-    memory = memory._replace(state=pushed(memory.state, state.torque, h))
-    torque = faded(state.torque, plan.gains)
+    memory, arrived = _advanced(state.memory, state.voltages, time - h, values, plan)
+    ahead, torque = predicted(memory.state, state.torque, h, plan.gains)
+    memory = memory._replace(state=ahead)
 
     angles = (now.pitch, now.elevation, now.travel)
     fresh = now.fresh > 0.5
-    stream = _watched(state.stream, angles, fresh, memory.state, plan)
+    stream = _watched(state.stream, angles, fresh, memory.state, torque, plan)
     events: list[Event] = []
     mode, since, settled = state.mode, state.since, state.settled
     twins, sums, sensitivities = state.twins, state.sums, state.sensitivities
@@ -113,9 +122,14 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         if mode != SUSPENDED:
             why = STOPPED if stream.unseen >= plan.stop else FROZEN
             events.append(Event(time, STREAM, -1, 0.0, 0.0, why, -1, time))
+            if mode == ON_TRIAL:
+                axis = plan.changes[state.finding.change].axis
+                events.append(Event(time, HELD, state.finding.change, 0.0, 0.0, CUT, axis, time))
             mode, since = SUSPENDED, k
             values = values._replace(rival=())
             twins = twins._replace(copies=(), copies_alone=(), copies_rival=(), against=(), rival=())
+            # what came in before the fault was seen is not to be trusted
+            state = state._replace(blocks=state.blocks[:-_DOUBTFUL], pages=(AT_ZERO,) * len(state.pages))
     elif mode == SUSPENDED and fresh:
         events.append(Event(time, STREAM, -1, 0.0, 0.0, BACK, -1, time))
         settled = k + plan.settling
@@ -123,7 +137,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         rest = memory.state.cable_rest
         first = start_state(now.pitch, now.elevation, now.travel, memory.state.nu_front, memory.state.nu_rear)
         memory = PlantMemory(begin(first._replace(cable_rest=rest), p).state, memory.since, memory.held)
-        torque = (0.0, 0.0, 0.0)
+        torque = Torque()
         a, b, c = plan.columns
         sensitivities = (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c))
 
@@ -144,14 +158,14 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         s = predicted_sensitivity(sensitivities[axis], g[axis], stiffness, damping, h, plan.gains)
         total = sums[axis]
         if counts:
-            most = _LARGEST_INNOVATION * (state.levels[axis].variance * state.levels[axis].colour) ** 0.5
+            most = _LARGEST_INNOVATION * sqrt(state.levels[axis].variance)
             total = added(total, s.angle, saturate(innovation[axis], most) if mode != STARTING else innovation[axis])
         elif not total.spoiled and (k < settled or stream.broken or k < values.ramp + round(RAMP / h)):
             total = total._replace(spoiled=True)
         new_sensitivities.append(corrected_sensitivity(s, plan.gains) if fresh else s)
         new_sums.append(total)
     if fresh:
-        corrected_state, torque = corrected(memory.state, torque, innovation, plan.gains)
+        corrected_state, torque = corrected(memory.state, torque, *innovation, plan.gains)
         memory = memory._replace(state=corrected_state)
 
     held = state.arrived[0] + arrived[0], state.arrived[1] + arrived[1]
@@ -192,13 +206,10 @@ def _ramped(values: Values, k: int, plan: FollowPlan) -> Values:
 
 def scaled(voltages: tuple[float, float], values: tuple[float, ...], limit: float) -> tuple[float, float]:
     """Return the voltages [V] of rotors that have the last two of ``values`` as shares of their thrust left."""
-    front, rear = values[-2], values[-1]
-    if front == 1.0 and rear == 1.0:
-        return voltages
-    return front * saturate(voltages[0], limit), rear * saturate(voltages[1], limit)
+    return with_share(voltages[0], values[-2], limit), with_share(voltages[1], values[-1], limit)
 
 
-def _predicted(
+def _advanced(
     memory: PlantMemory, voltages: tuple[float, float], time: float, values: Values, plan: FollowPlan
 ) -> tuple[PlantMemory, tuple[float, float]]:
     """Return the plant one sample later, and the voltages that arrived at its motors, without the rotors' shares."""
@@ -213,7 +224,7 @@ def _predicted(
     return memory, voltages
 
 
-def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, plan: FollowPlan) -> Stream:
+def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, torque: Torque, plan: FollowPlan) -> Stream:
     """Return how the samples come in, after one more instant."""
     if not fresh:
         unseen = stream.unseen + 1
@@ -227,7 +238,9 @@ def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, plan: 
             still[axis] = stream.still[axis] + 1
             if still[axis] == 1:
                 began[axis] = rates[axis]
-            frozen = frozen or (still[axis] >= plan.stuck and abs(began[axis]) > _MOVING)
+            moving = still[axis] >= plan.stuck and abs(began[axis]) > _MOVING
+            held = still[axis] * plan.settings.sample_time >= _LONG_STUCK and abs(torque[axis]) > _HELD
+            frozen = frozen or moving or held
     return Stream(0, angles, (still[0], still[1], still[2]), (began[0], began[1], began[2]), frozen)
 
 

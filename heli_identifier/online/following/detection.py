@@ -18,9 +18,10 @@ block to now, and judged by its Bayes factor against no change, for a size with 
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
 
-The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search. psi is what a change makes of the innovations that has always acted; right after a
-change they still swing. Size and name are therefore taken from the blocks that begin two after the change, the same
-ones for every change. The prior keeps a change that would have to be absurdly large from winning.
+The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search.
+psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
+name are therefore taken from the blocks that begin two after the change, the same ones for every change. The prior
+keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
 Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
 Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
@@ -38,7 +39,7 @@ Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 _PRIOR_WIDTH = 3.0
 """Standard deviation of the prior in smallest changes that matter."""
 
-_LEAST_SIZE = 0.5
+_LEAST_SIZE = 0.25
 """Share of nu below which a size is none that matters: the twin's values err by as much."""
 
 _LEAST_INFORMATION = 1.0
@@ -121,9 +122,7 @@ def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
     return log(tests * false_alarm_time / block_time)
 
 
-def paged(
-    pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]
-) -> tuple[Page, ...]:
+def paged(pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]) -> tuple[Page, ...]:
     """Return Page's sums of every change after a block.
 
     ``seen``: D^T b and D^T R D of the block for every change; ``sizes``: nu.
@@ -136,9 +135,7 @@ def paged(
         drift = 0.5 * nu * nu * information
         up, down = up + nu * response - drift, down - nu * response - drift
         result.append(
-            Page(
-                max(0.0, up), max(0.0, down), up_run + 1 if up > 0.0 else 0, down_run + 1 if down > 0.0 else 0
-            )
+            Page(max(0.0, up), max(0.0, down), up_run + 1 if up > 0.0 else 0, down_run + 1 if down > 0.0 else 0)
         )
     return tuple(result)
 

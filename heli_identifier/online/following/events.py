@@ -9,9 +9,22 @@ from .changes import ROTORS, Change
 ALARM, ADOPTED, HELD, ROLLED_BACK, STREAM = range(5)
 WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
 
-PASSED, NAMED, AMBIGUOUS, SCORED, BETTER, NOT_BETTER, UNDETERMINED, CUT, OFF, WORSE, WORSE_ALONE, STOPPED, FROZEN, BACK = (
-    range(14)
-)
+(
+    PASSED,
+    NAMED,
+    AMBIGUOUS,
+    SCORED,
+    BETTER,
+    NOT_BETTER,
+    UNDETERMINED,
+    CUT,
+    OFF,
+    WORSE,
+    WORSE_ALONE,
+    STOPPED,
+    FROZEN,
+    BACK,
+) = range(14)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
     "this change explains the innovations at least 20 times better than any other",

@@ -8,10 +8,17 @@ from typing import NamedTuple
 
 from heli_plant.parameters import PlantParameters
 
-from ..identifier import start, step
-from ..plan import Plan, prepare
-from ..settings import PREDICTION_ERROR, IdentifierSettings
-from ..state import IdentifierOutput, IdentifierState, before_samples
+from .. import (
+    PREDICTION_ERROR,
+    IdentifierOutput,
+    IdentifierSettings,
+    IdentifierState,
+    Plan,
+    before_samples,
+    prepare,
+    start,
+    step,
+)
 from .corrector import correct, start_correcting
 from .plan import FollowPlan, parameters_of, prepare_following
 from .settings import FollowSettings
@@ -103,5 +110,3 @@ def standard_errors_in_use(state: CorrectorState, plan: FollowPlan) -> dict[str,
     """Return the standard errors of the values that were adopted, by name."""
     pairs = zip(plan.changeable, state.values.errors, strict=True)
     return {name: error for name, error in pairs if error > 0.0}
-
-

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 from heli_plant.communication import communicate
 from heli_plant.laws import input_delay, thrust_voltages
+from heli_plant.observer import ObserverGains, observer_gains
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
 
-from ..candidates import Candidate
+from .. import Candidate
 from .ahead import APART, COARSE, HORIZON
 from .changes import COMMON, FRONT, REAR, ROTORS, Change, changes, laws
 from .detection import threshold
-from .observer import Gains, observer_gains
 from .settings import FollowSettings
 
 BLOCK_TIME = 1.0
@@ -45,7 +45,7 @@ class FollowPlan(NamedTuple):
     sizes: tuple[float, ...]
     columns: tuple[int, int, int]
     laws: tuple[tuple[Candidate, ...], ...]
-    gains: Gains
+    gains: ObserverGains
     step: Callable
     arriving: Callable
     thrusts: Callable

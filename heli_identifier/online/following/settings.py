@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from heli_plant.parameters import PlantParameters
 
 from ...errors import require_positive, require_range
-from ..candidates import candidate
+from .. import candidate
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),

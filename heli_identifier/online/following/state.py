@@ -3,19 +3,21 @@
 from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory
+from heli_plant.observer import Torque
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
-from .blocks import Block, Level, Sums
-from .detection import NOTHING, Finding, Page
+from .blocks import Block, Colour, Level, Sums
+from .detection import Finding, Page
 from .errors import Row
 from .events import Event
-from .observer import Sensitivity
+from .sensitivity import Sensitivity
 
 STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
+
 
 class Sample(NamedTuple):
     """What is read of the rig: voltages held from now on [V], angles [rad]; ``fresh`` is 0 where nothing came in."""
@@ -85,19 +87,22 @@ class Values(NamedTuple):
 
 
 class CorrectorState(NamedTuple):
-    """Everything remembered; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums count.
+    """Everything remembered.
 
-    ``run``: blocks for which the sum that gave the alarm had been above zero; ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
-    ``scored``: samples for which the score of each effect has been beyond its threshold.
+    ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
+    ``steps``: coarse steps so far; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums
+    count; ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the
+    score of each effect has been beyond its threshold.
     """
 
     samples: int
     voltages: tuple[float, float]
     memory: PlantMemory
-    torque: Row
+    torque: Torque
     sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
     sums: tuple[Sums, Sums, Sums]
     levels: tuple[Level, Level, Level]
+    colours: tuple[Colour, ...]
     arrived: tuple[float, float]
     steps: int
     twins: Twins
@@ -131,13 +136,10 @@ class CorrectorOutput(NamedTuple):
     error: Row
     error_alone: Row
     observed: tuple[float, float, float, float, float, float]
-    torque: Row
+    torque: Torque
     values: tuple[float, ...]
     standard_errors: tuple[float, ...]
     alarm: float
     suspect: int
     mode: int
     events: tuple[Event, ...]
-
-
-NO_FINDING = NOTHING

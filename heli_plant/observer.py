@@ -1,0 +1,113 @@
+"""The observer that keeps the plant on the rig: the plant's own step, corrected by the innovation of each axis.
+
+Beside angle x and rate w every axis has the unmodelled acceleration d, which fades by gamma = 1 rad/s. With y the
+measured angle,
+
+    innovation     e = y - x
+    correction     x += l_1 e,  w += l_2 e,  d += l_3 e
+    prediction     x, w by the plant under the held voltages,  x += h^2/2 d,  w += h d,  d *= exp(-gamma h)
+
+The gains place the poles of the error's dynamics, for a double integrator, at a Butterworth polynomial of third order
+with the bandwidth omega_o. It balances the spectra of torque and encoder noise; there the observer is the Kalman filter
+in its steady state, and the innovations are white. A sample that did not come in is predicted and not corrected.
+Source: Anderson and Moore, Optimal Filtering, 1979, chapters 4 and 9.
+"""
+
+from math import cos, exp, sqrt
+from typing import NamedTuple
+
+from .state import PlantState
+
+CORNER = 1.0
+"""gamma [rad/s]."""
+
+
+class Torque(NamedTuple):
+    """Unmodelled accelerations d of the axes [rad/s^2]."""
+
+    pitch: float = 0.0
+    elevation: float = 0.0
+    travel: float = 0.0
+
+
+class ObserverGains(NamedTuple):
+    """Gains on the innovation: ``angle`` [1], ``rate`` [1/s], ``torque`` [1/s^2]; ``kept`` = exp(-gamma h) [1]."""
+
+    angle: float
+    rate: float
+    torque: float
+    kept: float
+
+
+class Kept(NamedTuple):
+    """State of a plant that is kept on a rig, and the accelerations that it lacks."""
+
+    state: PlantState
+    torque: Torque
+
+
+def observer_gains(bandwidth: float, h: float) -> ObserverGains:
+    """Return the gains for poles of ``bandwidth`` omega_o [rad/s] and samples every ``h`` [s].
+
+    The error before a correction goes through F (I - l H), F = [[1, h, h^2/2], [0, 1, h], [0, 0, f]], H = [1, 0, 0],
+    f = exp(-gamma h), in each sample. With its characteristic polynomial 1 + o_1 z^-1 + o_2 z^-2 + o_3 z^-3,
+
+        l_1 = 1 + o_3/f
+        l_2 = (2 f^2 + f (1 + o_1 - o_2 - o_3) - 2 o_3) / (f (1 + f) h)
+        l_3 = 2 (f^3 + f^2 o_1 + f o_2 + o_3) / (f (1 + f) h^2)
+    """
+    x, f = bandwidth * h, exp(-CORNER * h)
+    p, r = exp(-x), exp(-0.5 * x)
+    c = 2.0 * r * cos(0.5 * sqrt(3.0) * x)
+    o1, o2, o3 = -(p + c), p * c + r * r, -p * r * r
+    return ObserverGains(
+        1.0 + o3 / f,
+        (2.0 * f * f + f * (1.0 + o1 - o2 - o3) - 2.0 * o3) / (f * (1.0 + f) * h),
+        2.0 * (f * f * f + f * f * o1 + f * o2 + o3) / (f * (1.0 + f) * h * h),
+        f,
+    )
+
+
+def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> Kept:
+    """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
+    half = 0.5 * h * h
+    return Kept(
+        state._replace(
+            pitch=state.pitch + half * torque.pitch,
+            elevation=state.elevation + half * torque.elevation,
+            travel=state.travel + half * torque.travel,
+            pitch_rate=state.pitch_rate + h * torque.pitch,
+            elevation_rate=state.elevation_rate + h * torque.elevation,
+            travel_rate=state.travel_rate + h * torque.travel,
+        ),
+        Torque(g.kept * torque.pitch, g.kept * torque.elevation, g.kept * torque.travel),
+    )
+
+
+def corrected(state: PlantState, torque: Torque, e_1: float, e_2: float, e_3: float, g: ObserverGains) -> Kept:
+    """Return state and unmodelled accelerations after the innovations [rad] of pitch, elevation and travel."""
+    return Kept(
+        state._replace(
+            pitch=state.pitch + g.angle * e_1,
+            elevation=state.elevation + g.angle * e_2,
+            travel=state.travel + g.angle * e_3,
+            pitch_rate=state.pitch_rate + g.rate * e_1,
+            elevation_rate=state.elevation_rate + g.rate * e_2,
+            travel_rate=state.travel_rate + g.rate * e_3,
+        ),
+        Torque(torque.pitch + g.torque * e_1, torque.elevation + g.torque * e_2, torque.travel + g.torque * e_3),
+    )
+
+
+def measured_against(
+    state: PlantState, torque: Torque, pitch: float, elevation: float, travel: float, g: ObserverGains
+) -> Kept:
+    """Return state and unmodelled accelerations after a sample of the three angles [rad]."""
+    return corrected(
+        state,
+        torque,
+        pitch - state.pitch,
+        elevation - (state.elevation + state.bending),
+        travel - state.travel,
+        g,
+    )
