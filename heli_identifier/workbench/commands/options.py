@@ -67,7 +67,7 @@ ScenarioName = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="open_loop, closed_loop, measured_data or plant_beside_log.",
+        help="open_loop, closed_loop, measured_data, plant_beside_log, follow or live.",
         autocompletion=lambda: scenario_names(),
     ),
 ]
