@@ -21,6 +21,10 @@ from .state import PlantState
 CORNER = 1.0
 """gamma [rad/s]."""
 
+TRAVEL_BANDWIDTH = 1.25
+"""Bandwidth on the travel over that on the other axes: omega_o grows with the spectrum r of the encoder's noise as
+r^(-1/6), and with twice the counts r is a quarter."""
+
 
 class Torque(NamedTuple):
     """Unmodelled accelerations d of the axes [rad/s^2]."""
@@ -84,30 +88,28 @@ def predicted(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> 
     )
 
 
-def corrected(state: PlantState, torque: Torque, e_1: float, e_2: float, e_3: float, g: ObserverGains) -> Kept:
-    """Return state and unmodelled accelerations after the innovations [rad] of pitch, elevation and travel."""
+def measured_against(
+    state: PlantState,
+    torque: Torque,
+    pitch: float,
+    elevation: float,
+    travel: float,
+    g: ObserverGains,
+    g_travel: ObserverGains,
+) -> Kept:
+    """Return state and unmodelled accelerations after a sample of the three angles [rad].
+
+    ``g`` for pitch and elevation; ``g_travel`` for the travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
+    """
+    e_1, e_2, e_3 = pitch - state.pitch, elevation - (state.elevation + state.bending), travel - state.travel
     return Kept(
         state._replace(
             pitch=state.pitch + g.angle * e_1,
             elevation=state.elevation + g.angle * e_2,
-            travel=state.travel + g.angle * e_3,
+            travel=state.travel + g_travel.angle * e_3,
             pitch_rate=state.pitch_rate + g.rate * e_1,
             elevation_rate=state.elevation_rate + g.rate * e_2,
-            travel_rate=state.travel_rate + g.rate * e_3,
+            travel_rate=state.travel_rate + g_travel.rate * e_3,
         ),
-        Torque(torque.pitch + g.torque * e_1, torque.elevation + g.torque * e_2, torque.travel + g.torque * e_3),
-    )
-
-
-def measured_against(
-    state: PlantState, torque: Torque, pitch: float, elevation: float, travel: float, g: ObserverGains
-) -> Kept:
-    """Return state and unmodelled accelerations after a sample of the three angles [rad]."""
-    return corrected(
-        state,
-        torque,
-        pitch - state.pitch,
-        elevation - (state.elevation + state.bending),
-        travel - state.travel,
-        g,
+        Torque(torque.pitch + g.torque * e_1, torque.elevation + g.torque * e_2, torque.travel + g_travel.torque * e_3),
     )

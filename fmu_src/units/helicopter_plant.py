@@ -9,7 +9,7 @@ from heli_plant.correction import CORRECTED, Correction, with_correction, with_s
 from heli_plant.encoders import EncoderCounts
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
-from heli_plant.observer import Torque, measured_against, observer_gains, predicted
+from heli_plant.observer import TRAVEL_BANDWIDTH, Torque, measured_against, observer_gains, predicted
 from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
@@ -116,7 +116,7 @@ motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
 classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>
 <p>The physical parameters are tunable: they may be set between two steps. To follow a rig, connect its angles to
-<code>measured.*</code> and set <code>observer.bandwidth</code> (7 rad/s): an observer then keeps the state on the rig.
+<code>measured.*</code> and set <code>observer.bandwidth</code> (6.8 rad/s): an observer keeps the state on the rig.
 A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
 same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
     source = (
@@ -184,7 +184,8 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
             if bandwidth > 0.0:
                 gains = observer_gains(bandwidth, step_size)
                 if fresh > 0.5:
-                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains)
+                    on_travel = observer_gains(TRAVEL_BANDWIDTH * bandwidth, step_size)
+                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, on_travel)
                     memory, torque = memory._replace(state=kept.state), kept.torque
             memory = communicate(
                 memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,

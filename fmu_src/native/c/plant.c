@@ -3,6 +3,8 @@
 #include "model.h"
 #include "variables.h"
 
+static const double OBSERVER_TRAVEL_BANDWIDTH = 1.25; /* as in heli_plant/observer.py */
+
 struct Model {
     PlantParameters parameters;
     double delay, longest_step;
@@ -103,9 +105,10 @@ void model_advance(Model *model, Unit *unit, double time, double step)
     if (bandwidth > 0.0) {
         gains = observer_observer_gains(bandwidth, step);
         if (values[REF_measured_fresh].real > 0.5) {
+            const ObserverGains on_travel = observer_observer_gains(OBSERVER_TRAVEL_BANDWIDTH * bandwidth, step);
             const Kept kept = observer_measured_against(
                 &before.state, &torque, values[REF_measured_pitch].real, values[REF_measured_elevation].real,
-                values[REF_measured_travel].real, &gains);
+                values[REF_measured_travel].real, &gains, &on_travel);
             before.state = kept.state;
             torque = kept.torque;
         }

@@ -18,7 +18,7 @@ from .follower import (
     standard_errors_in_use,
     start_following,
 )
-from .plan import FollowPlan, prepare_following
+from .plan import FollowPlan, parameters_of, prepare_following
 from .saving import frozen_state, thawed_state
 from .settings import DEFAULT_EFFECTS, FollowSettings
 from .state import MODES, CorrectorOutput, CorrectorState, Sample, Told
@@ -46,6 +46,7 @@ __all__ = [
     "frozen_state",
     "identifier_settings",
     "parameters_in_use",
+    "parameters_of",
     "prepare_follower",
     "prepare_following",
     "shares_in_use",

@@ -29,7 +29,7 @@ _LARGEST = 4.0
 PROVED = 20
 """Blocks after which a block without an alarm counts as one without a change."""
 
-_DOUBT, _DOUBTED = 20.0, 1.5
+_DOUBT, _DOUBTED = 60.0, 1.0
 """kappa begins at _DOUBTED with the weight of _DOUBT blocks."""
 
 _LARGEST_TERM = 16.0

@@ -5,13 +5,14 @@ from math import cos, sqrt
 from heli_plant.communication import PlantMemory, begin
 from heli_plant.correction import with_share
 from heli_plant.motor import saturate
-from heli_plant.observer import Torque, corrected, predicted
+from heli_plant.observer import Torque, measured_against, predicted
 from heli_plant.plant import measured_angles
 from heli_plant.state import PlantState, start_state
 
 from .adoption import KEPT, judged
 from .ahead import advanced, read
 from .blocks import UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, parted
+from .changes import TRAVEL
 from .detection import AT_ZERO, NOTHING
 from .errors import Row, rms
 from .events import BACK, CUT, FROZEN, HELD, STOPPED, STREAM, Event
@@ -155,18 +156,19 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     new_sums: list[Sums] = []
     for axis in range(3):
         stiffness, damping = own[axis]
-        s = predicted_sensitivity(sensitivities[axis], g[axis], stiffness, damping, h, plan.gains)
+        gains = plan.gains_travel if axis == TRAVEL else plan.gains
+        s = predicted_sensitivity(sensitivities[axis], g[axis], stiffness, damping, h, gains)
         total = sums[axis]
         if counts:
             most = _LARGEST_INNOVATION * sqrt(state.levels[axis].variance)
             total = added(total, s.angle, saturate(innovation[axis], most) if mode != STARTING else innovation[axis])
         elif not total.spoiled and (k < settled or stream.broken or k < values.ramp + round(RAMP / h)):
             total = total._replace(spoiled=True)
-        new_sensitivities.append(corrected_sensitivity(s, plan.gains) if fresh else s)
+        new_sensitivities.append(corrected_sensitivity(s, gains) if fresh else s)
         new_sums.append(total)
     if fresh:
-        corrected_state, torque = corrected(memory.state, torque, *innovation, plan.gains)
-        memory = memory._replace(state=corrected_state)
+        kept, torque = measured_against(memory.state, torque, *angles, plan.gains, plan.gains_travel)
+        memory = memory._replace(state=kept)
 
     held = state.arrived[0] + arrived[0], state.arrived[1] + arrived[1]
     state = state._replace(

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from heli_plant.communication import communicate
 from heli_plant.laws import input_delay, thrust_voltages
-from heli_plant.observer import ObserverGains, observer_gains
+from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, observer_gains
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
@@ -46,6 +46,7 @@ class FollowPlan(NamedTuple):
     columns: tuple[int, int, int]
     laws: tuple[tuple[Candidate, ...], ...]
     gains: ObserverGains
+    gains_travel: ObserverGains
     step: Callable
     arriving: Callable
     thrusts: Callable
@@ -89,6 +90,7 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         columns,
         of_laws,
         observer_gains(settings.observer_bandwidth, h),
+        observer_gains(TRAVEL_BANDWIDTH * settings.observer_bandwidth, h),
         specialised(step, known),
         specialised(arriving, known),
         specialised(thrust_voltages, known),

@@ -38,7 +38,8 @@ class FollowSettings:
     false_alarm_time : float
         Mean time between two false alarms that is asked for, at least [s].
     observer_bandwidth : float
-        Of the poles of the observer that keeps the plant on the rig [rad/s].
+        Of the poles of the observer that keeps the plant on the rig, on pitch and elevation [rad/s]
+        (:mod:`heli_plant.observer`).
     correcting : bool
         Whether changes are adopted; without, they are only reported.
 
@@ -53,7 +54,7 @@ class FollowSettings:
     effects: tuple[tuple[str, str], ...] = DEFAULT_EFFECTS
     window: float = 10.0
     false_alarm_time: float = 36000.0
-    observer_bandwidth: float = 7.0
+    observer_bandwidth: float = 6.8
     correcting: bool = True
 
     def __post_init__(self) -> None:
