@@ -148,7 +148,7 @@ def _listener(
     def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
         rig = Listening(port, rate, configuration.format, session.keep)
         session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
-        for event in stream_events(rig.status, session.last_time):
+        for event in stream_events(rig.status, session.time):
             session.say(event)
 
     return run

@@ -77,6 +77,11 @@ class Session:
         self.last_time = 0.0
         self.sample = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
+    @property
+    def time(self) -> float:
+        """Time of the last instant [s]."""
+        return self.last_time if self.output is None else self.output.corrector.time
+
     def keep(self, time: float, signals: tuple[float, ...]) -> None:
         """Record a sample: its time [s], voltages [V] and angles [rad]."""
         self.last_time = round(time, 9)
