@@ -34,7 +34,7 @@ _LEAD = 6.0
 """A flight begins this much before its record does [s]."""
 
 _HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
-_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.2
+_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.25
 """Standard deviation of the voltages' sum and difference in open loop [V]."""
 
 _LINES = np.array([0.05, 0.08, 0.12, 0.17, 0.26, 0.4, 0.6, 0.9, 1.4])

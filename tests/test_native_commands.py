@@ -9,7 +9,8 @@ import fmpy
 import pytest
 
 import heli_identifier
-from fmu_src import SCENARIOS, UNITS
+from fmu_src import UNITS, BuildError
+from fmu_src.native import NATIVE_UNITS, build_native
 from tests.native_builds import needs_a_compiler
 
 
@@ -80,10 +81,7 @@ def test_diagnose_hands_back_both_units_with_the_same_start_values(tmp_path):
     assert float(starts[1]["effects.dry_friction.pitch"]) > 0.0  # rig-a has it
 
 
-def test_what_a_run_on_one_computer_needs_has_a_native_twin_and_the_link_to_a_rig_has_none(tmp_path):
-    from fmu_src.native import NATIVE_UNITS
-
-    needed = {kind for name in ("closed_loop", "measured_data") for _, kind in SCENARIOS[name].units}
-    assert needed == set(NATIVE_UNITS) < set(UNITS)
-    done = heli(tmp_path, "build", "RigLink", "--native")
-    assert done.returncode == 2 and "RigLink has no native twin" in done.stderr
+def test_every_unit_has_a_native_twin_but_those_that_run_in_python_only(tmp_path):
+    assert [unit for unit in UNITS if unit in NATIVE_UNITS] == list(NATIVE_UNITS)
+    with pytest.raises(BuildError, match="Corrector runs in Python only"):
+        build_native("Corrector", tmp_path)

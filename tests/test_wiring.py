@@ -16,13 +16,15 @@ def test_every_connection_joins_an_output_to_an_input_of_the_same_unit_of_measur
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
-def test_every_input_is_fed_but_the_moving_mass_which_rests_in_its_middle(name):
+def test_every_input_is_fed_but_the_moving_mass_and_those_by_which_a_plant_follows_a_rig(name):
     wiring = SCENARIOS[name]
     fed = {(wire.target_unit, wire.target) for wire in wiring.connections}
     for unit, kind in wiring.units:
         for variable in unit_class(kind).variables:
             if variable.causality == "input" and (unit, variable.name) not in fed:
-                assert (variable.name, variable.start) == ("mass_position", 0.0)
+                rests = variable.name == "mass_position" or variable.name.startswith(("measured.", "correction."))
+                assert rests or variable.name in ("observer.bandwidth", "fresh")
+                assert variable.start == (1.0 if variable.name in ("fresh", "measured.fresh") else 0.0)
 
 
 def test_every_kind_of_unit_takes_part():

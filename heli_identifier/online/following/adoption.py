@@ -12,7 +12,7 @@ A change is adopted if it is
   after the change was estimated. The errors are out of sample for both.
 
 Then its size is estimated anew from everything since the change and ramped in. The values before go on as the rival; as
-soon as they predict better with t > 2, they are taken again.
+soon as they predict better with t > 3, they are taken again.
 """
 
 from math import inf
@@ -55,22 +55,22 @@ from .state import ALARMED, FOLLOWING, ON_TRIAL, STARTING, SUSPENDED, WATCHED, C
 KEPT = 90
 """Blocks that are kept: a change is looked for in the last minute and a half."""
 
-_LEAD = 3.0
-"""Lead in ln B, ln 20, at which the likeliest change is named without waiting."""
+_LEAD = 4.6
+"""Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
 
 _PATIENCE = 15
 """Blocks after an alarm in which the lead is waited for."""
 
 _LEAST_Z = 4.0
 
-SWINGING, _LEAST_BLOCKS = 2, 3
+SWINGING, _LEAST_BLOCKS = 2, 5
 """Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
-_BETTER, _SURELY = 0.02, 1.0
-"""Share by which squared errors must fall on trial, and t of it."""
+_SURELY = 0.5
+"""t of the fall of squared errors on trial: the likelihood has shown the change, the trial is to show that it helps."""
 
-_ROLL_BACK = 2.0
-"""t of the difference of squared errors at which an adopted change is taken back."""
+_ROLL_BACK = 3.0
+"""t of the difference of squared errors at which an adopted change is taken back; it is looked at once per second."""
 
 _WORSE, _CLEARLY = 0.1, 4.0
 """Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values."""
@@ -323,7 +323,7 @@ def _on_trial(
     axes = _axes(number, plan)
     difference, t = compared(state.twins.rival, state.twins.against, axes)
     latest = _again(state, compass, number, state.finding, time, plan)
-    if difference > -_BETTER or t > -_SURELY:
+    if difference >= 0.0 or t > -_SURELY:
         return _rested(state), [_event(state, HELD, NOT_BETTER, latest, time, plan)]
     event = _event(state, ADOPTED, BETTER, latest, time, plan)
     return _taken(state, compass, latest, event, plan), [event]
@@ -403,7 +403,7 @@ def _adopted(
     number = state.finding.change
     axes = _axes(number, plan)
     count = len(state.twins.rival)
-    if count >= plan.window // 2:
+    if count >= plan.window:
         mean, t = compared(state.twins.rival, state.twins.against, axes)
         if mean < 0.0 and t < -_ROLL_BACK:
             return _back(state, state.values.rival, WORSE, time, plan)

@@ -27,7 +27,7 @@ WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
 ) = range(14)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
-    "this change explains the innovations at least 20 times better than any other",
+    "this change explains the innovations at least 100 times better than any other",
     "this change explains the innovations best, others nearly as well",
     "the on-line identifier's score of this effect stayed above its threshold",
     "predictions 1 s ahead have been better with the change than without it over the last window",

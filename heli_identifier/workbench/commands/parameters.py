@@ -87,6 +87,8 @@ def in_scenario(
     units = dict(wiring(scenario).units)
     for kind, start_values in by_unit(file).items():
         names = [name for name, unit in units.items() if unit == kind]
+        # a corrector begins with the values of the plant that it corrects
+        names += [name for name, unit in units.items() if names and (kind, unit) == ("HelicopterPlant", "Corrector")]
         if not names:
             raise ConfigurationError(f"{file} holds parameters of {kind}, which scenario {scenario} does not have.")
         values |= {f"{name}.{key}": value for name in names for key, value in start_values.items()}

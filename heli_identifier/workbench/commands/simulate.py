@@ -150,6 +150,8 @@ def _played(
             played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
         if "identifier" in units:
             played["identifier.sample.time"] = log.step
+        if "corrector" in units:
+            played["corrector.sample.time"] = log.step
         yield log, played
 
 
