@@ -1,0 +1,234 @@
+"""The following twin: the observer, Page's test, the name and size of a change, and when it is adopted."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online.following import (
+    MODES,
+    FollowSettings,
+    Sample,
+    Told,
+    correct,
+    event_document,
+    frozen_state,
+    parameters_in_use,
+    prepare_following,
+    shares_in_use,
+    thawed_state,
+)
+from heli_identifier.online.following.blocks import Block, Sums, added, multiplied, no_sums, shifted
+from heli_identifier.online.following.detection import AT_ZERO, paged, threshold
+from heli_identifier.online.following.errors import compared
+from heli_plant.observer import observer_gains
+from heli_plant.parameters import TABLE_2
+from tests.following import H, followed, record
+
+
+def documents(events, plan):
+    return [event_document(event, plan.changes) for event in events]
+
+
+# --- observer and sums ---------------------------------------------------------------------------------------------
+
+
+def test_the_poles_of_the_observer_are_those_of_a_butterworth_polynomial():
+    bandwidth = 6.8
+    g = observer_gains(bandwidth, H)
+    F = np.array([[1.0, H, 0.5 * H * H], [0.0, 1.0, H], [0.0, 0.0, g.kept]])
+    poles = np.linalg.eigvals(F @ (np.eye(3) - np.outer([g.angle, g.rate, g.torque], [1.0, 0.0, 0.0])))
+    wanted = [np.exp(H * bandwidth * np.exp(1j * angle)) for angle in (math.pi, 2 * math.pi / 3, -2 * math.pi / 3)]
+    # a triple of poles near z = 1: rounding of the characteristic polynomial moves them by some 1e-16^(1/3)
+    assert np.allclose(np.sort_complex(poles), np.sort_complex(wanted), atol=1e-5)
+
+
+def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change():
+    rng = np.random.default_rng(1)
+    psi, theta = rng.standard_normal((50, 3)), (0.3, -0.2, 0.5)
+    e = rng.standard_normal(50)
+
+    def block(errors):
+        sums: Sums = no_sums(3)
+        for row, error in zip(psi, errors, strict=True):
+            sums = multiplied(added(sums, tuple(row), float(error)))
+        r = tuple(sums.products[i] for i in (0, 1, 2, 4, 5, 7))
+        b = tuple(sums.products[i] for i in (3, 6, 8))
+        return Block((r, (), ()), (b, (), ()))
+
+    moved = shifted(block(e), (theta, (), ()))
+    assert np.allclose(moved.response[0], block(e - psi @ theta).response[0], rtol=1e-12)
+
+
+# --- Page's test ---------------------------------------------------------------------------------------------------
+
+
+def alarm_times(count, limit, nu, information, longest, rng):
+    """Blocks until the first alarm of one two-sided test without a change."""
+    up, down = np.zeros(count), np.zeros(count)
+    times = np.full(count, longest)
+    for k in range(longest):
+        response = math.sqrt(information) * rng.standard_normal(count)
+        drift = 0.5 * nu * nu * information
+        up, down = np.maximum(0.0, up + nu * response - drift), np.maximum(0.0, down - nu * response - drift)
+        times = np.where((times == longest) & (np.maximum(up, down) > limit), k + 1, times)
+    return times
+
+
+@pytest.mark.parametrize("information", [0.3, 3.0, 30.0])
+def test_the_mean_time_between_false_alarms_is_at_least_the_stated_one(information):
+    """Lorden's bound, for two tests and 200 blocks; the simulation's own error is some 4 % of the mean."""
+    asked = 200.0
+    limit = threshold(2, asked, 1.0)
+    times = alarm_times(600, limit, 1.0, information, 6000, np.random.default_rng(2))
+    assert times.mean() > asked
+
+
+def test_the_simulated_test_is_the_one_that_flies():
+    rng = np.random.default_rng(3)
+    pages, up = (AT_ZERO,), 0.0
+    for response in rng.standard_normal(100):
+        pages = paged(pages, ((float(response), 1.0),), (0.5,))
+        up = max(0.0, up + 0.5 * response - 0.125)
+    assert pages[0].up == pytest.approx(up, abs=1e-12)
+
+
+def test_a_twin_that_errs_by_less_than_half_the_smallest_change_drifts_away_from_the_threshold():
+    pages = (AT_ZERO,)
+    for _ in range(1000):
+        pages = paged(pages, ((0.4 * 5.0, 5.0),), (1.0,))  # delta = .4 nu, without noise
+    assert pages[0] == AT_ZERO
+
+
+# --- the gate ------------------------------------------------------------------------------------------------------
+
+
+def test_errors_are_compared_on_the_axes_that_change_alone():
+    used = tuple((0.01, 0.0, 0.01 * (-1) ** k) for k in range(40))
+    rival = tuple((0.02, 0.0, 0.005 * (-1) ** k) for k in range(40))
+    assert compared(rival, used, (2,))[0] == pytest.approx(-0.75)
+    assert compared(rival, used, (0,))[0] == pytest.approx(3.0)
+
+
+def test_an_unchanged_rig_gives_no_alarm():
+    _, events, outputs, _ = followed(record(70.0))
+    assert events == []
+    assert MODES[outputs[-1].mode] == "following"
+
+
+CHANGES = {
+    "pitch.gain": (TABLE_2._replace(k_x=0.75 * TABLE_2.k_x), "k_x"),
+    "elevation.gain": (TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), "k_z"),
+    "elevation.offset": (TABLE_2._replace(a_1=TABLE_2.a_1 - 0.08), "a_1"),
+    "effects.dry_friction.travel": (TABLE_2._replace(dry_friction_travel=0.04), "dry_friction_travel"),
+}
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_change_is_noticed_named_measured_and_adopted(name):
+    after, field = CHANGES[name]
+    state, events, outputs, plan = followed(record(90.0, after, 30.0, seed=4))
+    said = documents(events, plan)
+    assert said[0]["what"] == "alarm"
+    assert 30.0 < said[0]["time_s"] < 50.0
+    adopted = [one for one in said if one["what"] == "adopted"]
+    assert [one["name"] for one in adopted][:1] == [name]
+    found = getattr(parameters_in_use(state, plan), field)
+    # four standard errors, and a twentieth of the change for what is not linear in it
+    change = getattr(after, field) - getattr(TABLE_2, field)
+    assert abs(found - getattr(after, field)) < 4.0 * adopted[-1]["standard_error"] + 0.05 * abs(change)
+    last = [output for output in outputs if output.compared][-1]
+    axis = ("pitch", "elevation", "travel").index(adopted[0]["axis"])
+    assert last.error[axis] < last.error_alone[axis]
+
+
+def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
+    state, events, _, plan = followed(record(90.0, change=30.0, seed=5, front=0.8))
+    assert [one["name"] for one in documents(events, plan) if one["what"] == "adopted"][:1] == ["rotor.front"]
+    front, rear = shares_in_use(state)
+    assert front == pytest.approx(0.8, abs=0.03)  # three standard errors
+    assert rear == 1.0
+    p = parameters_in_use(state, plan)
+    assert p.k_x == pytest.approx(0.5 * (front + rear) * TABLE_2.k_x)
+    assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
+
+
+def test_what_is_adopted_is_ramped_in_over_two_seconds():
+    after, _ = CHANGES["elevation.gain"]
+    _, events, outputs, plan = followed(record(60.0, after, 30.0, seed=4))
+    at = next(event.time for event in events if event_document(event, plan.changes)["what"] == "adopted")
+    place = plan.changeable.index("elevation.gain")
+    values = {round(output.time, 2): output.values[place] for output in outputs}
+    begin, middle, end = values[at], values[round(at + 1.0, 2)], values[round(at + 2.0, 2)]
+    assert begin == TABLE_2.k_z
+    assert middle == pytest.approx(0.5 * (begin + end))
+
+
+def test_without_corrections_a_change_is_reported_and_held():
+    after, _ = CHANGES["elevation.gain"]
+    state, events, _, plan = followed(record(50.0, after, 30.0, seed=4), correcting=False)
+    said = documents(events, plan)
+    assert {one["what"] for one in said} == {"alarm", "held"}
+    assert parameters_in_use(state, plan) == TABLE_2
+
+
+# --- the stream ----------------------------------------------------------------------------------------------------
+
+
+def test_a_stop_of_the_stream_is_said_and_changes_nothing():
+    rows = record(60.0, seed=6)
+    fresh = [0.0 if 3000 <= k < 3500 else 1.0 for k in range(len(rows))]
+    state, events, outputs, plan = followed(rows, fresh)
+    assert [one["what"] for one in documents(events, plan)] == ["stream", "stream"]
+    assert [event.time for event in events] == pytest.approx([30.19, 35.0])
+    assert MODES[outputs[3200].mode] == "suspended"
+    assert parameters_in_use(state, plan) == TABLE_2
+
+
+def test_an_encoder_that_stands_still_while_the_rig_moves_is_said():
+    rows = record(50.0, seed=7)
+    for k in range(3000, 3300):
+        rows[k] = [*rows[k][:2], rows[3000][2], *rows[k][3:]]
+    state, events, _, plan = followed(rows)
+    said = documents(events, plan)
+    assert {one["what"] for one in said} == {"stream"}
+    assert 30.0 < said[0]["time_s"] < 31.0
+    assert parameters_in_use(state, plan) == TABLE_2
+
+
+def test_a_twentieth_of_the_samples_lost_hides_no_change():
+    after, _ = CHANGES["pitch.gain"]
+    rows = record(70.0, after, 30.0, seed=8)
+    lost = np.random.default_rng(9).random(len(rows)) < 0.05
+    state, events, _, plan = followed(rows, [0.0 if one else 1.0 for one in lost])
+    assert [one["name"] for one in documents(events, plan) if one["what"] == "adopted"][:1] == ["pitch.gain"]
+
+
+# --- state and settings --------------------------------------------------------------------------------------------
+
+
+def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial():
+    after, _ = CHANGES["elevation.gain"]
+    rows = record(60.0, after, 30.0, seed=4)
+    state, _, outputs, plan = followed(rows[:4200])
+    assert MODES[outputs[-1].mode] == "on trial"
+    again = thawed_state(json.loads(json.dumps(frozen_state(state))), plan)
+    for row in rows[4200:4400]:
+        state, output = correct(state, Sample(*row), Told(), plan)
+        again, same = correct(again, Sample(*row), Told(), plan)
+        assert same == output
+
+
+@pytest.mark.parametrize(
+    "settings, said",
+    [
+        ({"sample_time": 0.5}, "sample_time = 0.5 s must lie in"),
+        ({"window": 1.0}, "window = 1.0 s must lie in"),
+        ({"effects": (("dry_friction", "rotors"),)}, "watched axis 'rotors'"),
+    ],
+)
+def test_bad_settings_are_refused(settings, said):
+    with pytest.raises(ConfigurationError, match=said):
+        prepare_following(FollowSettings(**settings))
