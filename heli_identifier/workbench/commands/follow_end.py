@@ -111,6 +111,7 @@ def _leave_twin(session: "Session", folder: Path) -> None:
 
 
 def _flight(folder: Path) -> tuple[str, ...]:
+    from heli_identifier.workbench.commands.follow_advice import ADVICE, GAINS
     from heli_identifier.workbench.follow.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
 
-    return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE) if (folder / name).is_file())
+    return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file())

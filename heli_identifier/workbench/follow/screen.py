@@ -65,6 +65,8 @@ def drawn(title: str, view: View | None, status: Status | None) -> Group:
         parts.append(Text(stream_line(status), style="red" if status.silence > SILENCE else "dim"))
     parts.append(_axes(view))
     parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-EVENTS_SHOWN:]]
+    if view.notice:
+        parts.append(Text(view.notice, style="yellow"))
     parts.append(_values(view))  # last, as a small terminal cuts off the end
     return Group(*parts)
 

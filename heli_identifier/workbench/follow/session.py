@@ -1,7 +1,7 @@
 """One flight that a twin follows: steps of the follower, with all that they say on disk as it is said."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -28,10 +28,12 @@ from heli_identifier.workbench.follow.journal import Journal
 from heli_identifier.workbench.follow.listening import Status
 from heli_identifier.workbench.follow.view import Due, View, due_at, view_of
 from heli_plant.effects import AXES
-from heli_plant.parameters import PARAMETERS
+from heli_plant.parameters import PARAMETERS, PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""
+
+Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 
 WRITTEN_EVERY, SHOWN_EVERY = 0.05, 0.2
 """Time between two writes to the journals, and between two views [s]."""
@@ -46,6 +48,9 @@ class Session:
         Where the files go; it must not hold an earlier recording.
     parameters : ParameterSet
         Of the plant, as a diagnosis delivers them.
+    changed : callable
+        Called when a change was adopted or taken back with the plant's parameters, their standard errors by structured
+        name, and the elevation [rad].
 
     Raises
     ------
@@ -53,8 +58,8 @@ class Session:
         The parameters are not a plant's, or the folder holds a recording or is none.
     """
 
-    def __init__(self, folder: Path, parameters: ParameterSet) -> None:
-        self.plant = parameters.plant()
+    def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
+        self.plant, self.changed = parameters.plant(), changed
         self.folder, self.provenance = folder, dict(parameters.provenance)
         self.declared = {axis: expected.prediction.value for axis, expected in parameters.expected.items()}
         self.estimates = parameters.values
@@ -75,6 +80,7 @@ class Session:
         self.last: Due | None = None
         self.due: list[Due] = []  # since the last view
         self.last_time = 0.0
+        self.notice = ""  # what is to be said about the controller
         self.sample = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     @property
@@ -152,6 +158,9 @@ class Session:
         self._write_events()
         if event["what"] in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
+            plant, errors = self._used()
+            given = {name: value.standard_error or 0.0 for name, value in self.estimates.items()}
+            self.changed(plant, {**given, **errors}, self.sample.elevation)
 
     def _write_events(self) -> None:
         write_atomically(self.folder / EVENTS, json.dumps(self.events, indent=1, ensure_ascii=False) + "\n")
@@ -171,20 +180,29 @@ class Session:
         if self.plan is None or self.output is None:
             return None
         due, self.due = self.due, []
-        return view_of(self.sample, self.output, self.last, due, self.plan, self.declared, self.events, status)
+        return view_of(
+            self.sample, self.output, self.last, due, self.plan, self.declared, self.events, self.notice, status
+        )
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
         fields = {row.name: row for row in PARAMETERS}
         known = {fields[name].field: value for name, value in self.estimates.items() if name in fields}
-        plant = self.plant
-        if self.plan is not None and self.state is not None:
-            plant = parameters_in_use(self.state.corrector, self.plan.corrector)
-            for name, error in standard_errors_in_use(self.state.corrector, self.plan.corrector).items():
-                if name in fields:
-                    row = fields[name]
-                    known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
+        plant, errors = self._used()
+        for name, error in errors.items():
+            row = fields[name]
+            known[row.field] = Estimate(getattr(plant, row.field), error, row.unit)
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
+
+    def _used(self) -> tuple[PlantParameters, dict[str, float]]:
+        """Return the plant in use, and the standard errors of the parameters that were adopted."""
+        if self.plan is None or self.state is None:
+            return self.plant, {}
+        plant = parameters_in_use(self.state.corrector, self.plan.corrector)
+        errors = standard_errors_in_use(self.state.corrector, self.plan.corrector)
+        names = {row.name for row in PARAMETERS}
+        # A rotor's share is no parameter of the plant; its gains have it.
+        return plant, {name: error for name, error in errors.items() if name in names}
 
 
 def _make(folder: Path) -> None:

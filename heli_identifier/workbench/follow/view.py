@@ -71,7 +71,8 @@ class ValueView(NamedTuple):
 class View(NamedTuple):
     """Everything at one instant.
 
-    ``alarm`` is the largest sum of the detector over its threshold [1]; ``events`` are the latest ones; ``due`` is what
+    ``alarm`` is the largest sum of the detector over its threshold [1]; ``events`` are the latest ones; ``notice`` is
+    about the controller; ``due`` is what
     fell due since the view before.
     """
 
@@ -84,6 +85,7 @@ class View(NamedTuple):
     values: tuple[ValueView, ...]
     number_of_events: int
     events: tuple[Mapping[str, Any], ...]
+    notice: str
     stream: Status | None
     due: tuple[Due, ...]
 
@@ -111,6 +113,7 @@ def view_of(
     plan: Follower,
     declared: Mapping[str, float],
     events: Sequence[Mapping[str, Any]],
+    notice: str,
     stream: Status | None,
 ) -> View:
     """Return the view after a sample; ``last`` fell due last, ``due`` since the view before."""
@@ -129,6 +132,7 @@ def view_of(
         _values(output, plan),
         len(events),
         shown,
+        notice,
         stream,
         tuple(due),
     )

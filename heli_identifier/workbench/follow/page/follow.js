@@ -124,6 +124,7 @@ function drawn(view, line) {
   byId("state").textContent =
     `${view.time.toFixed(1)} s, ${view.mode}; detector at ${(100 * view.alarm).toFixed(0)} % of its threshold${suspect}`;
   byId("stream").textContent = line;
+  byId("notice").textContent = view.notice;
   table(view.values);
   events(view.events);
   for (const one of draw) one();
