@@ -23,27 +23,19 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.follow_fast import corrected, errors_ahead
 from benchmarks.follow_rigs import Rig, Stage, draw_rig, fly
 from benchmarks.tables import table
 from heli_identifier.online.following import (
-    FollowPlan,
     FollowSettings,
     Sample,
-    Told,
-    correct,
     event_document,
     follow,
-    parameters_of,
     prepare_follower,
     prepare_following,
-    start_correcting,
     start_following,
 )
-from heli_plant.correction import with_share
-from heli_plant.observer import Torque, measured_against, predicted
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles
-from heli_plant.state import start_state
 from tests.blind.coefficients import Coefficients
 
 REPORTED, TUNING = 2, 1
@@ -128,30 +120,6 @@ def told(values: PlantParameters, before: Coefficients, stage: Stage) -> tuple[P
     return values._replace(a_1=values.a_1 + c.a_1 - before.a_1, **same), stage.shares
 
 
-def errors_of(
-    rows: list[list[float]], plan: FollowPlan, first: float, last: float, values: tuple[float, ...]
-) -> np.ndarray:
-    """Return the errors 1 s ahead (N, 3) [rad] of a twin with fixed ``values``, from ``first`` to ``last`` [s]."""
-    p, h, g = parameters_of(values, plan), plan.settings.sample_time, plan
-    begin = max(0, round((first - 6.0) / h))
-    v_front, v_rear, *angles = rows[begin]
-    state = start_state(*angles, v_front, v_rear)._replace(cable_rest=rows[0][4])
-    torque, steps = Torque(), 100
-    held = [(with_share(row[0], values[-2], p.v_max), with_share(row[1], values[-1], p.v_max)) for row in rows]
-    found = []
-    for k in range(begin + 1, min(len(rows), round(last / h) + 1) - steps):
-        state = g.step(state, *held[k - 1], 0.0, (k - 1) * h, h, p)
-        state, torque = predicted(state, torque, h, g.gains)
-        state, torque = measured_against(state, torque, *rows[k][2:], g.gains, g.gains_travel)
-        if k % 20 == 0 and (k + steps) * h >= first:
-            ahead = state
-            for j in range(k, k + steps, 5):
-                mean = np.mean(held[j : j + 5], axis=0).tolist()
-                ahead = g.step(ahead, *mean, 0.0, j * h, 5 * h, p)
-            found.append(np.subtract(rows[k + steps][2:5], measured_angles(ahead)))
-    return np.array(found)
-
-
 def flown(half: int, seed: int, kind: str, whole: bool = False) -> dict[str, Any]:
     """Fly one rig with one kind of change and follow it; ``whole``: with the identifier beside the corrector."""
     rng = np.random.default_rng([15, half, seed, (*KINDS, "none").index(kind)])
@@ -173,7 +141,7 @@ def flown(half: int, seed: int, kind: str, whole: bool = False) -> dict[str, Any
         start += 50.0
     end = stages[-1].start + stages[-1].slow
     duration = UNCHANGED if kind == "none" else end + AFTER
-    rows = fly(rig, tuple(stages), duration, closed, rng).rows.tolist()
+    rows = fly(rig, tuple(stages), duration, closed, rng).rows
     fresh = _stream(kind, rows, stages[-1].start, rng)
     found = followed(rows, fresh, values, whole)
     row = {"half": half, "seed": seed, "kind": kind, "closed": closed, "whole": whole, "changes": [], **found}
@@ -188,18 +156,18 @@ def flown(half: int, seed: int, kind: str, whole: bool = False) -> dict[str, Any
         row["error"], row["alone"] = _rms(errors[late, 1:4]), _rms(errors[late, 4:7])
         p, shares = told(values, rig.coefficients, stages[-1])
         informed = tuple(getattr(p, field) for field in plan.fields) + shares
-        row["told"] = _rms(errors_of(rows, plan, end + 60.0, end + 90.0, informed))
+        row["told"] = _rms(errors_ahead(rows, plan, end + 60.0, end + 90.0, informed))
     row["wrong"] = []
     first = plan.first_values
     for event, before in row.pop("adoptions"):
         since = event["time_s"] + 2.0
         during = (errors[:, 0] >= since) & (errors[:, 0] <= since + 60.0)
-        old = errors[during, 4:7] if before == first else errors_of(rows, plan, since, since + 60.0, before)
+        old = errors[during, 4:7] if before == first else errors_ahead(rows, plan, since, since + 60.0, before)
         row["wrong"].append([event["name"], event["time_s"], _rms(old), _rms(errors[during, 1:4])])
     return row
 
 
-def _stream(kind: str, rows: list[list[float]], start: float, rng: np.random.Generator) -> list[float]:
+def _stream(kind: str, rows: np.ndarray, start: float, rng: np.random.Generator) -> list[float]:
     """Put the fault of a stream into ``rows``; return which samples come in."""
     fresh = [1.0] * len(rows)
     if kind == "loss":
@@ -215,40 +183,44 @@ def _stream(kind: str, rows: list[list[float]], start: float, rng: np.random.Gen
     elif kind == "stuck":
         at, axis = round(100 * (start + rng.choice([-20.0, 5.0, 40.0]))), int(rng.integers(2, 5))
         for k in range(at, at + 400):
-            rows[k] = [*rows[k][:axis], rows[at - 1][axis], *rows[k][axis + 1 :]]
+            rows[k, axis] = rows[at - 1, axis]
     return fresh
 
 
-def followed(rows: list[list[float]], fresh: list[float], values: PlantParameters, whole: bool) -> dict[str, Any]:
+def followed(rows: np.ndarray, fresh: list[float], values: PlantParameters, whole: bool) -> dict[str, Any]:
     """Follow a record; return events, adoptions (event, values before) and errors (time, twin, alone)."""
     settings = FollowSettings(parameters=values)
     plan = prepare_following(settings)
-    first = Sample(*rows[0])
-    state, nothing = start_correcting(plan, first), Told()
-    both = prepare_follower(settings) if whole else None
-    follower = start_following(both, first) if both else None
+    if whole:
+        events, adoptions, errors = with_identifier(rows.tolist(), fresh, settings)
+    else:
+        events, adoptions, errors, _ = corrected(rows, fresh, plan)
+    documents = [event_document(event, plan.changes) for event in events]
+    adopted = [document for document in documents if document["what"] in ("adopted", "rolled back")]
+    pairs = [(one, before) for one, (before, _) in zip(adopted, adoptions, strict=True) if one["what"] == "adopted"]
+    keys = ("time_s", "what", "name", "value", "since_s", "why")
+    shown = [{key: document[key] for key in keys} for document in documents]
+    return {"events": shown, "adoptions": pairs, "errors": np.array(errors)}
+
+
+def with_identifier(
+    rows: list[list[float]], fresh: list[float], settings: FollowSettings
+) -> tuple[list[Any], list[Any], list[tuple[float, ...]]]:
+    """Follow a record with the identifier beside the corrector, as the units are wired."""
+    plan = prepare_follower(settings)
+    state = start_following(plan, Sample(*rows[0]))
     events, adoptions, errors = [], [], []
-    before = state.values.end
     for k in range(1, len(rows)):
-        now = Sample(*rows[k], fresh[k])
-        if both and follower:
-            follower, said = follow(follower, now, both)
-            state, output = follower.corrector, said.corrector
-        else:
-            state, output = correct(state, now, nothing, plan)
-        for event in output.events:
-            document = event_document(event, plan.changes)
-            events.append(document)
-            if document["what"] == "adopted":
-                adoptions.append((document, before))
-        before = state.values.end
+        before = state.corrector.values.end
+        state, said = follow(state, Sample(*rows[k], fresh[k]), plan)
+        output = said.corrector
+        events.extend(output.events)
+        if state.corrector.values.end != before:
+            adoptions.append((before, state.corrector.values.end))
         if output.compared:
-            measured = rows[k][2:]
-            errors.append(
-                (output.time, *np.subtract(measured, output.predicted), *np.subtract(measured, output.predicted_alone))
-            )
-    shown = [{key: event[key] for key in ("time_s", "what", "name", "value", "since_s", "why")} for event in events]
-    return {"events": shown, "adoptions": adoptions, "errors": np.array(errors)}
+            one, two = np.subtract(rows[k][2:], output.predicted), np.subtract(rows[k][2:], output.predicted_alone)
+            errors.append((output.time, *one, *two))
+    return events, adoptions, errors
 
 
 def _rms(errors: np.ndarray) -> float:

@@ -36,7 +36,7 @@ def documents(events, plan):
 
 
 def test_the_poles_of_the_observer_are_those_of_a_butterworth_polynomial():
-    bandwidth = 6.8
+    bandwidth = 6.6
     g = observer_gains(bandwidth, H)
     F = np.array([[1.0, H, 0.5 * H * H], [0.0, 1.0, H], [0.0, 0.0, g.kept]])
     poles = np.linalg.eigvals(F @ (np.eye(3) - np.outer([g.angle, g.rate, g.torque], [1.0, 0.0, 0.0])))

@@ -116,7 +116,7 @@ motors:        T_m nu_i' + nu_i = v_i, v_i limited to motor.voltage_limit
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
 classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>
 <p>The physical parameters are tunable: they may be set between two steps. To follow a rig, connect its angles to
-<code>measured.*</code> and set <code>observer.bandwidth</code> (6.8 rad/s): an observer keeps the state on the rig.
+<code>measured.*</code> and set <code>observer.bandwidth</code> (6.6 rad/s): an observer keeps the state on the rig.
 A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
 same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
     source = (

@@ -3,7 +3,7 @@
 #include "model.h"
 #include "variables.h"
 
-static const double OBSERVER_TRAVEL_BANDWIDTH = 1.25; /* as in heli_plant/observer.py */
+static const double OBSERVER_TRAVEL_BANDWIDTH = 1.26; /* as in heli_plant/observer.py */
 
 struct Model {
     PlantParameters parameters;

@@ -96,7 +96,9 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
         return state, []
     compass = _compass(state, plan)
     state = _scored(state._replace(colours=_coloured(state, compass)), told)
-    newest = _seen(state.blocks[-1:], compass, state.colours)[0] if state.blocks else ((0.0, 0.0),) * len(compass)
+    newest = (
+        _seen(state.blocks[-1:], compass, _shares(state.colours))[0] if state.blocks else ((0.0, 0.0),) * len(compass)
+    )
     if state.mode in (FOLLOWING, WATCHED):
         state = state._replace(pages=paged(state.pages, newest, plan.sizes))
     if state.mode == FOLLOWING:
@@ -129,11 +131,23 @@ def _coloured(state: CorrectorState, compass: tuple[Direction, ...]) -> tuple[Co
     return tuple(result)
 
 
+def _shares(colours: tuple[Colour, ...]) -> list[float]:
+    """Return 1/kappa of every change, for a test of each."""
+    return [1.0 / kappa(colour) for colour in colours]
+
+
+def _common_shares(colours: tuple[Colour, ...]) -> list[float]:
+    """Return one over the mean kappa for every change: changes are compared with each other by the same measure."""
+    total = 0.0
+    for colour in colours:
+        total += kappa(colour)
+    return [len(colours) / total] * len(colours)
+
+
 def _seen(
-    blocks: tuple[Block, ...], compass: tuple[Direction, ...], colours: tuple[Colour, ...]
+    blocks: tuple[Block, ...], compass: tuple[Direction, ...], shares: list[float]
 ) -> tuple[tuple[tuple[float, float], ...], ...]:
-    """Return for each block D^T b and D^T R D of every change, both over kappa."""
-    shares = [1.0 / kappa(colour) for colour in colours]
+    """Return for each block D^T b and D^T R D of every change, both times its share."""
     result = []
     for block in blocks:
         row = []
@@ -190,7 +204,7 @@ def findings(
     It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
     and not to be used.
     """
-    seen = _seen(state.blocks, compass, state.colours)
+    seen = _seen(state.blocks, compass, _common_shares(state.colours))
     found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = _bounds(number, state, plan)
@@ -246,7 +260,7 @@ def _following(
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
             number = len(plan.changes) - len(state.scored) + slot
-            seen = _seen(state.blocks, compass, state.colours)
+            seen = _seen(state.blocks, compass, _shares(state.colours))
             least, most = _bounds(number, state, plan)
             one = measured(seen, number, len(seen), plan.sizes[number], least, most)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
@@ -410,7 +424,7 @@ def _adopted(
     if count < _WATCH_WINDOWS * plan.window:
         return state, []
     least, most = _bounds(number, state, plan)
-    seen = _seen(state.blocks, compass, state.colours)
+    seen = _seen(state.blocks, compass, _shares(state.colours))
     left = measured(seen, number, len(seen), plan.sizes[number], least, most)
     state = _rested(state)._replace(pages=state.pages)
     if left.change >= 0 and abs(left.z) >= _REFINING:

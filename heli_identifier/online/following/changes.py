@@ -47,8 +47,8 @@ class Change(NamedTuple):
     upper: float
 
 
-_GAIN_SHARE = 0.1
-"""Smallest change of a gain or of a rotor's thrust that matters [1]."""
+_GAIN_SHARE, _THRUST_SHARE = 0.15, 0.1
+"""Smallest change of a gain and of a rotor's thrust that matters [1]."""
 
 _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 """Smallest change that matters of an offset torque [rad/s^2], a damping [1/s], a dry friction [rad/s^2] and of any
@@ -67,7 +67,7 @@ def changes(p: PlantParameters, effects: tuple[tuple[str, str], ...]) -> tuple[C
         Change("pitch.damping", "a_wx", PITCH, 3, _DAMPING, False, 0.0, inf),
         Change("elevation.damping", "a_wz", ELEVATION, 3, _DAMPING, False, 0.0, inf),
         Change("travel.damping", "a_wy", TRAVEL, 3, _DAMPING, False, 0.0, inf),
-        *(Change(name, "", ROTORS, -1, _GAIN_SHARE, False, 0.2, 1.5) for name in (FRONT, REAR, BOTH)),
+        *(Change(name, "", ROTORS, -1, _THRUST_SHARE, False, 0.2, 1.5) for name in (FRONT, REAR, BOTH)),
     ]
     taken = [COMMON, COMMON, COMMON]
     for name, axis in effects:

@@ -54,7 +54,7 @@ class FollowSettings:
     effects: tuple[tuple[str, str], ...] = DEFAULT_EFFECTS
     window: float = 10.0
     false_alarm_time: float = 36000.0
-    observer_bandwidth: float = 6.8
+    observer_bandwidth: float = 6.6
     correcting: bool = True
 
     def __post_init__(self) -> None:

@@ -1,0 +1,79 @@
+"""The scenario ``follow``: the units give what the pure follower gives, and the plant stays on the rig."""
+
+import numpy as np
+import pytest
+
+from fmu_src.master import run
+from heli_identifier.online.following import FollowSettings, Sample, follow, prepare_follower, start_following
+from heli_plant.parameters import TABLE_2
+from tests.following import H, record
+
+STEPS = 5600
+CHANGE = 30.0
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return record(60.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), CHANGE, seed=4)
+
+
+@pytest.fixture(scope="module")
+def result(rows, tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "log.csv"
+    head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+    table = np.column_stack([np.arange(len(rows)) * H, rows])
+    np.savetxt(path, table, "%.17g", ",", header=head, comments="")
+    names = ("v_front", "v_rear", "pitch", "elevation", "travel")
+    first = {f"plant.initial.{name}": value for name, value in zip(names, rows[0], strict=True)}
+    return run("follow", STEPS * H, H, {"player.log.path": str(path), **first})
+
+
+@pytest.fixture(scope="module")
+def outputs(rows):
+    """What the pure follower says after samples 1, 2, ...; the units show it one step later."""
+    plan = prepare_follower(FollowSettings())
+    state, found = start_following(plan, Sample(*rows[0])), []
+    for row in rows[1 : STEPS - 1]:
+        state, output = follow(state, Sample(*row), plan)
+        found.append(output.corrector)
+    return found
+
+
+def shown(result, name):
+    return result.values[:, result.names.index(name)]
+
+
+def test_the_units_give_the_corrections_of_the_pure_follower(result, outputs):
+    plan = prepare_follower(FollowSettings()).corrector
+    for place, name in enumerate(plan.changeable):
+        wanted = [output.values[place] - plan.first_values[place] for output in outputs]
+        assert shown(result, f"corrector.correction.{name}")[2:STEPS].tolist() == wanted
+
+
+def test_the_units_report_the_events_of_the_pure_follower(result, outputs):
+    events = [event for output in outputs for event in output.events]
+    assert [event.what for event in events][-1] == 1  # adopted
+    assert shown(result, "corrector.event.count")[STEPS - 1] == len(events)
+    assert shown(result, "corrector.event.change")[STEPS - 1] == events[-1].change + 1
+    assert shown(result, "corrector.event.value")[STEPS - 1] == events[-1].value
+
+
+def test_the_plant_in_the_units_is_where_the_observer_of_the_pure_follower_sees_it_until_something_is_adopted(
+    result, outputs
+):
+    # Corrector and plant correct the same state with the same sample; the plant shows it one step ahead.
+    at = next(k for k, output in enumerate(outputs) if output.values != outputs[0].values)
+    angles = np.column_stack([shown(result, f"plant.{axis}") for axis in ("pitch", "elevation", "travel")])
+    rates = np.column_stack([shown(result, f"plant.{axis}_rate") for axis in ("pitch", "elevation", "travel")])
+    observed = np.array([output.observed for output in outputs[:at]])
+    ahead = observed[:, :3] + H * observed[:, 3:]
+    # what acceleration adds in a step: at most 2 rad/s^2 h^2/2 = 1e-4 rad, and 2e-2 rad/s on the rates
+    assert np.abs(angles[2 : at + 2] - ahead).max() < 2e-4
+    assert np.abs(rates[2 : at + 2] - observed[:, 3:]).max() < 4e-2
+
+
+def test_the_corrected_plant_predicts_the_sample_to_come(result, rows):
+    """After the adoption the plant's error is that of the encoders: counts of 1.5e-3 rad, shaken by a quarter."""
+    late = slice(STEPS - 600, STEPS - 1)
+    error = shown(result, "plant.elevation")[late] - np.array([row[3] for row in rows])[late]
+    assert np.sqrt(np.mean(error**2)) < 1e-3
