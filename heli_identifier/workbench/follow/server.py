@@ -17,6 +17,7 @@ from threading import Condition, Thread
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.follow.listening import Status
 from heli_identifier.workbench.follow.screen import stream_line
 from heli_identifier.workbench.follow.sending import resolved
@@ -58,7 +59,7 @@ class Board:
 
     def show(self, view: View | None, status: Status | None) -> None:
         """Put up a view."""
-        document = {"due": ()} if view is None else view.document()
+        document = {"due": ()} if view is None else plain(view.document())
         due = document.pop("due")
         text = "null" if view is None else json.dumps(document, allow_nan=False)
         with self.changed:

@@ -23,6 +23,7 @@ from heli_identifier.online.following import (
     start_following,
 )
 from heli_identifier.records import CONTRACT_HEADERS
+from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.follow.journal import Journal
 from heli_identifier.workbench.follow.listening import Status
@@ -163,7 +164,9 @@ class Session:
             self.changed(plant, {**given, **errors}, self.sample.elevation)
 
     def _write_events(self) -> None:
-        write_atomically(self.folder / EVENTS, json.dumps(self.events, indent=1, ensure_ascii=False) + "\n")
+        write_atomically(
+            self.folder / EVENTS, json.dumps(plain(self.events), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        )
 
     def write(self) -> None:
         """Hand everything that came in to the system."""

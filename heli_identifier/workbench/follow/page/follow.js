@@ -69,7 +69,7 @@ const draw = AXES.flatMap((axis, k) => [
 ]);
 
 function shown(value) {
-  return value === null ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString();
+  return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString();
 }
 
 function band(value) {
