@@ -92,7 +92,8 @@ TITLES = {
 
 def _orders(folder: Path) -> tuple[dict[str, dict], float, float]:
     """Build all units both ways; return the orders, and wall and processor seconds of the native build, cold."""
-    from fmu_src import CLOSED_LOOP, UNITS, build_all
+    from fmu_src import CLOSED_LOOP, build_all
+    from fmu_src.native import NATIVE_UNITS
     from fmu_src.ssp import write_ssp
 
     began, before = time.perf_counter(), os.times()
@@ -105,7 +106,7 @@ def _orders(folder: Path) -> tuple[dict[str, dict], float, float]:
     busy = after.children_user + after.children_system - before.children_user - before.children_system
     orders = {}
     for kind, files in (
-        ("native", {unit: folder / "native" / f"{unit}.fmu" for unit in UNITS}),
+        ("native", {unit: folder / "native" / f"{unit}.fmu" for unit in NATIVE_UNITS}),
         ("python", build_all(folder / "python")),
     ):
         fmus = {name: str(files[unit]) for name, unit in CLOSED_LOOP.units}

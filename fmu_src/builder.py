@@ -40,6 +40,7 @@ UNITS: dict[str, str] = {
     "PidController": "fmu_src.units.pid_controller",
     "Exciter": "fmu_src.units.exciter",
     "LogPlayer": "fmu_src.units.log_player",
+    "RigLink": "fmu_src.units.rig_link",
     "Corrector": "fmu_src.units.corrector",
 }
 """Module of each unit."""

@@ -54,6 +54,8 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     source: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
+    saves_state: ClassVar[bool] = True
+    """Whether the state can be saved and restored; if not, ``freeze`` refuses."""
 
     def __init__(self, **kwargs: Any) -> None:
         Fmi2Slave.__init__(self, **kwargs)

@@ -20,7 +20,7 @@ t_0 depends on an input.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 from heli_plant.correction import CORRECTED
@@ -192,8 +192,22 @@ FOLLOW = Scenario(
         *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED),
     ),
 )
+LIVE = Scenario(
+    "live",
+    "the same of a rig that is running, for a host in real time: RigLink in place of LogPlayer",
+    (("rig", "RigLink"), *FOLLOW.units[1:]),
+    (
+        *(
+            replace(wire, source_unit="rig") if wire.source_unit == "player" else wire
+            for wire in FOLLOW.connections
+        ),
+        Connection("rig", "fresh", "corrector", "fresh"),
+        Connection("rig", "fresh", "plant", "measured.fresh"),
+    ),
+    FOLLOW.parameters,
+)  # fmt: skip
 SCENARIOS: dict[str, Scenario] = {
-    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW)
+    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW, LIVE)
 }
 
 

@@ -180,12 +180,13 @@ def log_categories_are_known(fmu: Fmu) -> Iterator[str]:
 def no_execution_tool_is_needed(fmu: Fmu) -> Iterator[str]:
     """4.3.1: the capability flags that importers refuse or rely on."""
     flags = fmu.root.find("CoSimulation").attrib  # type: ignore[union-attr]
+    saves = "false" if flags.get("modelIdentifier") == "RigLink" else "true"  # what a rig sent cannot be sent again
     wanted = {
         "needsExecutionTool": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
         "canHandleVariableCommunicationStepSize": "true",
-        "canGetAndSetFMUstate": "true",
-        "canSerializeFMUstate": "true",
+        "canGetAndSetFMUstate": saves,
+        "canSerializeFMUstate": saves,
     }
     for name, value in wanted.items():
         if flags.get(name) != value:

@@ -47,7 +47,7 @@ INNER_ROOMS = tuple(
 )
 """The same inside of ``tracing``."""
 
-DOORS = (*ROOMS[:3], f"{H}.online.excitation", f"{H}.online.following")
+DOORS = (*ROOMS[:3], f"{H}.online.excitation", f"{H}.online.following", f"{H}.link")
 """Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
 
 MAY_USE_UNITS = tuple(f"{H}.workbench.{room}" for room in ("commands", "delivery", "interface", "paper"))
@@ -78,6 +78,8 @@ RULES = (
         "commands call, nothing calls them",
         H, (f"{H}.workbench.commands",), (f"{H}.workbench.commands",),
     ),
+    Rule("the link to a rig knows no identification", f"{H}.link", ROOMS),
+    Rule("the link to a rig needs the standard library alone", f"{H}.link", ARRAYS),
     Rule("estimation on line is plain floats", f"{H}.online", ARRAYS),
     Rule("slaves hold no physics", "fmu_src.units", (*MATHEMATICS, "cmath", *ARRAYS)),
     Rule("slaves step the plant, they do not take it apart", "fmu_src.units", PARTS_OF_THE_PLANT),

@@ -6,12 +6,8 @@
 of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
 """
 
-from .builder import build_native
-from .definitions import DEFINITIONS
+from .builder import NATIVE_UNITS, build_native
 from .toolchain import runs_here, without_compiler
 from .translator import Untranslatable
-
-NATIVE_UNITS = tuple(DEFINITIONS)
-"""Units that have a native twin; the others run in Python only."""
 
 __all__ = ["NATIVE_UNITS", "Untranslatable", "build_native", "runs_here", "without_compiler"]

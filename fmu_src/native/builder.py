@@ -17,10 +17,14 @@ from heli_identifier.files import write_atomically
 from ..builder import checked_start_values, unit_class
 from ..packaging import icon, index_html, native_model_description, xml_text, zip_bytes
 from ..variables import Value
+from .definitions import DEFINITIONS
 from .sources import build_description, compiled_files, exchange_of, native_sources
 from .toolchain import binaries
 
 FMI_VERSIONS = (2, 3)
+NATIVE_UNITS = tuple(DEFINITIONS)
+"""Units that have a native twin; the others run in Python only."""
+
 _NAMESPACE = UUID("0d1f4a52-8c4e-4f43-8d6c-0f0f3a8e7f35")
 
 _HOST = """<h2>What the host needs</h2>
@@ -56,7 +60,7 @@ def build_native(
     Parameters
     ----------
     unit : str
-        A key of :data:`fmu_src.UNITS`.
+        One of :data:`NATIVE_UNITS`.
     directory : path
         Created if it does not exist; the file appears complete or not at all.
     parameters : mapping, optional
@@ -77,7 +81,8 @@ def build_native(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, a unit that has no model exchange, or a compiler that fails.
+        A unit without a native twin or without model exchange, an unknown unit or parameter, a value out of range, or
+        a compiler that fails.
     """
     kind = unit_class(unit)
     start_values = checked_start_values(kind, parameters or {})

@@ -36,9 +36,12 @@ extracted must consist of ASCII characters without percent signs and brackets.</
 <p>Inputs are held over a communication step. Outputs change in <code>doStep</code> only and are right from the start
 time on. Values that are not finite or out of range are logged (category <code>logStatusDiscard</code>) and ignored,
 and steps are refused with <code>fmi2Discard</code> until the variable has a good value; the unit stays usable.
-Parameters are fixed when the initialisation ends, unless the table says tunable. The state can be saved, restored and
-serialised at any time, exact to the bit.</p>
+Parameters are fixed when the initialisation ends, unless the table says tunable. {state}</p>
 """
+_STATE = {
+    True: "The state can be saved, restored and serialised at any time, exact to the bit.",
+    False: "The state cannot be saved; the call is logged as refused.",
+}
 
 
 def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "") -> str:
@@ -57,7 +60,14 @@ def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: s
         "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>causality</th><th>unit</th><th>start</th>"
         f"<th>range</th><th>description</th></tr>\n{rows}</table>\n"
     )
-    return head + equations + source + (host or _HOST) + table + "</body>\n</html>\n"
+    return (
+        head
+        + equations
+        + source
+        + (host or _HOST.format(state=_STATE[unit.saves_state]))
+        + table
+        + "</body>\n</html>\n"
+    )
 
 
 def _row(variable: Variable, start: Value | None) -> str:

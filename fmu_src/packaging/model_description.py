@@ -9,7 +9,7 @@ from pythonfmu._version import __version__ as PYTHONFMU
 
 from ..slave_base import SlaveBase
 from ..variables import Value, Variable
-from .described import add_categories_and_experiment, described, type_attributes, variable_element
+from .described import add_categories_and_experiment, described, type_attributes, value_text, variable_element
 from .unit_definitions import unit_definitions
 
 
@@ -54,8 +54,8 @@ def model_description(
         canRunAsynchronuously="false",
         canBeInstantiatedOnlyOncePerProcess="false",
         canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
+        canGetAndSetFMUstate=value_text(unit.saves_state, "Boolean"),
+        canSerializeFMUstate=value_text(unit.saves_state, "Boolean"),
         providesDirectionalDerivative="false",
     )
     _add_sources(interface, sources)

@@ -15,12 +15,16 @@ from .log import Log
 from .reading import read_log
 from .suspicion import suspicions
 from .template import write_template
+from .timing import GAP_STEPS
+from .units import CONTRACT_HEADERS
 from .writing import write_log
 
 __all__ = [
     "CONFIGURATION_NAME",
     "CONTRACT",
+    "CONTRACT_HEADERS",
     "DEMO_RIGS",
+    "GAP_STEPS",
     "Guess",
     "Log",
     "LogFormat",

@@ -3,11 +3,17 @@
 import tempfile
 from pathlib import Path
 
-from tests.faults import inputs, logs, outputs, units
+from tests.faults import flights, inputs, logs, outputs, units
 from tests.faults.case import ROOT, Answer, Fault, tried
 
 PAGE = ROOT / "docs" / "reliability.md"
-SECTIONS: dict[str, tuple[Fault, ...]] = {**outputs.SECTIONS, **logs.SECTIONS, **inputs.SECTIONS, **units.SECTIONS}
+SECTIONS: dict[str, tuple[Fault, ...]] = {
+    **outputs.SECTIONS,
+    **logs.SECTIONS,
+    **inputs.SECTIONS,
+    **units.SECTIONS,
+    **flights.SECTIONS,
+}
 FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in faults]
 
 _BEGIN = "<!-- the tests write what follows: python -m tests.faults -->"

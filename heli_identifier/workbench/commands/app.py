@@ -13,12 +13,14 @@ from heli_identifier.workbench.commands.design import design
 from heli_identifier.workbench.commands.diagnose import diagnose
 from heli_identifier.workbench.commands.effects import effects
 from heli_identifier.workbench.commands.fleet import fleet
+from heli_identifier.workbench.commands.follow import follow
 from heli_identifier.workbench.commands.guard import guarded
 from heli_identifier.workbench.commands.identify import identify
 from heli_identifier.workbench.commands.linearise import linearise
 from heli_identifier.workbench.commands.options import Spreading
 from heli_identifier.workbench.commands.paper import paper
 from heli_identifier.workbench.commands.simulate import simulate
+from heli_identifier.workbench.commands.stream import stream
 
 app = typer.Typer(
     name="heli",
@@ -58,6 +60,16 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         design,
         "heli design --separate motor_lag input_delay --parameters result/parameters.json\n\n"
         "heli design --show reverse_thrust_loss --output experiment.csv",
+    ),
+    (
+        follow,
+        "heli follow run.csv --parameters result/parameters.json --speed 0 --output flight\n\n"
+        "heli follow --listen 127.0.0.1:25000 --parameters result/parameters.json --output flight --serve",
+    ),
+    (
+        stream,
+        "heli stream run.csv --to 127.0.0.1:25000\n\n"
+        "heli stream run.csv --to 192.168.7.2:25000 --speed 4 --layout json",
     ),
     (effects, "heli effects\n\nheli effects --axis pitch --json"),
     (build, "heli build\n\nheli build HelicopterPlant --parameters result/parameters.json --output build"),

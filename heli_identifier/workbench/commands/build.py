@@ -8,7 +8,11 @@ import typer
 from heli_identifier.workbench.commands.options import Json, Native, Parameters, ScenarioName, Settings
 
 
-def _units() -> list[str]:
+def _units(native: bool = False) -> list[str]:
+    if native:
+        from fmu_src.native import NATIVE_UNITS
+
+        return list(NATIVE_UNITS)
     from fmu_src import UNITS
 
     return list(UNITS)
@@ -18,7 +22,7 @@ def build(
     units: Annotated[
         list[str],
         typer.Argument(
-            metavar="[UNIT]...", help="Units to build; all of them if none is named.", autocompletion=_units
+            metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=lambda: _units()
         ),
     ] = [],  # noqa: B006 - typer takes the default as it is and hands out a new list
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the FMUs.")] = Path("build"),
@@ -53,11 +57,7 @@ def build(
         raise ConfigurationError(
             "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
         )
-    names = units or _units()
-    if native and not units:
-        from fmu_src.native import NATIVE_UNITS
-
-        names = list(NATIVE_UNITS)
+    names = units or _units(native)
     given = by_unit(parameters)
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")

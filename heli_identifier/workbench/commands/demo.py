@@ -78,7 +78,7 @@ def demo(
         Path, typer.Option("--output", "-o", metavar="DIR", help="Folder of the units and results.")
     ] = Path("build"),
 ) -> None:
-    """Build the five units, then diagnose two rigs whose logs come with the package."""
+    """Build the units, then diagnose two rigs whose logs come with the package."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context

@@ -46,6 +46,16 @@ Parameters = Annotated[
     ),
 ]  # fmt: skip
 
+Layout = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAMES",
+        help="A datagram's doubles by name in their order, or json; by itself 'sequence time v_front v_rear pitch "
+        "elevation travel'.",
+        show_default=False,
+    ),
+]
+
 Native = Annotated[
     bool,
     typer.Option(
@@ -57,7 +67,7 @@ ScenarioName = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="open_loop, closed_loop, measured_data or plant_beside_log.",
+        help="open_loop, closed_loop, measured_data, plant_beside_log, follow or live.",
         autocompletion=lambda: scenario_names(),
     ),
 ]

@@ -1,0 +1,149 @@
+"use strict";
+// The page of `heli follow --serve`: it draws what the stream of events says, and asks for nothing else.
+const SPAN = 60; // seconds that are drawn
+const AXES = ["pitch", "elevation", "travel"];
+const SVG = "http://www.w3.org/2000/svg";
+const WIDTH = 560, HEIGHT = 130, LEFT = 52, BOTTOM = 18;
+const points = [];
+let declared = [null, null, null];
+const byId = (id) => document.getElementById(id);
+
+function made(name, attributes, text) {
+  const node = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  if (text !== undefined) node.textContent = text;
+  return node;
+}
+
+function chart(parent, title, series) {
+  const svg = made("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title });
+  const frame = { x: LEFT, y: 4, width: WIDTH - LEFT - 4, height: HEIGHT - BOTTOM - 4 };
+  svg.append(made("rect", { ...frame, class: "frame" }));
+  const labels = [0, 1, 2, 3].map((k) =>
+    made("text", k < 2 ? { x: LEFT - 5, y: k ? HEIGHT - BOTTOM : 14, "text-anchor": "end", class: "tick" }
+      : { x: k === 2 ? LEFT : WIDTH - 4, y: HEIGHT - 4, "text-anchor": k === 2 ? "start" : "end", class: "tick" }));
+  const name = made("text", { x: LEFT + 6, y: 16, class: "tick" }, title);
+  const lines = series.map(([kind]) => made("path", { class: kind }));
+  svg.append(...labels, name, ...lines);
+  parent.append(svg);
+  return () => {
+    if (!points.length) return;
+    const end = points[points.length - 1].time, begin = Math.max(end - SPAN, points[0].time);
+    const columns = series.map(([, value]) => points.map(value));
+    const all = columns.flat().filter((y) => y !== null && Number.isFinite(y));
+    if (!all.length) return;
+    let low = Math.min(...all), high = Math.max(...all);
+    const margin = 0.06 * (high - low) || 0.01;
+    low = title.includes("mrad") ? 0 : low - margin;
+    high += margin;
+    const x = (t) => frame.x + (frame.width * (t - begin)) / Math.max(end - begin, 1e-9);
+    const y = (v) => frame.y + (frame.height * (high - v)) / (high - low);
+    columns.forEach((column, k) => {
+      let path = "", down = false;
+      column.forEach((value, i) => {
+        if (value === null || !Number.isFinite(value)) { down = false; return; }
+        path += `${down ? "L" : "M"}${x(points[i].time).toFixed(1)} ${y(value).toFixed(1)}`;
+        down = true;
+      });
+      lines[k].setAttribute("d", path);
+    });
+    labels[0].textContent = high.toPrecision(3);
+    labels[1].textContent = low.toPrecision(3);
+    labels[2].textContent = `${begin.toFixed(0)} s`;
+    labels[3].textContent = `${end.toFixed(0)} s`;
+  };
+}
+
+const milli = (value) => (value === null ? null : 1000 * value);
+const draw = AXES.flatMap((axis, k) => [
+  chart(byId("angles"), `${axis} [rad]`, [
+    ["measured", (p) => (p.measured === null ? null : p.measured[k])],
+    ["following", (p) => p.predicted[k]],
+    ["alone", (p) => p.predicted_alone[k]],
+  ]),
+  chart(byId("errors"), `${axis} [mrad]`, [
+    ["following", (p) => milli(p.error[k])],
+    ["alone", (p) => milli(p.error_alone[k])],
+    ["declared", () => milli(declared[k])],
+  ]),
+]);
+
+function shown(value) {
+  return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString();
+}
+
+function band(value) {
+  const cell = document.createElement("td");
+  cell.className = "band";
+  if (value.estimate === null) return cell;
+  const low = Math.min(value.estimate - value.band, value.used), high = Math.max(value.estimate + value.band, value.used);
+  const x = (v) => (high > low ? 5 + (90 * (v - low)) / (high - low) : 50).toFixed(1);
+  const svg = made("svg", { viewBox: "0 0 100 12", role: "img", "aria-label": "estimate with its band, and value in use" });
+  svg.append(
+    made("line", { x1: x(value.estimate - value.band), x2: x(value.estimate + value.band), y1: 6, y2: 6, class: "bar" }),
+    made("line", { x1: x(value.used), x2: x(value.used), y1: 1, y2: 11, class: "used" }));
+  cell.append(svg);
+  return cell;
+}
+
+function cell(text, kind) {
+  const node = document.createElement("td");
+  node.textContent = text;
+  if (kind) node.className = kind;
+  return node;
+}
+
+function table(values) {
+  byId("values").replaceChildren(...values.map((value) => {
+    const row = document.createElement("tr");
+    const estimate = value.estimate === null ? "" : `${shown(value.estimate)} ± ${shown(value.band)}`;
+    row.append(cell(value.name), cell(shown(value.start)),
+      cell(shown(value.used), value.used !== value.start ? "changed" : ""), cell(estimate), band(value), cell(value.unit));
+    return row;
+  }));
+}
+
+function events(list) {
+  byId("events").replaceChildren(...list.slice().reverse().map((event) => {
+    const item = document.createElement("li");
+    item.className = event.what.split(" ")[0];
+    const band = event.standard_error ? ` ± ${shown(1.96 * event.standard_error)}` : "";
+    const value = event.name ? ` ${event.name} = ${shown(event.value)}${band}` : "";
+    item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}: ${event.why}`;
+    return item;
+  }));
+}
+
+function told(due) {
+  points.push(due);
+  while (points[0].time < due.time - SPAN) points.shift();
+}
+
+function drawn(view, line) {
+  const suspect = view.suspect ? `, likeliest: ${view.suspect}` : "";
+  byId("state").textContent =
+    `${view.time.toFixed(1)} s, ${view.mode}; detector at ${(100 * view.alarm).toFixed(0)} % of its threshold${suspect}`;
+  byId("stream").textContent = line;
+  byId("notice").textContent = view.notice;
+  table(view.values);
+  events(view.events);
+  for (const one of draw) one();
+}
+
+const source = new EventSource("events");
+source.addEventListener("title", (message) => { // the first of a connection; what fell due of late follows
+  points.length = 0;
+  byId("title").textContent = JSON.parse(message.data);
+});
+source.addEventListener("view", (message) => {
+  const { view, line, due } = JSON.parse(message.data);
+  due.forEach(told);
+  if (view === null) { byId("stream").textContent = line; return; }
+  declared = view.axes.map((axis) => axis.declared);
+  drawn(view, line);
+});
+source.addEventListener("end", (message) => {
+  byId("state").textContent = JSON.parse(message.data);
+  source.close();
+});
+source.addEventListener("error", () => { byId("stream").textContent = "heli follow does not answer"; });

@@ -1,0 +1,184 @@
+"""A twin that follows, as a page for a browser on this computer.
+
+The page, its script and its style come from here, and views follow as server-sent events. The page may load nothing
+from anywhere else (its content security policy says so). A request that names another host than this one is refused: a
+page of the internet that lets its name point to this computer gets nothing.
+"""
+
+import json
+from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from ipaddress import ip_address
+from socket import AF_INET6
+from threading import Condition, Thread
+from typing import Any
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.workbench.delivery.diagnosis_document import plain
+from heli_identifier.workbench.follow.listening import Status
+from heli_identifier.workbench.follow.screen import stream_line
+from heli_identifier.workbench.follow.sending import resolved
+from heli_identifier.workbench.follow.view import View
+
+PAST = 300
+"""Instants that a page receives when it is opened: a minute of flight, five predictions a second."""
+
+MOST_READERS = 16
+"""Pages that are served at once."""
+
+_WAIT = 5.0  # [s] after which a comment shows that the connection lives
+_PAGES = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/follow.js": ("follow.js", "text/javascript; charset=utf-8"),
+    "/follow.css": ("follow.css", "text/css; charset=utf-8"),
+}
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+class Board:
+    """The latest view, what fell due of late, and readers that wait for more."""
+
+    def __init__(self, title: str) -> None:
+        self.title = title
+        self.past: deque[dict[str, Any]] = deque(maxlen=PAST)
+        self.passed = 0  # instants that ever fell due
+        self.latest, self.number, self.over = "null", 0, ""
+        self.line = ""
+        self.readers = 0
+        self.changed = Condition()
+
+    def show(self, view: View | None, status: Status | None) -> None:
+        """Put up a view."""
+        document = {"due": ()} if view is None else plain(view.document())
+        due = document.pop("due")
+        text = "null" if view is None else json.dumps(document, allow_nan=False)
+        with self.changed:
+            self.past.extend(due)
+            self.passed += len(due)
+            self.latest, self.number, self.line = text, self.number + 1, stream_line(status) if status else ""
+            self.changed.notify_all()
+
+    def end(self, sentence: str) -> None:
+        """Tell the readers that nothing more comes."""
+        with self.changed:
+            self.over = sentence
+            self.changed.notify_all()
+
+    def messages(self) -> Iterator[bytes]:
+        """Give server-sent events; an empty comment while nothing happens."""
+        yield _event("title", json.dumps(self.title))
+        seen, passed, over = -1, 0, ""
+        while not over:
+            with self.changed:
+                if self.number == seen and not self.over:
+                    self.changed.wait(_WAIT)
+                new = list(self.past)[-(self.passed - passed) :] if self.passed > passed else []
+                text = f'{{"view": {self.latest}, "line": {json.dumps(self.line)}, "due": {json.dumps(new)}}}'
+                changed = self.number != seen
+                seen, passed, over = self.number, self.passed, self.over
+            yield _event("view", text) if changed else b":\n\n"
+        yield _event("end", json.dumps(over))
+
+
+def _event(name: str, data: str) -> bytes:
+    return f"event: {name}\ndata: {data}\n\n".encode()
+
+
+@contextmanager
+def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
+    """Serve the page while the block runs; give its address and the board that views are shown on.
+
+    Raises
+    ------
+    ConfigurationError
+        The address is none, or its port is taken.
+    """
+    family, place = resolved(address, "--serve-at", 0)
+    board = Board(title)
+
+    class Server(ThreadingHTTPServer):
+        address_family = family
+        daemon_threads = True
+
+        def handle_error(self, request, client_address) -> None:
+            """Say nothing: a reader that leaves is no error."""
+
+    try:
+        server = Server(place, _handler(board, place))
+    except OSError as error:
+        raise ConfigurationError(f"--serve-at {address} cannot be served: {error.strerror}.") from error
+    thread = Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True)
+    thread.start()
+    host = f"[{place[0]}]" if family == AF_INET6 else place[0]
+    try:
+        yield f"http://{host}:{server.server_address[1]}/", board
+    finally:
+        board.end(board.over or "heli follow has ended")
+        server.shutdown()
+        server.server_close()
+
+
+def _handler(board: Board, place: tuple[str, int]) -> type[BaseHTTPRequestHandler]:
+    loopback = ip_address(place[0]).is_loopback
+
+    class Handler(BaseHTTPRequestHandler):
+        server_version, sys_version = "heli", ""
+        timeout = 30.0
+
+        def do_GET(self) -> None:
+            """Answer with the page, its parts or the events."""
+            if not self._is_for_us():
+                self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
+            elif self.path == "/events":
+                self._send_events()
+            elif self.path in _PAGES:
+                name, kind = _PAGES[self.path]
+                self._send(200, kind, (files("heli_identifier.workbench.follow") / "page" / name).read_bytes())
+            else:
+                self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
+
+        def _is_for_us(self) -> bool:
+            """Whether the request names an address of this server: a foreign name was made to point here."""
+            host = self.headers.get("Host", "").rpartition(":")[0].strip("[]")
+            return host == place[0] or (loopback and host == "localhost")
+
+        def _send(self, code: int, kind: str, content: bytes) -> None:
+            self.send_response(code)
+            for name, value in (*_HEADERS.items(), ("Content-Type", kind), ("Content-Length", str(len(content)))):
+                self.send_header(name, value)
+            self.end_headers()
+            self.wfile.write(content)
+
+        def _send_events(self) -> None:
+            with board.changed:
+                full = board.readers >= MOST_READERS
+                board.readers += not full
+            if full:
+                self._send(503, "text/plain; charset=utf-8", b"too many pages are open\n")
+                return
+            try:
+                self.send_response(200)
+                for name, value in (*_HEADERS.items(), ("Content-Type", "text/event-stream")):
+                    self.send_header(name, value)
+                self.end_headers()
+                for message in board.messages():
+                    self.wfile.write(message)
+                    self.wfile.flush()
+            finally:
+                with board.changed:
+                    board.readers -= 1
+
+        def log_message(self, format: str, *args: Any) -> None:
+            """Print nothing: the terminal shows the twin."""
+
+    return Handler

@@ -1,0 +1,205 @@
+"""RigLink against a sender on this machine: what it shows, what it counts, and that it never waits."""
+
+import socket
+import struct
+
+import pytest
+
+from fmu_src.errors import Refusal
+from fmu_src.units.rig_link import RigLink
+from heli_identifier.link import JSON, USUAL_LAYOUT, Datagram, encode, read_layout
+
+H = 0.01
+USUAL = read_layout(USUAL_LAYOUT)
+
+
+def created(**parameters):
+    unit = RigLink(instance_name="unit", resources="")
+    for name, value in {"port": 0, **parameters}.items():
+        reference = unit.references[f"link.{name}"]
+        getattr(unit, f"set_{unit.variables[reference].type.lower()}")([reference], [value])
+    unit.setup_experiment(0.0)
+    unit.enter_initialization_mode()
+    unit.exit_initialization_mode()
+    return unit
+
+
+def got(unit, *names):
+    return unit.get_real([unit.references[name] for name in names])
+
+
+@pytest.fixture
+def linked():
+    """Make units, each with a socket that sends to it; all are closed in the end."""
+    opened = []
+
+    def make(**parameters):
+        unit = created(**parameters)
+        assert unit.log_queue == []
+        rig = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        rig.connect(("127.0.0.1", int(got(unit, "port")[0])))
+        opened.extend((unit, rig))
+        return unit, rig
+
+    yield make
+    for one in opened:
+        one.terminate() if isinstance(one, RigLink) else one.close()
+
+
+def sample(number, layout=USUAL):
+    return encode(Datagram(number, number * H, (1.0, 2.0, 0.001 * number, -0.1, 0.5)), layout)
+
+
+def stepped(unit, k):
+    assert unit.do_step(k * H, H), unit.log_queue[-1].msg
+
+
+@pytest.mark.parametrize("layout", [USUAL_LAYOUT, JSON, "sequence travel elevation pitch v_rear v_front"])
+def test_it_shows_what_the_rig_sends_with_the_delay(linked, layout):
+    unit, rig = linked(layout=layout)
+    for k in range(100):
+        rig.send(sample(k, read_layout(layout)))
+        stepped(unit, k)
+    # sample 99 came in during the last step; what is shown is .05 s older
+    assert got(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
+    assert got(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
+
+
+def test_loss_overtaking_doubles_and_rubbish_are_counted_and_the_good_ones_shown(linked):
+    unit, rig = linked()
+    rubbish = [b"", bytes(3), bytes(9000), struct.pack("<7d", *7 * [float("nan")]), b"{}"]
+    order = [k for k in range(200) if k % 20 != 10]  # one in 20 is lost
+    order[30], order[31] = order[31], order[30]
+    for step, k in enumerate(order):
+        rig.send(sample(k))
+        if k % 50 == 3:
+            rig.send(sample(k))
+            rig.send(rubbish[k // 50])
+        stepped(unit, step)
+    for step in range(len(order), len(order) + 10):
+        stepped(unit, step)
+    counts = dict(
+        zip(("received", "lost", "reordered", "duplicated", "late", "refused", "stray"), range(7), strict=True)
+    )
+    counts = dict(zip(counts, got(unit, *counts), strict=True))
+    assert counts == {
+        "received": 190.0, "lost": 10.0, "reordered": 1.0, "duplicated": 4.0, "late": 0.0, "refused": 4.0, "stray": 0.0,
+    }  # fmt: skip
+    assert len([one for one in unit.log_queue if "holds no sample" in one.msg]) == 1
+
+
+def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
+    unit, rig = linked()
+    assert got(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
+    for k in range(50):
+        rig.send(sample(k))
+        stepped(unit, k)
+    assert got(unit, "watchdog") == [0.0]
+    for k in range(50, 550):  # a step that waited for the rig would never come back
+        stepped(unit, k)
+    assert got(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
+    for k in range(550, 600):
+        rig.send(sample(k))
+        stepped(unit, k)
+    assert got(unit, "watchdog", "fresh", "lost", "set_anew") == [0.0, 1.0, 500.0, 0.0]
+
+
+def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
+    unit, rig = linked()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.connect(rig.getpeername())
+        other.send(b"rubbish first")  # locks nothing
+        stepped(unit, 0)
+        rig.send(sample(0))
+        stepped(unit, 1)
+        for k in range(1, 60):
+            rig.send(sample(k))
+            try:
+                other.send(encode(Datagram(k, k * H, (9.0, 9.0, 1.0, 1.0, 1.0)), USUAL))
+            except ConnectionRefusedError:  # the system says that nobody hears it there
+                pass
+            stepped(unit, k + 1)
+    assert got(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
+    assert got(unit, "received", "duplicated") == [60.0, 0.0]
+
+
+def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(linked):
+    unit, rig = linked(sender="127.0.0.1")
+    strange, _ = linked(sender="127.0.0.2")
+    for k in range(20):
+        rig.send(sample(k))
+        stepped(unit, k)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
+        again.connect(rig.getpeername())
+        for k in range(20, 40):
+            again.send(sample(k))
+            stepped(unit, k)
+        again.connect(("127.0.0.1", int(got(strange, "port")[0])))
+        again.send(sample(0))
+        stepped(strange, 0)
+    assert got(unit, "received", "foreign") == [40.0, 0.0]
+    assert got(strange, "received", "foreign") == [0.0, 1.0]
+
+
+def test_a_flood_takes_no_more_of_a_step_than_the_look_ahead(linked):
+    unit, rig = linked(look_ahead=10)
+    for k in range(100):
+        rig.send(sample(k))
+    stepped(unit, 0)
+    assert got(unit, "received") == [10.0]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"address": "0.0.0.0"}, "would hear every network"),
+        ({"address": "192.0.2.1"}, "cannot be listened on"),  # TEST-NET-1, no machine's own
+        ({"address": "rig.example.org"}, "numeric address"),
+        ({"layout": "pitch"}, "lacks v_front"),
+        ({"sender": "somebody"}, "numeric address"),
+    ],
+)
+def test_a_link_that_cannot_be_is_refused_with_the_reason(parameters, said):
+    unit = created(**parameters)
+    assert said in unit.log_queue[0].msg
+    assert not unit.do_step(0.0, H)
+
+
+def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end(linked):
+    unit, _ = linked()
+    port = int(got(unit, "port")[0])
+    second = created(port=port)
+    assert "cannot be listened on: Address already in use" in second.log_queue[0].msg
+    unit.terminate()
+    third = created(port=port)
+    assert third.log_queue == [] and third.do_step(0.0, H)
+    third.terminate()
+
+
+def test_the_state_is_not_saved_and_the_reason_said(linked):
+    unit, _ = linked()
+    with pytest.raises(Refusal, match="cannot be saved"):
+        unit.saved()
+    assert unit._get_fmu_state() == {} and "cannot be saved" in unit.log_queue[-1].msg
+
+
+def test_a_hundred_instances_one_after_another_leave_no_socket_behind(fmus, in_host):
+    before, after, statuses = in_host(
+        """
+import os
+unit = Unit(sys.argv[1])
+statuses, sockets = set(), []
+for k in range(100):
+    unit.fresh({"link.port": 0})
+    statuses.add(unit.step(0.0, 0.01))
+    if k % 2:
+        unit.slave.reset()
+        unit.start({"link.port": 0})
+    unit.free()
+    sockets.append(sum(os.readlink(f"/proc/self/fd/{name}").startswith("socket") for name in os.listdir("/proc/self/fd")
+                       if os.path.exists(f"/proc/self/fd/{name}") or os.path.islink(f"/proc/self/fd/{name}")))
+answer([sockets[0], sockets[-1], sorted(statuses)])
+""",
+        fmus["RigLink"],
+    )
+    assert (before, after, statuses) == (0, 0, [0])
