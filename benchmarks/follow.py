@@ -3,6 +3,7 @@
     python -m benchmarks.follow                       the rigs that figures are reported on
     python -m benchmarks.follow --tuning              the rigs that the rules and their constants were chosen on
     python -m benchmarks.follow --rows rows.jsonl     a line per flight, written as soon as it is done; goes on there
+    python -m benchmarks.follow --step                processor time of a step of the scenario follow, pythonfmu units
 
 Every seed is a rig (:mod:`benchmarks.follow_rigs`), in turn in closed and in open loop, and flies once for every kind
 of change, which comes between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that err as
@@ -19,6 +20,8 @@ were worse over the next 60 s than those of the twin with the values before.
 import argparse
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -35,7 +38,7 @@ from heli_identifier.online.following import (
     prepare_following,
     start_following,
 )
-from heli_plant.parameters import PlantParameters
+from heli_plant.parameters import PlantParameters, to_names
 from tests.blind.coefficients import Coefficients
 
 REPORTED, TUNING = 2, 1
@@ -296,6 +299,30 @@ def summary(rows: list[dict[str, Any]]) -> str:
     return "\n\n".join(text)
 
 
+def step_cost() -> str:
+    """Return the processor time of a step [us]: 60 s of the scenario less 20 s of it, so that building cancels."""
+    from fmu_src.master import run
+
+    rng = np.random.default_rng(15)
+    rig = draw_rig(rng)
+    stages = (Stage(0.0, rig.coefficients), changed("k_z", Stage(0.0, rig.coefficients), 15.0, -1.0))
+    rows = fly(rig, stages, 60.0, True, rng).rows
+    with TemporaryDirectory(prefix="heli-follow-") as folder:
+        path = Path(folder) / "log.csv"
+        head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+        np.savetxt(path, np.column_stack([np.arange(len(rows)) * 0.01, rows]), "%.9g", ",", header=head, comments="")
+        values = to_names(known(rig, rng))
+        parameters = {f"{unit}.{name}": value for unit in ("plant", "corrector") for name, value in values.items()}
+        spent = []
+        for seconds in (20.0, 59.0):
+            began = process_time()
+            run("follow", seconds, 0.01, {"player.log.path": str(path), **parameters})
+            spent.append(process_time() - began)
+    return (
+        f"{1e6 * (spent[1] - spent[0]) / 3900:.0f} us of processor time a step, with an alarm, a trial and an adoption"
+    )
+
+
 def _share(flags: Any) -> str:
     flags = list(flags)
     return f"{100 * np.mean(flags):.0f} %" if flags else ""
@@ -305,11 +332,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.follow")
     parser.add_argument("--tuning", action="store_true", help="the half that the rules were chosen on")
     parser.add_argument("--seeds", type=int, default=40, help="flights per kind of change")
+    parser.add_argument("--first", type=int, default=0, help="seed of the first flight")
     parser.add_argument("--hours", type=float, default=20.0, help="flight of unchanged rigs [h]")
     parser.add_argument("--kind", action="append", choices=(*KINDS, "none"), help="only this kind; repeatable")
     parser.add_argument("--whole", action="store_true", help="with the identifier beside the corrector")
     parser.add_argument("--rows", type=Path, help="file of the flights' results, which a later run goes on with")
+    parser.add_argument("--step", action="store_true", help="time of a step alone")
     chosen = parser.parse_args()
+    if chosen.step:
+        print(step_cost())
+        return
     half = TUNING if chosen.tuning else REPORTED
     kinds = chosen.kind or (*KINDS, "none")
     rows: list[dict[str, Any]] = []
@@ -317,7 +349,7 @@ def main() -> None:
         rows = [json.loads(line) for line in chosen.rows.read_text(encoding="utf-8").splitlines()]
     done = {(row["half"], row["seed"], row["kind"], row["whole"]) for row in rows}
     still = round(chosen.hours * 3600.0 / UNCHANGED)
-    for seed in range(max(chosen.seeds, still)):
+    for seed in range(chosen.first, max(chosen.seeds, still)):
         for kind in kinds:
             if (half, seed, kind, chosen.whole) in done or seed >= (still if kind == "none" else chosen.seeds):
                 continue

@@ -43,7 +43,7 @@ _MOST = 8
 
 
 def _block(rows, first, plant, torque, x, w, d, psi, products, squares, copies, count, rival_count, has_rival, arrived,
-           p, p_alone, p_rival, shares, gains, most, angles, still, began, out):  # fmt: skip
+           p, p_alone, p_rival, shares, gains, most, angles, still, began, held, out):  # fmt: skip
     """Take the samples ``first`` .. ``first`` + 99; everything is changed in place; return (compared, fault)."""
     number = np.array([5, 5, 6])
     e_sum, taken, compared = np.zeros(3), 0, 0
@@ -85,10 +85,10 @@ def _block(rows, first, plant, torque, x, w, d, psi, products, squares, copies, 
             if y == angles[axis]:
                 still[axis] += 1
                 if still[axis] == 1:
-                    began[axis] = rate[axis]
+                    began[axis], held[axis] = rate[axis], torque[axis]
                 if still[axis] >= _STUCK and abs(began[axis]) > _MOVING:
                     return compared, True
-                if still[axis] >= _LONG and abs(torque[axis]) > _HELD:
+                if still[axis] >= _LONG and abs(torque[axis] - held[axis]) > _HELD:
                     return compared, True
             else:
                 still[axis] = 0
@@ -271,13 +271,14 @@ def _by_block(
     gains = np.array([plan.gains, plan.gains, plan.gains_travel])
     most = np.array([_LARGEST_INNOVATION * math.sqrt(level.variance) for level in state.levels])
     angles, still = np.array(state.stream.angles), np.array(state.stream.still, dtype=np.int64)
+    held = np.array(state.stream.torques)
     began, out, arrived = np.array(state.stream.rates), np.zeros((8, 16)), np.array(state.arrived)
     shares = np.array([*values.now[-2:], 1.0, 1.0, *(values.rival[-2:] or (1.0, 1.0))])
     has_rival = values.rival != ()
     compared, fault = run(
         rows, k, plant, torque, x, w, d, psi, products, squares, copies, len(twins.copies), len(twins.copies_rival),
         has_rival, arrived, parameter_record(values.parameters), alone, parameter_record(values.rival_parameters),
-        shares, gains, most, angles, still, began, out,
+        shares, gains, most, angles, still, began, held, out,
     )  # fmt: skip
     if fault:
         return None
@@ -322,7 +323,10 @@ def _by_block(
         steps=state.steps + BLOCK // COARSE,
         twins=twins,
         stream=state.stream._replace(
-            angles=tuple(angles.tolist()), still=tuple(still.tolist()), rates=tuple(began.tolist())
+            angles=tuple(angles.tolist()),
+            still=tuple(still.tolist()),
+            rates=tuple(began.tolist()),
+            torques=tuple(held.tolist()),
         ),
     )
     state, said = judged(_closed(state), told, plan)

@@ -188,7 +188,7 @@ FOLLOW = Scenario(
     (
         ("identifier.method", "prediction_error"),
         ("identifier.adaptation.forgetting", 0.02),
-        ("identifier.report.interval", 1.0),
+        ("identifier.report.interval", 2.0),
         *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED),
     ),
 )

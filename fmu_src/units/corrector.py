@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.following import (
     DEFAULT_EFFECTS,
+    CorrectorOutput,
     CorrectorState,
     Event,
     FollowSettings,
@@ -23,7 +24,7 @@ from heli_plant.errors import ParameterError
 from heli_plant.parameters import PARAMETERS, PlantParameters, checked
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase
+from ..slave_base import MOST_SUBSTEPS, SlaveBase
 from ..variables import Variable, boolean_parameter, real_input, real_output, real_parameter
 from .signals import AXES, angle_inputs, voltage_inputs
 
@@ -31,6 +32,9 @@ _SLOTS = tuple(
     (axis, slot) for axis in AXES for slot, _ in enumerate([name for name, own in DEFAULT_EFFECTS if own == axis], 1)
 )
 """Places of the watched effects in the identifier's lists, in the order of its axes."""
+
+_EARLY = 1e-6
+"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
 _WATCHED = tuple((name, own) for axis in AXES for name, own in DEFAULT_EFFECTS if own == axis)
 _INPUTS = (
@@ -72,9 +76,7 @@ _OUTPUTS = (
 )
 _DEFAULT = FollowSettings()
 _SETTINGS = (
-    real_parameter(
-        "sample.time", "s", _DEFAULT.sample_time, 1e-4, 0.1, "time between two samples: the communication step"
-    ),
+    real_parameter("sample.time", "s", _DEFAULT.sample_time, 1e-4, 0.1, "time between two samples"),
     real_parameter("window", "s", _DEFAULT.window, 4.0, 60.0, "time over which errors 1 s ahead are compared"),
     real_parameter("false_alarm.time", "s", _DEFAULT.false_alarm_time, 60.0, 1e9, "mean time between false alarms"),
     real_parameter("keeping.bandwidth", "rad/s", _DEFAULT.observer_bandwidth, 2.0, 30.0, "poles of the observers"),
@@ -87,7 +89,7 @@ _PHYSICS = tuple(
 
 
 class Corrector(SlaveBase):
-    """Takes one sample at every communication point; the pure step is that of the following twin."""
+    """Takes a sample every ``sample.time``; the pure step is that of the following twin."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_SETTINGS, *_PHYSICS)
     summary = "Notices in flight that a twin no longer fits its rig, names the change and corrects the twin"
@@ -101,8 +103,9 @@ ahead are smaller over the window, ramped in over 2 s, and taken back if the val
 <p>Numbers of the changes: 1 pitch.gain, 2 elevation.gain, 3 travel.gain, 4 elevation.offset, 5 pitch.damping,
 6 elevation.damping, 7 travel.damping, 8 rotor.front, 9 rotor.rear, 10 rotors.thrust, 11 to 13 dry friction on pitch,
 elevation and travel, 14 and 15 constant torque on pitch and travel, 16 cable stiffness.</p>
-<p>The parameters are those of the twin at the start, as HelicopterPlant has them. The communication step is
-<code>sample.time</code>.</p>"""
+<p>The parameters are those of the twin at the start, as HelicopterPlant has them. The communication step should be
+<code>sample.time</code>: of a longer one the samples in between count as lost, of a shorter one those that are due are
+taken.</p>"""
     source = "Page 1954; Willsky and Jones 1976; Basseville and Nikiforov, Detection of Abrupt Changes, 1993"
 
     def initialise(self, time: float) -> None:
@@ -123,6 +126,7 @@ elevation and travel, 14 and 15 constant torque on pitch and travel, 16 cable st
         except (ConfigurationError, ParameterError) as problem:
             raise Refusal(str(problem)) from problem
         self.state: CorrectorState | None = None
+        self.first = time
         self.reports = 0
         self.last: Event | None = None
         for variable in _OUTPUTS:
@@ -136,17 +140,32 @@ elevation and travel, 14 and 15 constant torque on pitch and travel, 16 cable st
         v_front, v_rear, pitch, elevation, travel, fresh = self.values[:6]
         now = Sample(v_front, v_rear, pitch, elevation, travel, fresh)
         period = self.plan.settings.sample_time
-        if abs(step_size - period) > 1e-6 * period:
-            raise Refusal(f"communication step = {step_size:g} s must be sample.time = {period:g} s")
         if self.state is None:
+            self.first = time
             self.state = start_correcting(self.plan, now)
             return
+        late = time - self.first - (self.state.samples + 1) * period
+        if late > MOST_SUBSTEPS * period:
+            raise Refusal(
+                f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
+                f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
+            )
         scores = self.values[9 : 9 + len(_SLOTS)]
         ordered = tuple([scores[_WATCHED.index(effect)] for effect in DEFAULT_EFFECTS])
         told = Told((self.values[6], self.values[7], self.values[8]), ordered)
-        self.state, output = correct(self.state, now, told, self.plan)
+        state, output = self.state, None
+        events: list[Event] = []
+        while self.first + (state.samples + 1) * period <= time + _EARLY * period:
+            due_again = self.first + (state.samples + 2) * period <= time + _EARLY * period
+            state, output = correct(state, now._replace(fresh=0.0) if due_again else now, told, self.plan)
+            events.extend(output.events)
+        self.state = state
+        if output is not None:
+            self._show(output, events)
+
+    def _show(self, output: CorrectorOutput, events: list[Event]) -> None:
         first = self.plan.first_values
-        for event in output.events:
+        for event in events:
             self.reports += 1
             self.last = event
         shown = [
@@ -174,13 +193,13 @@ elevation and travel, 14 and 15 constant torque on pitch and travel, 16 cable st
         """Return the following twin's state and the last report."""
         if self.state is None:
             return None
-        return [frozen_state(self.state), self.reports, None if self.last is None else list(self.last)]
+        return [self.first, frozen_state(self.state), self.reports, None if self.last is None else list(self.last)]
 
     def thaw(self, frozen: Any) -> None:
         """Take them back."""
         self.state, self.reports, self.last = None, 0, None
         if frozen is not None:
-            saved, self.reports, last = frozen
+            self.first, saved, self.reports, last = frozen
             self.state = thawed_state(saved, self.plan)
             self.last = None if last is None else Event(*last)
 

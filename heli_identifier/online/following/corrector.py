@@ -41,8 +41,8 @@ _DOUBTFUL = 2
 """Blocks before a fault of the stream that are dropped."""
 
 _LONG_STUCK, _HELD = 0.5, 0.06
-"""An encoder that stands still for this long [s] is at fault as well if the observer sees this acceleration hold the
-axis [rad/s^2]: more than dry friction of a usual bearing."""
+"""An encoder that stands still for this long [s] is at fault as well if meanwhile the acceleration with which the
+observer holds the axis has grown by this much [rad/s^2]: more than dry friction of a usual bearing."""
 
 _MOVING = 0.03
 """Rate [rad/s] at which an encoder that stands still is at fault: it would have moved by five counts of 4096."""
@@ -83,7 +83,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         NOTHING,
         0,
         (0,) * len(plan.settings.effects),
-        Stream(0, angles, (0, 0, 0), nothing, False),
+        Stream(0, angles, (0, 0, 0), nothing, nothing, False),
     )
 
 
@@ -233,17 +233,24 @@ def _watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, torque
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
     rates = (state.pitch_rate, state.elevation_rate, state.travel_rate)
     still = [0, 0, 0]
-    began = list(stream.rates)
+    began, torques = list(stream.rates), list(stream.torques)
     frozen = False
     for axis in range(3):
         if angles[axis] == stream.angles[axis]:
             still[axis] = stream.still[axis] + 1
             if still[axis] == 1:
-                began[axis] = rates[axis]
+                began[axis], torques[axis] = rates[axis], torque[axis]
             moving = still[axis] >= plan.stuck and abs(began[axis]) > _MOVING
-            held = still[axis] * plan.settings.sample_time >= _LONG_STUCK and abs(torque[axis]) > _HELD
+            held = still[axis] * plan.settings.sample_time >= _LONG_STUCK and abs(torque[axis] - torques[axis]) > _HELD
             frozen = frozen or moving or held
-    return Stream(0, angles, (still[0], still[1], still[2]), (began[0], began[1], began[2]), frozen)
+    return Stream(
+        0,
+        angles,
+        (still[0], still[1], still[2]),
+        (began[0], began[1], began[2]),
+        (torques[0], torques[1], torques[2]),
+        frozen,
+    )
 
 
 def _coarse_step(state: CorrectorState, angles: Row, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:

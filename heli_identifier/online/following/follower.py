@@ -58,7 +58,7 @@ def identifier_settings(settings: FollowSettings) -> IdentifierSettings:
         forgetting=FORGETTING,
         motor_time_constant=settings.parameters.T_m,
         voltage_limit=settings.parameters.v_max,
-        report_interval=1.0,
+        report_interval=2.0,
         watched=settings.effects,
     )
 

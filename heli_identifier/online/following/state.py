@@ -41,13 +41,15 @@ class Stream(NamedTuple):
     """How the samples come in.
 
     ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
-    not moved and the rate [rad/s] that the observer saw when they stopped; whether it is ``broken``.
+    not moved, and the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped;
+    whether it is ``broken``.
     """
 
     unseen: int
     angles: Row
     still: tuple[int, int, int]
     rates: Row
+    torques: Row
     broken: bool
 
 
