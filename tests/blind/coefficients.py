@@ -55,6 +55,8 @@ class Coefficients(NamedTuple):
     speed_stability: float = 0.0
     rotor_drag_torque: float = 0.0
     cable_stiffness: float = 0.0
+    thrust_tilt: float = 0.0
+    translational_lift: float = 0.0
     inertial_coupling_elevation: float = 0.0
     inertial_coupling_travel: float = 0.0
     large_angle_gravity: float = 0.0

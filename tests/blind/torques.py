@@ -62,6 +62,7 @@ def elevation_torque(
         - gravity_of_arm(e, a_1, p)
         - p.a_lt * w * w_l
         + lift
+        + mu_s * (p.thrust_tilt * math.sin(th) + p.translational_lift * math.cos(th) * w_l * w_l)
         - p.quadratic_drag_elevation * w_e * abs(w_e)
         - p.airspeed_thrust_loss_elevation * mu_s * w_e * math.cos(th)
         + p.gyroscopic_coupling_elevation * mu_s * w
