@@ -227,3 +227,19 @@ def test_scores_come_in_the_order_of_the_settings_and_change_no_estimate():
     assert results[0].parameters == results[2].parameters
     assert results[0].sigma == results[2].sigma
     assert tuple(results[0].standard_errors) == pytest.approx(tuple(results[2].standard_errors), rel=1e-9)
+
+
+def test_for_prediction_errors_a_law_uses_nothing_of_the_newest_sample():
+    """Its filtered value is the same whatever the newest angle is, which the adaptation's is not."""
+    plan = prepare(IdentifierSettings())
+    f = plan.signals.filter
+    before = settled_signals(1.0, 1.0, 0.0, 0.1, 0.0, plan.signals)
+    for held in (True, False):
+        c = watch_coefficients((candidate("dry_friction", "pitch"),), plan.signals.sample_time, held)
+        moving = advance_signals(before, 1.0, 1.0, 0.02, 0.1, 0.0, plan.signals)
+        w = advance_watch(settled_watch(before, c), moving, c, f)
+        up, down = (
+            advance_watch(w, advance_signals(moving, 1.0, 1.0, angle, 0.1, 0.0, plan.signals), c, f).filtered
+            for angle in (0.2, -0.2)
+        )
+        assert (up == down) == held
