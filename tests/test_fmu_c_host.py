@@ -57,7 +57,7 @@ def libpython():
     return path
 
 
-@pytest.mark.parametrize("unit", [unit for unit in UNITS if unit != "RigLink"])  # its port may be taken
+@pytest.mark.parametrize("unit", [unit for unit in UNITS if unit not in ("RigLink", "Corrector")])
 def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, host, log, tmp_path, unit):
     with zipfile.ZipFile(fmus[unit]) as archive:
         archive.extractall(tmp_path)
@@ -65,7 +65,12 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, host, lo
     variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
 
     def listed(causality):
-        found = [v.get("valueReference") for v in variables.values() if v.get("causality") == causality]
+        # as in bare_host.py: inputs whose range is narrow keep their start values
+        found = [
+            v.get("valueReference")
+            for name, v in variables.items()
+            if v.get("causality") == causality and not name.startswith(("correction.", "measured.fresh"))
+        ]
         return [str(len(found)), *found]
 
     text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"
