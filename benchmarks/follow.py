@@ -293,6 +293,15 @@ def summary(rows: list[dict[str, Any]]) -> str:
         ]
         adopted = sum(len(row["wrong"]) for row in still)
         text.append(f"Unchanged rigs: {len(alarms)} false alarms in {hours:.1f} h of flight, {adopted} adoptions.")
+    early = [
+        (row["changes"][0]["start"], [e for e in row["events"] if e["what"] == "alarm"])
+        for row in rows
+        if row["changes"]
+    ]
+    before = sum(event["time_s"] < start for start, alarms in early for event in alarms if "no longer" in event["why"])
+    flown_before = sum(start for start, _ in early) / 3600.0
+    if early:
+        text.append(f"Before the change: {before} alarms in {flown_before:.1f} h.")
     adoptions = [(row, one) for row in rows for one in row["wrong"] if np.isfinite(one[2]) and np.isfinite(one[3])]
     worse = [one for _, one in adoptions if one[3] > one[2]]
     text.append(f"Adoptions: {len(adoptions)}, wrong (worse over the next 60 s): {len(worse)}.")

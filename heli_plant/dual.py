@@ -65,6 +65,10 @@ class Dual:
     def __abs__(self) -> Dual:
         return -self if self.value < 0.0 else self
 
+    def __floor__(self) -> int:
+        """Give the floor of the value; it is flat wherever it has a slope."""
+        return math.floor(self.value)
+
     def __lt__(self, other: Dual | float) -> bool:
         return self.value < _dual(other).value
 

@@ -27,12 +27,19 @@ def written_log(folder):
 
 
 def described(folder):
-    """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number."""
+    """GUID, reference of the log's path or -1, and the references of inputs and outputs behind their number.
+
+    As in hosts/bare_host.py, inputs whose range is narrow keep their start values.
+    """
     root = ElementTree.parse(folder / "modelDescription.xml").getroot()
     variables = {v.get("name"): v for v in root.iter("ScalarVariable")}
 
     def listed(causality):
-        found = [v.get("valueReference") for v in variables.values() if v.get("causality") == causality]
+        found = [
+            v.get("valueReference")
+            for name, v in variables.items()
+            if v.get("causality") == causality and not name.startswith(("correction.", "measured.fresh"))
+        ]
         return [str(len(found)), *found]
 
     text = variables["log.path"].get("valueReference") if "log.path" in variables else "-1"

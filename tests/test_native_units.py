@@ -57,6 +57,28 @@ def test_the_identifier_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins
     assert run["different"] == 0, run
 
 
+def test_a_plant_that_follows_a_rig_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins):
+    """Observer, missing samples, corrections of parameters and of the rotors' thrust; random within these bounds."""
+    inputs = {
+        **VOLTAGES,
+        "measured.pitch": [-0.3, 0.3],
+        "measured.elevation": [-0.2, 0.2],
+        "measured.travel": [-0.2, 0.2],
+        "measured.fresh": [0.0, 1.0],
+        "observer.bandwidth": [0.0, 8.0],
+        "correction.pitch.gain": [-0.05, 0.05],
+        "correction.elevation.offset": [-0.1, 0.1],
+        "correction.effects.dry_friction.pitch": [0.0, 0.05],
+        "correction.effects.cable_stiffness.travel": [0.0, 0.1],
+        "correction.rotor.front": [-0.3, 0.0],
+    }
+    run = lockstep(
+        tmp_path, fmus["HelicopterPlant"], twins["HelicopterPlant"], parameters={"effects.input_delay.rotors": 0.03},
+        inputs=inputs, steps=3000, seed=6, longest=0.01, shortest=0.005,
+    )  # fmt: skip
+    assert run["different"] == 0, run
+
+
 @pytest.mark.parametrize(
     "parameters",
     [{}, {"travel.enabled": True, "reference.step_pitch": 0.2, "reference.step_time": 2.0, "voltage_limit": 3.0}],

@@ -78,7 +78,13 @@ def run(path, log, steps):
     checked(fmu.fmi2SetupExperiment(component, 0, double(0), double(0), 0, double(0)))
     checked(fmu.fmi2EnterInitializationMode(component))
     checked(fmu.fmi2ExitInitializationMode(component))
-    inputs = [int(v.get("valueReference")) for v in variables.values() if v.get("causality") == "input"]
+    # inputs whose range is narrow, or that say that a sample is there, keep their start values
+    kept = ("correction.", "excitation.", "score.", "fresh", "measured.fresh")
+    inputs = [
+        int(v.get("valueReference"))
+        for v in variables.values()
+        if v.get("causality") == "input" and not v.get("name").startswith(kept)
+    ]
     outputs = [
         int(v.get("valueReference"))
         for v in variables.values()

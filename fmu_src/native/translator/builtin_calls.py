@@ -63,7 +63,9 @@ def builtin(body: Body, node: ast.Call, function: Any) -> Expr | None:
 
 def _floor(body: Body, node: ast.Call) -> Expr:
     function = "floor" if body.names.get(getattr(node.func, "id", "")) is math.floor else "ceil"
-    x = as_type(body, unwrapped(body.value(node.args[0])), FLOAT)
+    x = unwrapped(body.value(node.args[0]))
+    # a step is flat wherever it has a slope
+    x = Expr(FLOAT, f"{x.text}.value") if x.type == DUAL else as_type(body, x, FLOAT)
     # an int of Python has no minus zero
     return Expr(INT, f"(int64_t){function}({x.text})", UNARY, as_float=f"({function}({x.text}) + 0.0)")
 

@@ -111,7 +111,7 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
 
 def parameters_of(values: tuple[float, ...], plan: FollowPlan) -> PlantParameters:
     """Return the plant's parameters with the ``values`` in use; the rotors' shares are not among them."""
-    return plan.settings.parameters._replace(**dict(zip(plan.fields, values, strict=False)))
+    return plan.settings.parameters._replace(**dict(zip(plan.fields, values[: len(plan.fields)], strict=True)))
 
 
 def limits(change: Change, value: float) -> tuple[float, float]:
