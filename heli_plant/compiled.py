@@ -113,7 +113,9 @@ def _jit(function, **options):
     if not Path(code.co_filename).is_file():  # numba keys its cache by a file; a composed function has none of its own
         code = code.replace(co_filename=str(sys.modules[function.__module__].__file__))
     twin = FunctionType(code, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
-    twin.__qualname__ = function.__qualname__
+    # numba names machine code by this and by a count of its own; two functions of one name that two processes have
+    # cached would be taken for each other by a third that loads both
+    twin.__qualname__ = f"{function.__qualname__}_{_digest(function)}"
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
@@ -142,9 +144,15 @@ def _ingredients(function) -> set[bytes]:
     return found
 
 
-def _cache_directory(function) -> Path:
-    """Folder of the disk cache, named by all ingredients and by the fields of a parameter set."""
+@cache
+def _digest(function) -> str:
+    """Name for all ingredients of a function and the fields of a parameter set."""
     digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
     for ingredient in sorted(_ingredients(function)):
         digest.update(hashlib.sha256(ingredient).digest())
-    return cache_folder() / f"numba-{digest.hexdigest()[:16]}"
+    return digest.hexdigest()[:16]
+
+
+def _cache_directory(function) -> Path:
+    """Folder of the disk cache, named by everything that the machine code depends on."""
+    return cache_folder() / f"numba-{_digest(function)}"

@@ -10,12 +10,13 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
-from heli_plant.compiled import PARAMETER_DTYPE, compiled, parameter_record
+from heli_plant.compiled import PARAMETER_DTYPE, compiled, compiled_for, parameter_record
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
 from heli_plant.laws import added_pitch, thrust_voltages
 from heli_plant.motor import lagged
 from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.plant import advance
 
 ALL_ON = TABLE_2._replace(**{e.field: 0.01 for e in CATALOGUE})
 
@@ -190,3 +191,12 @@ def test_without_a_home_code_is_kept_until_the_process_ends(tmp_path):
     assert done.stdout.split() == ["5.0", "0"]
     assert done.stderr == ""
     assert list(tmp_path.iterdir()) == []
+
+
+def test_two_versions_of_a_function_have_two_names_in_machine_code():
+    """Otherwise a process that loads both from the cache may run the one in place of the other."""
+    names = set()
+    for chosen in (0.0, 1.0):
+        made = compiled_for(advance, TABLE_2._replace(general_model=chosen))
+        names |= {made.py_func.__qualname__, made.py_func.__globals__["step"].py_func.__qualname__}
+    assert len(names) == 4

@@ -2,12 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from heli_identifier.errors import ConfigurationError
-
-if TYPE_CHECKING:
-    from fmu_src.master import Bands
 
 
 def variations(
@@ -58,8 +55,8 @@ def variations(
     return drawn
 
 
-def say_bands(bands: "Bands", json: bool, everything: bool) -> None:
-    """Print the nominal run's last values and the range of 95 % of the runs, the finer ones if wanted."""
+def say_bands(bands: Any, json: bool, everything: bool) -> None:
+    """Print last values of the nominal run and the range of 95 % of the runs: ``bands`` of the master."""
     import numpy as np
 
     from heli_identifier.workbench.commands.terminal import print_json, print_table, warn
