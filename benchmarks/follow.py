@@ -8,8 +8,7 @@
 Every seed is a rig (:mod:`benchmarks.follow_rigs`), in turn in closed and in open loop, and flies once for every kind
 of change, which comes between 35 and 50 s; the flight ends 90 s after it. The twin begins with values that err as
 those of a diagnosis do: gains, stiffnesses by 1 %, dampings by .01 1/s, the balance of torques in hover by .003
-rad/s^2. Kinds
-with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s.
+rad/s^2. Kinds with a stream at fault have the change of one gain as well. Unchanged rigs fly for 600 s.
 
 noticed: an alarm within 20 s (a slow change: before it is over). named: the first change put on trial is the true one.
 error: rms over the three axes of errors 1 s ahead, from 60 to 90 s after the (last) change. told: the same of a twin
