@@ -34,11 +34,15 @@ _LEAD = 6.0
 """A flight begins this much before its record does [s]."""
 
 _HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
-_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.25
+_OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.35
 """Standard deviation of the voltages' sum and difference in open loop [V]."""
 
 _LINES = np.array([0.05, 0.08, 0.12, 0.17, 0.26, 0.4, 0.6, 0.9, 1.4])
 """Frequencies in open loop, before they are spread at random [Hz]."""
+
+_APART = np.array([0.05, 0.08, 0.26, 0.4, 0.6, 0.9, 1.4])
+"""The same for the difference of the voltages: none near .13 Hz, where the pitch has a resonance 13 times the static
+gain, and the rig would turn over."""
 
 
 @dataclass(frozen=True)
@@ -174,8 +178,8 @@ def fly(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng:
     if not closed:
         base = stages[0].coefficients
         trim = base.a_th * math.sin(0.0 - base.theta0) / base.k_x
-        total = rig.hover[1] * 0.6 + _multisine(n, _OPEN_SUM, rng)
-        apart = trim + _multisine(n, _OPEN_DIFFERENCE, rng)
+        total = rig.hover[1] * 0.6 + _multisine(n, _LINES, _OPEN_SUM, rng)
+        apart = trim + _multisine(n, _APART, _OPEN_DIFFERENCE, rng)
         voltages = np.clip(np.column_stack([total + apart, total - apart]) / 2, -V_MAX, V_MAX).round(5)
         at[1] = (base.k_z * rig.hover[1] * 0.6 - base.a_1) / base.a_e
     at[:2] += rng.uniform(-0.03, 0.03, 2)
@@ -189,9 +193,9 @@ def fly(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng:
     return Flight(stages, closed, np.column_stack([voltages, read])[lead:])
 
 
-def _multisine(n: int, std: float, rng: np.random.Generator) -> np.ndarray:
-    """Return a random-phase multisine of ``n`` samples with the standard deviation ``std``."""
-    lines = _LINES * rng.uniform(0.85, 1.15, len(_LINES))
+def _multisine(n: int, around: np.ndarray, std: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a random-phase multisine of ``n`` samples with lines ``around`` these [Hz] and a standard deviation."""
+    lines = around * rng.uniform(0.85, 1.15, len(around))
     phases = rng.uniform(0, 2 * np.pi, len(lines))
     t = np.arange(n) / RATE
     return std * math.sqrt(2 / len(lines)) * np.sin(2 * np.pi * lines[:, None] * t + phases[:, None]).sum(axis=0)
