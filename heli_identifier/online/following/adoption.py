@@ -15,17 +15,12 @@ Then its size is estimated anew from everything since the change and ramped in. 
 soon as they predict better with t > 3, they are taken again.
 """
 
-from math import inf
-
-from .blocks import PROVED, Block, Colour, coloured, kappa, shifted
-from .changes import ROTORS
+from .blocks import Block, kappa, shifted
 from .detection import (
     AT_ZERO,
     NOTHING,
     Direction,
     Finding,
-    began,
-    directions,
     longest_run,
     measured,
     paged,
@@ -49,7 +44,20 @@ from .events import (
     WORSE_ALONE,
     Event,
 )
-from .plan import FollowPlan, limits, parameters_of
+from .naming import (
+    SWINGING,
+    axes_of,
+    bounds_of,
+    changed,
+    compass_of,
+    event_of,
+    findings,
+    proved_colours,
+    seen_by,
+    shares_of,
+    value_of,
+)
+from .plan import FollowPlan, parameters_of
 from .state import ALARMED, FOLLOWING, ON_TRIAL, STARTING, SUSPENDED, WATCHED, CorrectorState, Told
 
 KEPT = 90
@@ -62,9 +70,6 @@ _PATIENCE = 15
 """Blocks after an alarm in which the lead is waited for."""
 
 _LEAST_Z = 4.0
-
-SWINGING, _LEAST_BLOCKS = 2, 5
-"""Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
 _SURELY = 0.5
 """t of the fall of squared errors on trial: the likelihood has shown the change, the trial is to show that it helps."""
@@ -94,10 +99,12 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
         return state, []
     if state.mode == SUSPENDED:
         return state, []
-    compass = _compass(state, plan)
-    state = _scored(state._replace(colours=_coloured(state, compass)), told)
+    compass = compass_of(state, plan)
+    state = _scored(state._replace(colours=proved_colours(state, compass)), told)
     newest = (
-        _seen(state.blocks[-1:], compass, _shares(state.colours))[0] if state.blocks else ((0.0, 0.0),) * len(compass)
+        seen_by(state.blocks[-1:], compass, shares_of(state.colours))[0]
+        if state.blocks
+        else ((0.0, 0.0),) * len(compass)
     )
     if state.mode in (FOLLOWING, WATCHED):
         state = state._replace(pages=paged(state.pages, newest, plan.sizes))
@@ -110,136 +117,12 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     return _adopted(state, compass, time, plan)
 
 
-def _compass(state: CorrectorState, plan: FollowPlan) -> tuple[Direction, ...]:
-    """Return the direction of every change from the values that will be in use."""
-    end, at = state.values.end, plan.fields
-    gains = end[at.index("k_x")], end[at.index("k_z")], end[at.index("k_y")]
-    return directions(plan.changes, gains, plan.columns, plan.times_gain)
-
-
-def _coloured(state: CorrectorState, compass: tuple[Direction, ...]) -> tuple[Colour, ...]:
-    """Return the colours with the block that has become old enough without an alarm."""
-    at = len(state.blocks) - 1 - PROVED
-    if at < 2 or state.mode != FOLLOWING:
-        return state.colours
-    result = []
-    for number in range(len(compass)):
-        u, information = projected(state.blocks[at], compass[number])
-        u_1, _ = projected(state.blocks[at - 1], compass[number])
-        u_2, _ = projected(state.blocks[at - 2], compass[number])
-        result.append(coloured(state.colours[number], u, u_1, u_2, information))
-    return tuple(result)
-
-
-def _shares(colours: tuple[Colour, ...]) -> list[float]:
-    """Return 1/kappa of every change, for a test of each."""
-    return [1.0 / kappa(colour) for colour in colours]
-
-
-def _common_shares(colours: tuple[Colour, ...]) -> list[float]:
-    """Return one over the mean kappa for every change: changes are compared with each other by the same measure."""
-    total = 0.0
-    for colour in colours:
-        total += kappa(colour)
-    return [len(colours) / total] * len(colours)
-
-
-def _seen(
-    blocks: tuple[Block, ...], compass: tuple[Direction, ...], shares: list[float]
-) -> tuple[tuple[tuple[float, float], ...], ...]:
-    """Return for each block D^T b and D^T R D of every change, both times its share."""
-    result = []
-    for block in blocks:
-        row = []
-        for number in range(len(compass)):
-            response, information = projected(block, compass[number])
-            row.append((shares[number] * response, shares[number] * information))
-        result.append(tuple(row))
-    return tuple(result)
-
-
 def _scored(state: CorrectorState, told: Told) -> CorrectorState:
     """Count for how long each watched effect's score has been beyond its threshold."""
     if not told.scores:
         return state
     counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, told.scores, strict=True)]
     return state._replace(scored=tuple(counts))
-
-
-def value_of(number: int, values: tuple[float, ...], plan: FollowPlan) -> float:
-    """Return the value that the change ``number`` changes; a rotor's share, of both the front one's."""
-    place = plan.places[number]
-    if place >= 0:
-        return values[place]
-    return values[-1] if plan.changes[number].name.endswith("rear") else values[-2]
-
-
-def changed(number: int, size: float, values: tuple[float, ...], plan: FollowPlan) -> tuple[float, ...]:
-    """Return ``values`` with the change ``number`` of ``size``."""
-    place = plan.places[number]
-    after = list(values)
-    if place >= 0:
-        after[place] += size
-        return tuple(after)
-    name = plan.changes[number].name
-    if not name.endswith("rear"):
-        after[-2] *= 1.0 + size
-    if not name.endswith("front"):
-        after[-1] *= 1.0 + size
-    return tuple(after)
-
-
-def _bounds(number: int, state: CorrectorState, plan: FollowPlan) -> tuple[float, float]:
-    """Return the smallest and largest size that is physically possible; sizes of rotors are shares of their thrust."""
-    value = value_of(number, state.values.end, plan)
-    least, most = limits(plan.changes[number], value)
-    return (least / value, most / value) if plan.places[number] < 0 else (least, most)
-
-
-def findings(
-    state: CorrectorState, compass: tuple[Direction, ...], longest: int, plan: FollowPlan
-) -> tuple[list[Finding], bool]:
-    """Return every possible change with its size, the likeliest first, and whether it has been measured.
-
-    It began at most ``longest`` blocks ago. Until enough blocks have passed since, the sizes are those since it began,
-    and not to be used.
-    """
-    seen = _seen(state.blocks, compass, _common_shares(state.colours))
-    found: list[Finding] = []
-    for number in range(len(plan.changes)):
-        least, most = _bounds(number, state, plan)
-        found.append(began(seen, number, longest, plan.sizes[number], least, most))
-    found.sort(key=_evidence, reverse=True)
-    count = found[0].blocks - SWINGING
-    if found[0].change < 0 or count < _LEAST_BLOCKS:
-        return [one for one in found if one.change >= 0], False
-    again: list[Finding] = []
-    for number in range(len(plan.changes)):
-        least, most = _bounds(number, state, plan)
-        again.append(measured(seen, number, count, plan.sizes[number], least, most))
-    again.sort(key=_evidence, reverse=True)
-    return [one for one in again if one.change >= 0], True
-
-
-def _evidence(finding: Finding) -> float:
-    return finding.evidence if finding.change >= 0 else -inf
-
-
-def _event(state: CorrectorState, what: int, why: int, finding: Finding, time: float, plan: FollowPlan) -> Event:
-    if finding.change < 0:
-        return Event(time, what, -1, 0.0, 0.0, why, -1, time)
-    value = value_of(finding.change, changed(finding.change, finding.size, state.values.end, plan), plan)
-    error = finding.standard_error
-    if plan.places[finding.change] < 0:
-        error *= value_of(finding.change, state.values.end, plan)
-    since = (
-        time
-        - (finding.blocks + (SWINGING if what != ALARM or why != PASSED else 0))
-        * plan.block
-        * plan.coarse
-        * plan.settings.sample_time
-    )
-    return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
 
 
 def _following(
@@ -256,16 +139,16 @@ def _following(
         found, _ = findings(state, compass, run + SWINGING, plan)
         first = found[0] if found else NOTHING
         state = state._replace(mode=ALARMED, since=state.samples, finding=first, run=run)
-        return state, [_event(state, ALARM, PASSED, first, time, plan)]
+        return state, [event_of(state, ALARM, PASSED, first, time, plan)]
     for slot in range(len(state.scored)):
         if state.scored[slot] >= _SCORE_TIME:
             number = len(plan.changes) - len(state.scored) + slot
-            seen = _seen(state.blocks, compass, _shares(state.colours))
-            least, most = _bounds(number, state, plan)
+            seen = seen_by(state.blocks, compass, shares_of(state.colours))
+            least, most = bounds_of(number, state, plan)
             one = measured(seen, number, len(seen), plan.sizes[number], least, most)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
                 state = state._replace(scored=(0,) * len(state.scored), finding=one)
-                events = [_event(state, ALARM, SCORED, one, time, plan)]
+                events = [event_of(state, ALARM, SCORED, one, time, plan)]
                 state, more = _put_on_trial(state, one, time, plan)
                 return state, events + more
     return state, []
@@ -281,19 +164,19 @@ def _alarmed(
     late = state.samples - state.since >= _PATIENCE * block
     if not found:
         if late:
-            return _rested(state), [_event(state, HELD, UNDETERMINED, NOTHING, time, plan)]
+            return _rested(state), [event_of(state, HELD, UNDETERMINED, NOTHING, time, plan)]
         return state, []
     first = found[0]
     lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
     state = state._replace(finding=first)
-    moving = min([told.excitation[axis] for axis in _axes(first.change, plan)]) > 0.0
+    moving = min([told.excitation[axis] for axis in axes_of(first.change, plan)]) > 0.0
     enough = ready and moving and abs(first.z) >= _LEAST_Z and first.standard_error <= plan.sizes[first.change]
     if enough and (lead >= _LEAD or late):
-        events = [_event(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
+        events = [event_of(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
         state, more = _put_on_trial(state, first, time, plan)
         return state, events + more
     if late:
-        return _rested(state), [_event(state, HELD, UNDETERMINED, first, time, plan)]
+        return _rested(state), [event_of(state, HELD, UNDETERMINED, first, time, plan)]
     return state, []
 
 
@@ -302,7 +185,7 @@ def _put_on_trial(
 ) -> tuple[CorrectorState, list[Event]]:
     """Start a rival twin with the change; without corrections, hold."""
     if not plan.settings.correcting:
-        return _rested(state), [_event(state, HELD, OFF, finding, time, plan)]
+        return _rested(state), [event_of(state, HELD, OFF, finding, time, plan)]
     rival = changed(finding.change, finding.size, state.values.end, plan)
     values = state.values._replace(rival=rival, rival_parameters=parameters_of(rival, plan))
     twins = state.twins._replace(copies_rival=(), against=(), rival=())
@@ -321,12 +204,6 @@ def _rested(state: CorrectorState) -> CorrectorState:
     )
 
 
-def _axes(number: int, plan: FollowPlan) -> tuple[int, ...]:
-    """Return the axes on which a change acts."""
-    axis = plan.changes[number].axis
-    return (0, 1, 2) if axis == ROTORS else (axis,)
-
-
 def _on_trial(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
@@ -334,12 +211,12 @@ def _on_trial(
     if len(state.twins.rival) < plan.window:
         return state, []
     number = state.finding.change
-    axes = _axes(number, plan)
+    axes = axes_of(number, plan)
     difference, t = compared(state.twins.rival, state.twins.against, axes)
     latest = _again(state, compass, number, state.finding, time, plan)
     if difference >= 0.0 or t > -_SURELY:
-        return _rested(state), [_event(state, HELD, NOT_BETTER, latest, time, plan)]
-    event = _event(state, ADOPTED, BETTER, latest, time, plan)
+        return _rested(state), [event_of(state, HELD, NOT_BETTER, latest, time, plan)]
+    event = event_of(state, ADOPTED, BETTER, latest, time, plan)
     return _taken(state, compass, latest, event, plan), [event]
 
 
@@ -361,7 +238,7 @@ def _again(
         information += r
     if information <= 0.0:
         return finding
-    least, most = _bounds(number, state, plan)
+    least, most = bounds_of(number, state, plan)
     size = min(max(response / information, least), most)
     error = (kappa(state.colours[number]) / information) ** 0.5
     return Finding(number, count, size, error, finding.evidence, size / error)
@@ -415,7 +292,7 @@ def _adopted(
 ) -> tuple[CorrectorState, list[Event]]:
     """Watch what was adopted: take it back if the values before predict better, refine it when the watch is over."""
     number = state.finding.change
-    axes = _axes(number, plan)
+    axes = axes_of(number, plan)
     count = len(state.twins.rival)
     if count >= plan.window:
         mean, t = compared(state.twins.rival, state.twins.against, axes)
@@ -423,8 +300,8 @@ def _adopted(
             return _back(state, state.values.rival, WORSE, time, plan)
     if count < _WATCH_WINDOWS * plan.window:
         return state, []
-    least, most = _bounds(number, state, plan)
-    seen = _seen(state.blocks, compass, _shares(state.colours))
+    least, most = bounds_of(number, state, plan)
+    seen = seen_by(state.blocks, compass, shares_of(state.colours))
     left = measured(seen, number, len(seen), plan.sizes[number], least, most)
     state = _rested(state)._replace(pages=state.pages)
     if left.change >= 0 and abs(left.z) >= _REFINING:
