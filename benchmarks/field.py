@@ -2,7 +2,7 @@
 
 Usage: python -m benchmarks.field [--groups clean,...] [--limit RIGS] [--workers N]. Each half of a rig's logs is
 diagnosed by itself. Printed are the halves with something false shown, and per group the counts. False is an effect
-that the rig does not have, and an unknown torque on a rig that has only effects of the catalogue. What counts as
+of whose family the rig has none, and an unknown torque on a rig that has only effects of the catalogue. What counts as
 detectable, covered and within 1.1 of the true structure is in :mod:`benchmarks.field_measures`.
 """
 
@@ -57,7 +57,7 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
     false = [
         f"{effect.name} {effect.axis} (score {effect.score:.1f})"
         for effect in found.effects
-        if (effect.name, effect.axis) not in true and not (effect.name == "unknown" and unknown_expected)
+        if _family(effect.name, effect.axis) not in true_families and not (effect.name == "unknown" and unknown_expected)
     ]
     measures = measured(rig, found)
     return Outcome(
