@@ -57,7 +57,8 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
     false = [
         f"{effect.name} {effect.axis} (score {effect.score:.1f})"
         for effect in found.effects
-        if _family(effect.name, effect.axis) not in true_families and not (effect.name == "unknown" and unknown_expected)
+        if _family(effect.name, effect.axis) not in true_families
+        and not (effect.name == "unknown" and unknown_expected)
     ]
     measures = measured(rig, found)
     return Outcome(
