@@ -26,7 +26,7 @@ MODULES = {
     "native": "benchmarks.native",
     "runs": "benchmarks.native_runs",
     "soak": "benchmarks.soak",
-    "numbers": "benchmarks.numbers",
+    "numbers": "benchmarks.references",
 }
 """Module of each section; its function ``section`` measures and gives the text."""
 
