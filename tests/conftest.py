@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -24,6 +25,14 @@ def pytest_configure(config):
     settings.register_profile("patient", deadline=None)
     settings.load_profile("patient")
     config.addinivalue_line("markers", "slow: a test of some seconds, a Monte Carlo or a whole search; -m 'not slow'")
+
+
+@pytest.fixture
+def interruptible():
+    """Let commands hear SIGINT: they inherit that it is ignored where the tests themselves run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.fixture(scope="session")

@@ -260,14 +260,6 @@ def test_the_help_lists_every_scenario(command):
     assert all(name in said for name in SCENARIOS)
 
 
-@pytest.fixture
-def interruptible():
-    """Let commands hear SIGINT: they inherit that it is ignored where the tests themselves run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked):

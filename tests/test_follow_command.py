@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+from contextlib import ExitStack
 from io import StringIO
 from threading import Thread
 from time import monotonic, sleep
@@ -317,14 +318,22 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed():
 # --- the commands ----------------------------------------------------------------------------------------------------
 
 
-def started(folder, *words):
-    """A process of ``heli follow --listen`` on a free port, and the port."""
-    process = subprocess.Popen(
-        [*MAIN, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
-        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    line = process.stderr.readline()
-    return process, int(line.rpartition(":")[2])
+@pytest.fixture
+def started(interruptible, tmp_path):
+    """Start ``heli follow --listen`` on a free port; returns the process and the port. No process is left."""
+    with ExitStack() as processes:
+
+        def start(*words):
+            process = subprocess.Popen(
+                [*MAIN, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
+                cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            )  # fmt: skip
+            processes.enter_context(process)
+            processes.callback(process.kill)
+            line = process.stderr.readline()
+            return process, int(line.rpartition(":")[2])
+
+        yield start
 
 
 def waited_for(path, rows):
@@ -335,9 +344,9 @@ def waited_for(path, rows):
         sleep(0.02)
 
 
-def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path):
+def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, started):
     parameters = flight / "parameters.json"
-    process, port = started(tmp_path, "-p", parameters, "-o", "out")
+    process, port = started("-p", parameters, "-o", "out")
     sent = subprocess.run(
         [*MAIN, "stream", str(flight / "log.csv"), "--to", f"127.0.0.1:{port}", "--speed", "12"],
         capture_output=True, text=True, check=False,
@@ -359,8 +368,8 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     assert "too short for a diagnosis" in said and "1201 samples" in out
 
 
-def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path):
-    process, port = started(tmp_path, "-p", flight / "parameters.json", "-o", "out")
+def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path, started):
+    process, port = started("-p", flight / "parameters.json", "-o", "out")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(300):
             rig.sendto(datagram(k), ("127.0.0.1", port))
@@ -373,8 +382,8 @@ def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path):
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 
-def test_sigterm_ends_it_at_once_with_the_files_complete(flight, tmp_path):
-    process, port = started(tmp_path, "-p", flight / "parameters.json", "-o", "out")
+def test_sigterm_ends_it_at_once_with_the_files_complete(flight, tmp_path, started):
+    process, port = started("-p", flight / "parameters.json", "-o", "out")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(100):
             rig.sendto(datagram(k), ("127.0.0.1", port))
