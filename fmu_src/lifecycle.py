@@ -85,8 +85,12 @@ class Lifecycle:
         self._outdated = False
 
     def _initial_conditions(self) -> list[Any]:
-        """Start time and all parameters: all that ``initialise`` depends on."""
-        return [self.start_time, *self.table.parameters()]
+        """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again.
+
+        Tunable parameters and inputs are read in every step. A state may hold some that do not fit together: it is
+        restored all the same, and the next step is refused until they do.
+        """
+        return [self.start_time, *self.table.fixed_parameters()]
 
     # State
 

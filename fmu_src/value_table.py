@@ -78,12 +78,12 @@ class ValueTable:
             self.refused[reference] = problem
         return problem
 
-    def parameters(self) -> list[Value]:
-        """Return the value of every parameter, in order."""
+    def fixed_parameters(self) -> list[Value]:
+        """Return the value of every parameter that is fixed once the initialisation has ended, in order."""
         return [
             value
             for value, variable in zip(self.values, self.variables, strict=True)
-            if variable.causality == "parameter"
+            if variable.causality == "parameter" and variable.variability == "fixed"
         ]
 
 

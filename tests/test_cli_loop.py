@@ -208,11 +208,11 @@ def test_identify_says_what_every_symbol_means(tmp_path):
     assert all(meaning(name) in rows[name] for name in NAMES)
 
 
-def test_build_makes_all_five_units_and_lists_them(tmp_path):
+def test_build_makes_all_seven_units_and_lists_them(tmp_path):
     said = run("build", "--output", tmp_path, "--json")
     assert said.exit_code == 0
     files = json.loads(said.stdout)
-    assert len(files) == 5
+    assert len(files) == 7
     assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
 
 

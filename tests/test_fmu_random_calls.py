@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -22,13 +23,24 @@ PARAMETERS = {
     "PidController": {"travel.enabled": True},
     "Exciter": {"excitation.experiment": 3},
     "LogPlayer": {"log.path": "log.csv"},
+    "RigLink": {},
+    "Corrector": {"keeping.bandwidth": 6.6},
 }
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
 
 
 @pytest.mark.parametrize("unit", UNITS)
 def test_what_a_unit_refuses_among_random_calls_has_no_effect(tmp_path, fmus, unit):
     good(tmp_path)
-    order = {"parameters": PARAMETERS[unit], "runs": 60, "calls": 80, "seed": 16}
+    parameters = PARAMETERS[unit]
+    if unit == "RigLink":
+        parameters = {"link.port": free_port()}  # a given one: with 0 every instance shows another
+    order = {"parameters": parameters, "runs": 60, "calls": 80, "seed": 16}
     (tmp_path / "order.json").write_text(json.dumps(order))
     done = subprocess.run(
         [sys.executable, str(HOSTS / "random_calls.py"), str(fmus[unit]), "order.json"],

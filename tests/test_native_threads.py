@@ -20,7 +20,12 @@ def test_instances_in_threads_show_what_they_show_alone(tmp_path, unit):
     path = build_native(unit, tmp_path)
     description, folder = fmpy.read_model_description(path), fmpy.extract(path)
     listed = {
-        causality: [v.valueReference for v in description.modelVariables if v.causality == causality]
+        causality: [
+            v.valueReference
+            for v in description.modelVariables
+            # corrections of .3 would take parameters out of their ranges
+            if v.causality == causality and not v.name.startswith("correction.")
+        ]
         for causality in ("input", "output")
     }
 

@@ -21,13 +21,12 @@ void plant_publish(const Model *model, Unit *unit)
 static double corrected(Unit *unit, int reference, double value, double correction)
 {
     const Variable *variable = &VARIABLES[reference];
-    if (correction == 0.0)
-        return value;
-    if (!(variable->minimum <= value + correction && value + correction <= variable->maximum))
+    const double sum = value + correction;
+    if (!(variable->minimum <= sum && sum <= variable->maximum))
         refuse(
-            unit->space, "%s = %.17g with its correction must lie in [%g, %g] %s", variable->name, value + correction,
-            variable->minimum, variable->maximum, variable->physical_unit);
-    return value + correction;
+            unit->space, "%s = %s %s must lie in [%.6g, %.6g] %s", variable->name, shortest(unit->space, sum),
+            variable->physical_unit, variable->minimum, variable->maximum, variable->physical_unit);
+    return sum;
 }
 
 /* Read the parameters, which are tunable, and their corrections; return the rotors' shares of thrust with them. */
@@ -37,25 +36,29 @@ static Correction take_parameters(Model *model, Unit *unit)
     Correction c;
     set_PlantParameters(p, unit->values);
     set_Correction(&c, unit->values);
-    p->k_x = corrected(unit, REF_pitch_gain, p->k_x, c.k_x);
-    p->k_z = corrected(unit, REF_elevation_gain, p->k_z, c.k_z);
-    p->k_y = corrected(unit, REF_travel_gain, p->k_y, c.k_y);
-    p->a_1 = corrected(unit, REF_elevation_offset, p->a_1, c.a_1);
-    p->a_wx = corrected(unit, REF_pitch_damping, p->a_wx, c.a_wx);
-    p->a_wz = corrected(unit, REF_elevation_damping, p->a_wz, c.a_wz);
-    p->a_wy = corrected(unit, REF_travel_damping, p->a_wy, c.a_wy);
-    p->dry_friction_pitch =
-        corrected(unit, REF_effects_dry_friction_pitch, p->dry_friction_pitch, c.dry_friction_pitch);
-    p->dry_friction_elevation =
-        corrected(unit, REF_effects_dry_friction_elevation, p->dry_friction_elevation, c.dry_friction_elevation);
-    p->dry_friction_travel =
-        corrected(unit, REF_effects_dry_friction_travel, p->dry_friction_travel, c.dry_friction_travel);
-    p->constant_torque_pitch =
-        corrected(unit, REF_effects_constant_torque_pitch, p->constant_torque_pitch, c.constant_torque_pitch);
-    p->constant_torque_travel =
-        corrected(unit, REF_effects_constant_torque_travel, p->constant_torque_travel, c.constant_torque_travel);
-    p->cable_stiffness_travel =
-        corrected(unit, REF_effects_cable_stiffness_travel, p->cable_stiffness_travel, c.cable_stiffness_travel);
+    const struct {
+        int reference;
+        double *value;
+        double correction;
+    } all[] = {
+        {REF_pitch_damping, &p->a_wx, c.a_wx},
+        {REF_pitch_gain, &p->k_x, c.k_x},
+        {REF_elevation_damping, &p->a_wz, c.a_wz},
+        {REF_elevation_offset, &p->a_1, c.a_1},
+        {REF_elevation_gain, &p->k_z, c.k_z},
+        {REF_travel_damping, &p->a_wy, c.a_wy},
+        {REF_travel_gain, &p->k_y, c.k_y},
+        {REF_effects_dry_friction_pitch, &p->dry_friction_pitch, c.dry_friction_pitch},
+        {REF_effects_dry_friction_elevation, &p->dry_friction_elevation, c.dry_friction_elevation},
+        {REF_effects_dry_friction_travel, &p->dry_friction_travel, c.dry_friction_travel},
+        {REF_effects_constant_torque_pitch, &p->constant_torque_pitch, c.constant_torque_pitch},
+        {REF_effects_constant_torque_travel, &p->constant_torque_travel, c.constant_torque_travel},
+        {REF_effects_cable_stiffness_travel, &p->cable_stiffness_travel, c.cable_stiffness_travel},
+    }; /* in the order of the parameters: of several that are out of range the first one is named */
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
+        if (all[i].correction != 0.0)
+            *all[i].value = corrected(unit, all[i].reference, *all[i].value, all[i].correction);
+    }
     if (laws_motor_time_constant(p) < 0.0)
         refuse(
             unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",

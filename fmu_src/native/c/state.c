@@ -106,7 +106,9 @@ static bool take_values(Unit *unit, const Saved *saved)
     unit->refused_count = 0;
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         const bool fixed = VARIABLES[i].causality == PARAMETER && !VARIABLES[i].tunable;
-        other |= fixed && unit->values[i].real != saved->values[i].real;
+        const bool settable = VARIABLES[i].causality == INPUT || VARIABLES[i].causality == PARAMETER;
+        const bool kept = settable && !exchange_lets_change(unit, (uint32_t)i);
+        other |= (fixed || kept) && unit->values[i].real != saved->values[i].real;
         if (VARIABLES[i].kind == STRING && strcmp(unit->values[i].text, saved->values[i].text) != 0) {
             char *copy = unit_copied(saved->values[i].text);
             if (!copy)
