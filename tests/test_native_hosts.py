@@ -136,9 +136,9 @@ CLOSE = {
     "LogPlayer": 0.0,
 }
 """Largest difference under Wine, as a share of the largest value: sine and exponential there are another library's and
-may differ in the last bit (2e-16). The controller damps that; the identifier divides by its
-excitation. The plant's observer has the gain l_3, a sum of terms near 1 that leaves (omega_o h)^3, over h^2 = 1e-4 s^2: an
-error of 4e-16 in the sum is 4e-12 rad/s^2 per radian of innovation."""
+may differ in the last bit (2e-16). The controller damps that; the identifier divides by its excitation. The plant's
+observer has the gain l_3, a sum of terms near 1 that leaves (omega_o h)^3, over h^2 = 1e-4 s^2: an error of 4e-16 in
+the sum is 4e-12 rad/s^2 per radian of innovation."""
 
 
 @pytest.mark.parametrize("unit", NATIVE_UNITS)
