@@ -4,12 +4,14 @@ Exit code 1 is left to commands that give it as an answer. A command that is ask
 leaves no files and no processes behind.
 """
 
+import os
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
+from multiprocessing import parent_process
 from threading import current_thread, main_thread
 from typing import NoReturn, ParamSpec, TypeVar
 
@@ -102,6 +104,9 @@ def bound_to_parent() -> None:
     from fmu_src.master import die_with_parent
 
     die_with_parent()
+    parent = parent_process()
+    if parent is not None and not parent.is_alive():  # it ended before that was arranged
+        os._exit(0)
 
 
 def fail(sentence: str) -> typer.Exit:
