@@ -5,6 +5,7 @@ import pytest
 from tests.faults.page import FAULTS, PAGE, _cell, tried
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(("section", "fault"), FAULTS, ids=[f"{section}: {fault.what}" for section, fault in FAULTS])
 def test_a_fault_gets_one_sentence_and_its_exit_code_and_leaves_nothing_behind(tmp_path, section, fault):
     answer = tried(fault, tmp_path)

@@ -168,9 +168,15 @@ PLACES = (
     ),
 )
 
-WAIT = 'while [ -z "$(ls -A $TMPDIR)" ]; do sleep .05; done; sleep .3'
+# a loop that waits for a sign of the run ends with the run, too
+WAIT = 'while [ -z "$(ls -A $TMPDIR)" ] && kill -0 $p; do sleep .05; done; sleep .3'
 LONG = "heli simulate closed_loop -d 100000 >/dev/null 2>&1 & p=$!"
-END = "code=$?; sleep .3; echo exit $code, $(pgrep -f 'master.process '$TMPDIR | wc -l) running"
+MASTERS = "pgrep -f 'master.process '$TMPDIR"
+# of this session; the brackets keep the script itself from being found
+WORKERS = "pgrep -s $$ -f [m]ultiprocessing"
+# on a loaded machine a process that has been told to end may need seconds to be gone
+GONE = "for _ in {1..50}; do %s >/dev/null || break; sleep .1; done"
+END = f"code=$?; {GONE % MASTERS}; echo exit $code, $({MASTERS} | wc -l) running"
 
 
 def ended(name, code):
@@ -191,7 +197,7 @@ SIGNALS = (
     Fault(
         "SIGKILL in the middle of a simulation: what the next run finds",
         nothing,
-        f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {SIMULATE} >/dev/null; echo $(pgrep -f 'master.process '$TMPDIR | wc -l) running, $(ls -A $TMPDIR | wc -l) left",
+        f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left",
         "0 running, 0 left",
         0,
         shell=True,
@@ -200,9 +206,11 @@ SIGNALS = (
         Fault(
             f"SIG{name} in the middle of the demonstration",
             nothing,
-            f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; sleep 6; kill -{name} $p; wait $p 2>/dev/null; code=$?; "
-            f"sleep 1; {'heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
-            "echo exit $code, $(pgrep -f multiprocessing.*parent_pid=$p | wc -l) running, "
+            # its workers run in its middle; where there is one core only there are none to wait for
+            f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; "
+            f"for _ in {{1..120}}; do {WORKERS} >/dev/null && break; sleep .05; done; sleep 1; "
+            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % WORKERS}; {'heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
+            f"echo exit $code, $({WORKERS} | wc -l) running, "
             "$(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
             f"exit {code}, 0 running, 0 left",
             0,

@@ -1,5 +1,6 @@
 """docs/reliability.md: every fault that is tried, and what the software says to it."""
 
+import signal
 import tempfile
 from pathlib import Path
 
@@ -42,6 +43,7 @@ def tables(answers: dict[tuple[str, str], Answer]) -> str:
 
 def main() -> None:
     """Try every fault and write the page."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # it is ignored, also by children, in the background
     answers = {}
     for section, fault in FAULTS:
         with tempfile.TemporaryDirectory() as folder:
