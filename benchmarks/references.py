@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from math import exp
 
 import control
-import mpmath
 import numpy as np
 import scipy.optimize
 import scipy.signal
@@ -64,6 +63,8 @@ def recursive(phi: Array, y: Array, alpha: float, gain: float) -> tuple[Array, A
 def exact(phi: Array, y: Array, alpha: float, gain: float) -> tuple[Array, Array]:
     """Return the same from the normal equations with 60 digits; Omega(0) = 0."""
     count, n = phi.shape
+    import mpmath  # late: an extra of the benchmarks
+
     with mpmath.workdps(DIGITS):
         beta = mpmath.exp(-mpmath.mpf(alpha) * mpmath.mpf(H))
         w = (1 - beta) / mpmath.mpf(alpha) if alpha else mpmath.mpf(H)
