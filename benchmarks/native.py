@@ -21,6 +21,7 @@ from benchmarks.fmpy_masters import STEP
 from benchmarks.machine import measured_at
 from benchmarks.master_speed import GIVEN
 from benchmarks.tables import Bar, bar_table, figure, table
+from tests.c_hosts import described
 
 ROUNDS = 5
 LONG, SHORT = 100_000, 2_000
@@ -131,23 +132,15 @@ def _seconds(kind: str, case: str, order: Path, steps: int) -> float:
 
 def _in_c_host(folder: Path, unit: str) -> tuple[float, float]:
     """Return what a C host with two instances of a native unit needs: first instance [ms], peak memory [MB]."""
-    from xml.etree import ElementTree
-
     compiler = shutil.which("gcc")
     if compiler is None:
         return float("nan"), float("nan")
     program, opened = folder / "host", folder / "opened"
     subprocess.run([compiler, "-std=gnu11", "-O1", str(HOST), "-o", str(program), "-ldl", "-lm"], check=True)
     shutil.unpack_archive(folder / "native" / f"{unit}.fmu", opened, "zip")
-    root = ElementTree.parse(opened / "modelDescription.xml").getroot()
-
-    def listed(causality: str) -> list[str]:
-        found = [v.get("valueReference", "") for v in root.iter("ScalarVariable") if v.get("causality") == causality]
-        return [str(len(found)), *found]
-
+    guid, _, references = described(opened)
     done = subprocess.run(
-        [str(program), str(opened / f"binaries/linux64/{unit}.so"), root.get("guid", ""), "2000", "-1", "",
-         *listed("input"), *listed("output")],
+        [str(program), str(opened / f"binaries/linux64/{unit}.so"), guid, "2000", "-1", "", *references],
         check=True, capture_output=True, text=True,
     )  # fmt: skip
     said = {line.split()[0]: line.split()[2] for line in done.stderr.splitlines() if line[:4] in ("firs", "peak")}
