@@ -29,36 +29,14 @@ def model_description(
     root = described(unit, "2.0", {"guid": guid}, tool)
     if extra:
         root.set("numberOfEventIndicators", "0")
-        _add_sources(
-            SubElement(
-                root,
-                "ModelExchange",
-                modelIdentifier=unit.__name__,
-                needsExecutionTool="false",
-                completedIntegratorStepNotNeeded="true",
-                canBeInstantiatedOnlyOncePerProcess="false",
-                canNotUseMemoryManagementFunctions="true",
-                canGetAndSetFMUstate="true",
-                canSerializeFMUstate="true",
-                providesDirectionalDerivative="true",
-            ),
-            sources,
-        )
-    interface = SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=unit.__name__,
-        needsExecutionTool="false",
-        canHandleVariableCommunicationStepSize="true",
-        canInterpolateInputs="false",
-        canRunAsynchronuously="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate=value_text(unit.saves_state, "Boolean"),
-        canSerializeFMUstate=value_text(unit.saves_state, "Boolean"),
-        providesDirectionalDerivative="false",
-    )
-    _add_sources(interface, sources)
+        own = {"completedIntegratorStepNotNeeded": "true"}
+        _add_interface(root, "ModelExchange", unit, own, sources, derivatives=True)
+    own = {
+        "canHandleVariableCommunicationStepSize": "true",
+        "canInterpolateInputs": "false",
+        "canRunAsynchronuously": "false",
+    }
+    _add_interface(root, "CoSimulation", unit, own, sources, derivatives=False)
     variables = (*unit.variables, *extra)
     root.append(unit_definitions(variable.unit for variable in variables if variable.unit))
     add_categories_and_experiment(root)
@@ -72,8 +50,29 @@ def model_description(
     return root
 
 
-def _add_sources(interface: Element, sources: Collection[str]) -> None:
-    """List the files by which an importer can compile a unit."""
+def _add_interface(
+    root: Element,
+    kind: str,
+    unit: type[SlaveBase],
+    own: Mapping[str, str],
+    sources: Collection[str],
+    derivatives: bool,
+) -> None:
+    """Add an interface with its ``own`` attributes, and list the files by which an importer can compile it."""
+    interface = SubElement(
+        root,
+        kind,
+        {
+            "modelIdentifier": unit.__name__,
+            "needsExecutionTool": "false",
+            **own,
+            "canBeInstantiatedOnlyOncePerProcess": "false",
+            "canNotUseMemoryManagementFunctions": "true",
+            "canGetAndSetFMUstate": value_text(unit.saves_state, "Boolean"),
+            "canSerializeFMUstate": value_text(unit.saves_state, "Boolean"),
+            "providesDirectionalDerivative": value_text(derivatives, "Boolean"),
+        },
+    )
     if sources:
         listed = SubElement(interface, "SourceFiles")
         for name in sources:

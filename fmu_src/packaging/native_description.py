@@ -35,27 +35,16 @@ def native_model_description(
         return model_description(unit, start_values, token, f"heli-twin {VERSION}", sources, extra)
     root = described(unit, "3.0", {"instantiationToken": token}, f"heli-twin {VERSION}")
     states, variables = len(extra) // 2, (*unit.variables, *extra)
+    both = {
+        "modelIdentifier": unit.__name__,
+        "needsExecutionTool": "false",
+        "canBeInstantiatedOnlyOncePerProcess": "false",
+        "canGetAndSetFMUState": "true",
+        "canSerializeFMUState": "true",
+    }
     if extra:
-        SubElement(
-            root,
-            "ModelExchange",
-            modelIdentifier=unit.__name__,
-            needsExecutionTool="false",
-            canBeInstantiatedOnlyOncePerProcess="false",
-            canGetAndSetFMUState="true",
-            canSerializeFMUState="true",
-            providesDirectionalDerivatives="true",
-        )
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=unit.__name__,
-        needsExecutionTool="false",
-        canBeInstantiatedOnlyOncePerProcess="false",
-        canGetAndSetFMUState="true",
-        canSerializeFMUState="true",
-        canHandleVariableCommunicationStepSize="true",
-    )
+        SubElement(root, "ModelExchange", both, providesDirectionalDerivatives="true")
+    SubElement(root, "CoSimulation", both, canHandleVariableCommunicationStepSize="true")
     root.append(unit_definitions([*(variable.unit for variable in variables if variable.unit), "s"]))
     add_categories_and_experiment(root)
     listed = SubElement(root, "ModelVariables")
