@@ -33,7 +33,7 @@ def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
     if rig.truth.effects:
         entries = [effect(true.name, true.axis) for true in rig.truth.effects]
         problem = Problem(tuple(reduce_log(log) for log in rig.training), DiagnosisSettings().bandwidth)
-        fitted = fit(problem, _true_start(rig, diagnosis.plant_before), free_fields(entries))
+        fitted = fit(problem, with_true_effects(rig, diagnosis.plant_before), free_fields(entries))
         parameters = fitted.parameters
         scores = {TOLD: max(abs(effect_score(fitted, entry)) for entry in entries)}
     errors = np.concatenate([prediction_errors(reduce_log(log), parameters, 1.0) for log in rig.held_out])
@@ -41,8 +41,8 @@ def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
     return scores | {TRUE_STRUCTURE.format(axis=axis): float(value) for axis, value in zip(AXES, rms, strict=True)}
 
 
-def _true_start(rig: Rig, null: PlantParameters) -> PlantParameters:
-    """Give the parameters of the null model with the true effects on."""
+def with_true_effects(rig: Rig, null: PlantParameters) -> PlantParameters:
+    """Give the parameters of a null model with the true effects on; a tenth of its range where c is not known."""
     assert rig.truth is not None
     for true in rig.truth.effects:
         entry = effect(true.name, true.axis)

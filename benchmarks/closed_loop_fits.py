@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.blind_measures import with_true_effects
 from benchmarks.field_rigs import field_sources
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.multistep.fit import fit_multistep
@@ -45,9 +46,7 @@ def estimates(rig: Rig) -> dict[str, Estimates]:
     assert rig.truth is not None
     entries = [effect(true.name, true.axis) for true in rig.truth.effects]
     problem = Problem(tuple(reduce_log(log) for log in rig.training))
-    start = first_estimate(problem.records, TABLE_2)
-    for true, entry in zip(rig.truth.effects, entries, strict=True):
-        start = start._replace(**{entry.field: true.coefficient or entry.upper / 10.0}, **true.shape)
+    start = with_true_effects(rig, first_estimate(problem.records, TABLE_2))
     likely = fit(problem, start, free_fields(entries))
     records = tuple(Starts(reduce_log(log, RATE)) for log in rig.training)
     best = fit_multistep(Multistep(records, likely.parameters), (*BASE, *(entry.field for entry in entries)))

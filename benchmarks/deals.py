@@ -39,10 +39,29 @@ def deal(count: int, random: np.random.Generator) -> tuple[NDArray[np.intp], NDA
     return order[:half], order[half:quarter], order[quarter:]
 
 
+def rig_logs(rig: str, first: float) -> list[Log]:
+    """Read the logs of a rig, a folder or a pattern of files, from ``first`` [s] on."""
+    files = sorted(glob.glob(rig if glob.has_magic(rig) else str(Path(rig) / "*.csv")))
+    return read_logs(files, start=first or None)
+
+
+def voltage_limit(logs: Sequence[Log]) -> float:
+    """Saturation [V] that none of the logs exceeds, 5 V at least."""
+    return max(5.0, max(float(np.abs(log.voltages).max()) for log in logs))
+
+
+def add_deal_options(parser: argparse.ArgumentParser) -> None:
+    """Add what every benchmark on dealt logs asks for."""
+    parser.add_argument("rig", nargs="+", help="folder of logs, or a pattern of files")
+    parser.add_argument("--deals", type=int, default=3)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--from", dest="first", type=float, default=6.0, help="first instant kept [s]")
+
+
 def one_deal(logs: Sequence[Log], random: np.random.Generator) -> tuple[NDArray[np.float64], set[str], list[str]]:
     """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the families named, and what to print."""
     training, held_out, unseen = ([logs[i] for i in part] for part in deal(len(logs), random))
-    limit = max(5.0, max(float(np.abs(log.voltages).max()) for log in logs))
+    limit = voltage_limit(logs)
     observed = Problem(tuple(reduce_log(log) for log in training))
     one_step = fit(observed, first_estimate(observed.records, PlantParameters(v_max=limit)))
     judges = [Starts(reduce_log(log), SPACING) for log in unseen]
@@ -85,8 +104,7 @@ def main(arguments: Sequence[str]) -> None:
     use_threads(1)
     of_rig, agreed = [], []
     for rig in asked.rig:
-        files = sorted(glob.glob(rig if glob.has_magic(rig) else str(Path(rig) / "*.csv")))
-        logs = read_logs(files, start=asked.first or None)
+        logs = rig_logs(rig, asked.first)
         ratios, sets = [], []
         for number in range(asked.deals):
             ratio, named, lines = one_deal(logs, np.random.default_rng((asked.seed, number)))
@@ -117,10 +135,7 @@ def _summary(rigs: Sequence[NDArray[np.float64]]) -> None:
 
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.deals", description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("rig", nargs="+", help="folder of logs, or a pattern of files")
-    parser.add_argument("--deals", type=int, default=3)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--from", dest="first", type=float, default=6.0, help="first instant kept [s]")
+    add_deal_options(parser)
     return parser.parse_args(arguments)
 
 

@@ -6,15 +6,12 @@ Deals and options are those of :mod:`benchmarks.deals`. Printed are the coeffici
 """
 
 import argparse
-import glob
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 
-from benchmarks.deals import deal, triple
-from heli_identifier.records import read_logs
+from benchmarks.deals import add_deal_options, deal, rig_logs, triple, voltage_limit
 from heli_identifier.tracing.multistep.fit import fit_multistep
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
 from heli_identifier.tracing.multistep.nested import with_fields
@@ -31,21 +28,16 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.deals_effects", description=(__doc__ or "").split("\n")[0]
     )
-    parser.add_argument("rig", nargs="+", help="folder of logs, or a pattern of files")
+    add_deal_options(parser)
     parser.add_argument("--effects", required=True, help="coefficients, separated by commas")
-    parser.add_argument("--deals", type=int, default=3)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--from", dest="first", type=float, default=6.0, help="first instant kept [s]")
     asked = parser.parse_args(arguments)
     fields = asked.effects.split(",")
     use_threads(1)
     for rig in asked.rig:
-        files = sorted(glob.glob(rig if glob.has_magic(rig) else str(Path(rig) / "*.csv")))
-        logs = read_logs(files, start=asked.first or None)
-        limit = max(5.0, max(float(np.abs(log.voltages).max()) for log in logs))
+        logs = rig_logs(rig, asked.first)
         for number in range(asked.deals):
             training, _, unseen = deal(len(logs), np.random.default_rng((asked.seed, number)))
-            start = first_estimate([reduce_log(logs[i]) for i in training], PlantParameters(v_max=limit))
+            start = first_estimate([reduce_log(logs[i]) for i in training], PlantParameters(v_max=voltage_limit(logs)))
             null = fit_multistep(Multistep(tuple(Starts(reduce_log(logs[i], RATE)) for i in training), start))
             found = with_fields(null, fields)
             judges = [Starts(reduce_log(logs[i]), SPACING) for i in unseen]

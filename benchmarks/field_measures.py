@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.blind_measures import with_true_effects
 from heli_identifier.tracing import Diagnosis
 from heli_identifier.tracing.multistep.fit import fit_multistep
 from heli_identifier.tracing.multistep.horizons import Starts
@@ -43,11 +44,8 @@ def measured(rig: Rig, diagnosis: Diagnosis) -> Measures:
     truth = rig.truth
     assert truth is not None
     entries = [effect(true.name, true.axis) for true in truth.effects]
-    start = diagnosis.plant_before
-    for true, entry in zip(truth.effects, entries, strict=True):
-        start = start._replace(**{entry.field: true.coefficient or entry.upper / 10.0}, **true.shape)
     problem = Problem(tuple(reduce_log(log) for log in rig.training))
-    told = fit(problem, start, free_fields(entries))
+    told = fit(problem, with_true_effects(rig, diagnosis.plant_before), free_fields(entries))
     detectable = {(e.name, e.axis) for e in entries if abs(effect_score(told, e)) > DETECTABLE}
     by_errors = fit_multistep(
         Multistep(tuple(Starts(reduce_log(log, RATE)) for log in rig.training), told.parameters),

@@ -1,15 +1,8 @@
 """The scenario closed_loop as users run it: PID flying, exciter on top, identifier right."""
 
+from benchmarks.closed_loop_figure import ORDER
 from fmu_src.master import run_apart
 from heli_plant.parameters import TABLE_2
-
-ORDER = {
-    "plant.encoder.enabled": True,
-    "exciter.excitation.experiment": 3,
-    "exciter.multisine.rms_difference": 0.15,
-    "exciter.multisine.rms_sum": 0.3,
-    "controller.reference.elevation": 0.15,
-}
 
 
 def test_the_identifier_finds_gain_and_stiffness_and_sees_the_loop(fmus):
