@@ -368,14 +368,19 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     assert "too short for a diagnosis" in said and "1201 samples" in out
 
 
-def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path, started):
-    process, port = started("-p", flight / "parameters.json", "-o", "out")
+def samples_to(port, count):
+    """Send the first samples of a rig, a millisecond apart."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
-        for k in range(300):
+        for k in range(count):
             rig.sendto(datagram(k), ("127.0.0.1", port))
             sleep(0.001)
-        waited_for(tmp_path / "out/recorded.csv", 300)
-        process.kill()
+
+
+def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path, started):
+    process, port = started("-p", flight / "parameters.json", "-o", "out")
+    samples_to(port, 300)
+    waited_for(tmp_path / "out/recorded.csv", 300)
+    process.kill()
     process.communicate(timeout=LONGEST)
     rows = rows_of(tmp_path / "out/recorded.csv")
     assert [round(1000 * row[3]) for row in rows] == list(range(300))
@@ -384,10 +389,7 @@ def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path, started):
 
 def test_sigterm_ends_it_at_once_with_the_files_complete(flight, tmp_path, started):
     process, port = started("-p", flight / "parameters.json", "-o", "out")
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
-        for k in range(100):
-            rig.sendto(datagram(k), ("127.0.0.1", port))
-            sleep(0.001)
+    samples_to(port, 100)
     waited_for(tmp_path / "out/recorded.csv", 100)
     process.terminate()
     _, said = process.communicate(timeout=LONGEST)

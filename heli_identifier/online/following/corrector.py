@@ -151,7 +151,8 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     own = ((p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy))
     seen = measured_angles(memory.state)
     innovation = (angles[0] - seen[0], angles[1] - seen[1], angles[2] - seen[2])
-    counts = fresh and k >= settled and k >= values.ramp + round(RAMP / h)
+    ramping = k < values.ramp + round(RAMP / h)
+    counts = fresh and k >= settled and not ramping
     new_sensitivities = []
     new_sums: list[Sums] = []
     for axis in range(3):
@@ -162,7 +163,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         if counts:
             most = _LARGEST_INNOVATION * sqrt(state.levels[axis].variance)
             total = added(total, s.angle, saturate(innovation[axis], most) if mode != STARTING else innovation[axis])
-        elif not total.spoiled and (k < settled or stream.broken or k < values.ramp + round(RAMP / h)):
+        elif not total.spoiled and (k < settled or stream.broken or ramping):
             total = total._replace(spoiled=True)
         new_sensitivities.append(corrected_sensitivity(s, gains) if fresh else s)
         new_sums.append(total)
