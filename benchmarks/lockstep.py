@@ -48,8 +48,8 @@ def cases(log: Path) -> tuple[tuple[str, str, dict, dict], ...]:
 
 def measured(steps: int) -> str:
     """Run all cases; return the section."""
-    from fmu_src import UNITS, build
-    from fmu_src.native import build_native
+    from fmu_src import build
+    from fmu_src.native import NATIVE_UNITS, build_native
 
     rows = []
     with TemporaryDirectory(prefix="heli-lockstep-") as name:
@@ -57,7 +57,7 @@ def measured(steps: int) -> str:
         log = folder / "log.csv"
         lines = (f"{0.01 * k:.2f},{k % 7},{-k % 5},{k / 1e5!r},.2,-{k / 3e4!r}\n" for k in range(100_000))
         log.write_text("time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n" + "".join(lines))
-        pairs = {unit: (build(unit, folder / "python"), build_native(unit, folder / "native")) for unit in UNITS}
+        pairs = {unit: (build(unit, folder / "python"), build_native(unit, folder / "native")) for unit in NATIVE_UNITS}
         for unit, what, parameters, inputs in cases(log):
             order = folder / "order.json"
             order.write_text(
