@@ -16,11 +16,11 @@ from heli_identifier.tracing.search.model import Model, effect_score, eliminated
 from heli_identifier.tracing.search.scan import scan
 from heli_identifier.tracing.search.selection import score_catalogue
 from heli_identifier.tracing.search.settings import SHOWN_SCORE
-from heli_identifier.tracing.search.trials import refitted, trial
+from heli_identifier.tracing.search.trials import Contender, refitted, trial
 from heli_identifier.tracing.search.unknown import search
 from heli_identifier.tracing.validation.held_out import held_out_log_likelihood, hold_out
 from heli_identifier.tracing.validation.plants import Plants
-from heli_identifier.tracing.validation.withdrawal import TOLERATED, passing, remove_harmful, validate
+from heli_identifier.tracing.validation.withdrawal import SURE, TOLERATED, passing, remove_harmful, validate
 from heli_plant.effects import effect
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H
@@ -137,7 +137,8 @@ def test_an_effect_that_the_held_out_log_has_as_well_stays(moved, size):
 def test_a_trial_is_made_once_and_is_what_it_would_be_anew(rubbing):
     model, tried = model_of(rubbing.fit.problem), {}
     scanned = scan(model.fit, [Candidate(FRICTION, 1e-3), Candidate(FRICTION, 2e-3)])
-    rows = [(0, 0.01, 0.0), (1, 0.01, 0.0), (0, 0.02, 0.0)]
+    still = np.zeros(len(model.fit.free))
+    rows = [Contender(number, coefficient, still, 0.0) for number, coefficient in ((0, 0.01), (1, 0.01), (0, 0.02))]
     first = refitted(model, scanned, rows, tried)
     again = refitted(model, scanned, rows, tried)
     assert all(one is other for one, other in zip(again, first, strict=True))
@@ -261,3 +262,14 @@ def test_a_delay_under_slow_inputs_could_be_a_lag_and_under_fast_ones_could_not(
     truth, entry = TABLE_2._replace(input_delay_rotors=0.05), effect("input_delay", "rotors")
     assert "motor_lag_rotors" in rivals_of(problem_of(truth, (3, 4), slow), entry, input_delay_rotors=0.05)
     assert rivals_of(problem_of(truth, (3, 4)), entry, input_delay_rotors=0.05) == set()
+
+
+def test_a_few_starts_by_chance_do_not_make_a_plant_surely_worse():
+    held = held_out_of(TABLE_2, (7, 8))
+    true, stiffer = TABLE_2, TABLE_2._replace(a_th=1.3 * TABLE_2.a_th)
+    # a pitch that swings too fast is wrong in nearly every block; the elevation knows nothing of it
+    assert held.surely_worse(stiffer, true)[0] > SURE
+    assert held.surely_worse(true, stiffer)[0] < -SURE
+    assert held.surely_worse(true, true)[1] == 0.0
+    # a parameter by far less than the noise off: larger errors here and smaller ones there
+    assert abs(held.surely_worse(TABLE_2._replace(a_e=1.002 * TABLE_2.a_e), true)[1]) < 3.0

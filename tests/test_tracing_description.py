@@ -15,7 +15,7 @@ from heli_identifier.tracing.search.unknown import Unknown
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 
-NO_REFIT = LinearRefit(0.0, np.empty(0), np.empty((0, 0)), [], [])
+NO_REFIT = LinearRefit(0.0, np.empty(0), np.empty((0, 0)), np.empty(0), [], [])
 RANGE = {"pitch_rate": (-1.0, 1.0), "mu_sum": (0.0, 4.0), "travel": (0.0, 2.0 * np.pi), "pitch": (-0.6, 0.4)}
 
 

@@ -63,6 +63,15 @@ def test_the_step_scores_higher_under_the_noise_proper(moved):
     assert noise_scan.scores[0] > max(own.scores[0], 8.0)
 
 
+def test_many_alike_columns_leave_no_level_that_was_not_there():
+    # steady flight in which nearly every candidate is a constant: a weighted fit would leave the level free
+    records = tuple(noisy(TABLE_2, 0.05 * drive(20.0, seed), seed) for seed in (1, 2))
+    fitted = fit(Problem(records), first_estimate(records, TABLE_2))
+    of_noise = noise_whitener(fitted, scan(fitted, candidates(records, fitted.parameters)).raw)
+    # what the fullest model leaves is no larger than what the least one does, but for the bound on the memory
+    assert np.all(of_noise.scales < 1.5 * fitted.whitener.scales)
+
+
 def test_the_time_of_the_step_is_found(moved):
     fitted, of_noise = moved
     times = step_times(fitted, of_noise)

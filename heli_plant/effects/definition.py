@@ -61,8 +61,8 @@ class Shape:
 
     ``field`` names it in :class:`heli_plant.parameters.PlantParameters`, ``symbol`` in the published law. A search
     starts from the values of ``grid`` (the default if it is empty), or from what ``start`` says. ``estimated``: a fit
-    estimates it beside the coefficient; else it is given. ``difference_step`` is the width of its numerical derivative
-    where the response has corners.
+    estimates it beside the coefficient; else it is given, or shared by several laws. ``difference_step`` is the width
+    of its numerical derivative where the response has corners.
     """
 
     name: str

@@ -15,6 +15,7 @@ HORIZONTAL_OFFSET = Shape(
     default=0.0,
     lower=-1.0,
     upper=1.0,
+    grid=(-0.5, 0.0, 0.5),
     estimated=False,
     description="elevation from the horizontal arm when the encoder reads zero, for every law with eps_h",
 )

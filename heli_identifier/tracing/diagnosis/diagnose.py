@@ -25,18 +25,16 @@ from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
-from heli_identifier.tracing.search.agreement import agreement
 from heli_identifier.tracing.search.ambiguity import alternatives
-from heli_identifier.tracing.search.horizontal import with_horizontal_offset
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.selection import Selection, select
 from heli_identifier.tracing.search.settings import SIGNIFICANCE
 from heli_identifier.tracing.validation.beyond import find_beyond
 from heli_identifier.tracing.validation.comparison import HeldOutRun, compared
+from heli_identifier.tracing.validation.confirmation import confirm
 from heli_identifier.tracing.validation.held_out import hold_out
 from heli_identifier.tracing.validation.plants import RATE
 from heli_identifier.tracing.validation.single_logs import values_of_logs
-from heli_identifier.tracing.validation.withdrawal import validate
 from heli_plant.effects import Effect
 
 Progress = Callable[[str, float], None]
@@ -105,11 +103,10 @@ def _diagnosed(
     start = first_estimate(problem.records, settings.base_parameters(), settings.free)
     selection = select(problem, start, settings.free)
     null = selection.null.model.fit
-    progress("checking at other filter frequencies", 0.6)
-    model, agreed, unstable = agreement(with_horizontal_offset(selection.model), settings.agreement)
-    progress("checking on the held-out logs", 0.75)
-    validated = validate(model, null, held_out, selection.threshold)
-    model, withdrawn = validated.model, (*unstable, *validated.withdrawn)
+    progress("checking at other filter frequencies and on the held-out logs", 0.6)
+    checked = confirm(selection, settings.agreement, held_out)
+    selection, validated, agreed, withdrawn = checked.selection, checked.validation, checked.agreed, checked.withdrawn
+    model = validated.model
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)
     beyond = find_beyond(model, validated.after, validated.plants, held_out)

@@ -2,6 +2,9 @@
 
 The autoregression of a residual that holds a missing effect adapts to the effect, and then hides part of it. Iterating
 least squares and whitening (Cochrane and Orcutt 1949) gives the likelihood ratio that a full refit would have.
+
+Columns may act on some axes only. The innovations of the other axes then keep their whitening, and hold the parameters
+that they determine: those of the pitch must not bend to what is missing on the travel, which follows the pitch.
 """
 
 from collections.abc import Sequence
@@ -31,6 +34,8 @@ class LinearRefit:
     coefficients : NDArray, shape (k,)
         Of the further columns.
     covariance : NDArray, shape (k, k)
+    changes : NDArray, shape (p,)
+        Of what the fit has estimated already, in the order of the columns of its Jacobian.
     residuals : list of NDArray, shape (n_i, len(axes))
         What is left [rad/s^2].
     white : list of NDArray, shape (M_a,)
@@ -40,6 +45,7 @@ class LinearRefit:
     likelihood_ratio: float
     coefficients: NDArray[np.float64]
     covariance: NDArray[np.float64]
+    changes: NDArray[np.float64]
     residuals: list[NDArray[np.float64]]
     white: list[NDArray[np.float64]]
 
@@ -49,8 +55,6 @@ def linear_refit(
     columns: Sequence[NDArray[np.float64]],
     axes: Sequence[int] = (0, 1, 2),
     whitener: Whitener | None = None,
-    iterations: int = ITERATIONS,
-    contraction: float = 1.0,
 ) -> LinearRefit:
     """Refit the free parameters of ``fit`` and ``columns`` linearly on some axes.
 
@@ -62,44 +66,61 @@ def linear_refit(
         Axes on which the columns act.
     whitener : Whitener, optional
         Where the alternation begins; that of the fit by default.
-    iterations : int
-    contraction : float
-        Of the whitening that is fitted on the way, see :func:`heli_identifier.tracing.prediction.whitening.fit_axis`.
     """
-    own = list(axes)
-    order = fit.whitener.order
+    own, others = list(axes), [axis for axis in range(3) if axis not in axes]
+    order, known, k = fit.whitener.order, len(fit.raw_jacobian[0][0, 0]), columns[0].shape[2]
     used = [r[:, own] for r in fit.residuals]
-    known = [j[:, own] for j in fit.raw_jacobian]
-    moving = np.linalg.norm(np.concatenate([k.reshape(-1, k.shape[2]) for k in known]), axis=0) > 0.0
-    regressors = [np.concatenate((k[..., moving], c), axis=2) for k, c in zip(known, columns, strict=True)]
+    estimated = [j[:, own] for j in fit.raw_jacobian]
+    moving = np.linalg.norm(np.concatenate([e.reshape(-1, known) for e in estimated]), axis=0) > 0.0
+    regressors = [np.concatenate((e[..., moving], c), axis=2) for e, c in zip(estimated, columns, strict=True)]
     scale = np.sqrt(sum((x * x).sum(axis=(0, 1)) for x in regressors))
     scale[scale == 0.0] = 1.0
     regressors = [x / scale for x in regressors]
-    begin = whitener or fit.whitener
-    filters = [(begin.filters[a], float(begin.scales[a])) for a in own]
+    place = np.concatenate((np.flatnonzero(moving), known + np.arange(k)))
+    unit = np.ones(known + k)
+    unit[place] = scale
+    elsewhere, pull = _elsewhere(fit, others, unit)
+    filters = [((whitener or fit.whitener).filters[a], float((whitener or fit.whitener).scales[a])) for a in own]
     residuals, count = used, sum(fit.problem.lengths)
-    for _ in range(iterations):
+    for _ in range(ITERATIONS):
         whitened = np.concatenate([_whiten(regressors, i, f) for i, f in enumerate(filters)])
         target = np.concatenate([_whiten(used, i, f) for i, f in enumerate(filters)])
         # Normal equations take a tenth of the time of a factorisation of the tall matrix. They square its condition:
         # with columns of unit length a direction is lost only if less than 3e-7 of it is left, which fits nothing.
-        length = np.linalg.norm(whitened, axis=0)
+        normal, gradient = elsewhere.copy(), pull.copy()
+        normal[np.ix_(place, place)] += whitened.T @ whitened
+        gradient[place] += whitened.T @ target
+        length = np.sqrt(np.diag(normal))
         length[length == 0.0] = 1.0
-        whitened /= length
-        normal = whitened.T @ whitened
-        solution = np.linalg.lstsq(normal, -(whitened.T @ target), rcond=LOST)[0] / length
-        residuals = [r + x @ solution for r, x in zip(used, regressors, strict=True)]
-        filters = [fit_axis([r[:, i] for r in residuals], order, contraction) for i in range(len(own))]
-    k = columns[0].shape[2]
+        normal /= np.outer(length, length)
+        solution = -np.linalg.lstsq(normal, gradient / length, rcond=LOST)[0] / length
+        residuals = [r + x @ solution[place] for r, x in zip(used, regressors, strict=True)]
+        filters = [fit_axis([r[:, i] for r in residuals], order) for i in range(len(own))]
     before = sum(float(np.log(fit.whitener.scales[a])) for a in own)
     after = sum(float(np.log(scale_)) for _, scale_ in filters)
+    lost = float(solution @ elsewhere @ solution + 2.0 * pull @ solution)
     inverse = np.linalg.pinv(normal, rcond=LOST)[-k:, -k:]
-    own_scale = (scale * length)[-k:]
+    own_unit = (unit * length)[-k:]
     white = [_whiten(residuals, i, f) for i, f in enumerate(filters)]
+    changes = solution / unit
     return LinearRefit(
-        2.0 * count * (before - after), solution[-k:] / scale[-k:], inverse / np.outer(own_scale, own_scale),
+        2.0 * count * (before - after) - lost, changes[-k:], inverse / np.outer(own_unit, own_unit), changes[:-k],
         residuals, white,
     )  # fmt: skip
+
+
+def _elsewhere(
+    fit: Fit, axes: Sequence[int], unit: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return normal matrix and gradient of the parameters on other ``axes``, in units ``unit`` of the parameters."""
+    rows = len(fit.white) // 3
+    normal, gradient = np.zeros((len(unit), len(unit))), np.zeros(len(unit))
+    known = fit.jacobian.shape[1]
+    for axis in axes:
+        jacobian = fit.jacobian[axis * rows : (axis + 1) * rows]
+        normal[:known, :known] += jacobian.T @ jacobian
+        gradient[:known] += jacobian.T @ fit.white[axis * rows : (axis + 1) * rows]
+    return normal / np.outer(unit, unit), gradient / unit
 
 
 def _whiten(

@@ -23,7 +23,10 @@ from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
 
 LEAST_SCORE = 2.0
-"""Score that an effect must keep at every filter frequency, with its sign, and an unknown torque without one."""
+"""Score that an effect must keep at every filter frequency, with its sign, and an unknown torque without one.
+
+An effect keeps its place without it where the estimate agrees: within as many standard errors, a large one among them.
+"""
 
 LEAST_LIKENESS = 0.5
 """Least cosine between an unknown torque at two filter frequencies; unrelated curves of fifteen splines are below."""
@@ -70,9 +73,11 @@ def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[fl
     """Score, effect and reason of everything that is not found again at another filter frequency."""
     where = f"at the filter frequency {bandwidth:g} rad/s"
     for effect in model.effects:
-        estimate, score = other.fit.estimate(effect.field), abs(effect_score(other.fit, effect))
-        if score < LEAST_SCORE or estimate.value * getattr(model.fit.parameters, effect.field) <= 0.0:
-            yield score, effect, f"{where} it is {estimate.value:.3g} {effect.unit}, score {score:.1f}"
+        there, here = (getattr(seen.fit.parameters, effect.field) for seen in (other, model))
+        score, error = effect_score(other.fit, effect) * np.sign(here), other.fit.standard_error(effect.field)
+        known = abs(effect_score(model.fit, effect)) >= LEAST_SCORE
+        if score < LEAST_SCORE and not (known and abs(there - here) <= LEAST_SCORE * error):
+            yield score, effect, f"{where} it is {there:.3g} {effect.unit}, score {abs(score):.1f}"
     for index, unknown in enumerate(model.unknowns):
         score, like = unknown_score(other, index), likeness(model, other, index)
         if score < LEAST_SCORE:

@@ -7,6 +7,7 @@ within a few units of that of the chosen effect is an alternative that these dat
 from heli_identifier.tracing.search.model import Model, without
 from heli_identifier.tracing.search.scan import scored, subset
 from heli_identifier.tracing.search.selection import Round, score_catalogue
+from heli_identifier.tracing.search.settings import SHORTLIST
 from heli_identifier.tracing.search.trials import contenders, refitted
 from heli_plant.effects import Effect
 
@@ -31,8 +32,8 @@ def alternatives(model: Model, effect: Effect, null: Round) -> list[Effect]:
     likelihood_ratio = 2.0 * (model.fit.log_likelihood - fit.log_likelihood)
     scanned = subset(around.scanned, [i for i, c in enumerate(around.scanned.candidates) if _rival(c.effect, effect)])
     noise_scan = scored(fit, around.noise_whitener, scanned.candidates, scanned.raw)
-    contending = contenders(scanned, noise_scan, 0.8 * around.threshold)
-    likely = [contender for contender in contending if contender[2] >= 0.6 * likelihood_ratio - 3.0 * CLOSE]
+    contending = contenders(scanned, noise_scan, 0.8 * around.threshold)[:SHORTLIST]
+    likely = [found for found in contending if found.likelihood_ratio >= 0.6 * likelihood_ratio - 3.0 * CLOSE]
     refits = refitted(around.model, scanned, likely, around.trials)
     rivals = [rival for rival in refits if rival.likelihood_ratio > likelihood_ratio - CLOSE]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.likelihood_ratio)]

@@ -73,13 +73,19 @@ def companions(parameters: PlantParameters) -> list[Candidate]:
 
 def _moves(effect: Effect, parameters: PlantParameters, lowest_elevation: float) -> Iterator[Candidate]:
     fixed = {shape.field: lowest_elevation for shape in effect.shapes if shape.start == LOWEST_ELEVATION}
-    grids = {shape.field: shape.grid for shape in effect.shapes if shape.grid}
+    grids = {shape.field: _values(shape, parameters) for shape in effect.shapes if shape.grid}
     sizes = effect.grid or (SMALL * min(effect.upper, 1.0),)
     for size in sizes:
         if effect.place == LAG and parameters.T_m + size <= 0.0:
             continue
         for values in product(*grids.values()):
             yield Candidate(effect, size, {**fixed, **dict(zip(grids, values, strict=True))})
+
+
+def _values(shape: Shape, parameters: PlantParameters) -> tuple[float, ...]:
+    """Values of a shape to try; what several laws share keeps its value once one of them has set it."""
+    value = getattr(parameters, shape.field)
+    return shape.grid if shape.estimated or value == shape.default else (value,)
 
 
 def shape_fields(effect: Effect) -> tuple[str, ...]:

@@ -89,8 +89,17 @@ def unknown_columns(problem: Problem, unknowns: Sequence[Unknown]) -> Residuals 
 
 
 def effect_score(fit_: Fit, effect: Effect) -> float:
-    """Coefficient over its standard error."""
-    return getattr(fit_.parameters, effect.field) / fit_.standard_error(effect.field)
+    """Coefficient over its standard error, at the fitted horizontal where that is estimated along.
+
+    A coefficient and the horizontal that its law is about can be known by their product alone. The effect is there if
+    that is: without it there is no horizontal to estimate.
+    """
+    index, covariance = fit_.free.index(effect.field), fit_.covariance
+    variance = float(covariance[index, index])
+    if HORIZONTAL_OFFSET in fit_.free and needs_horizontal([effect]):
+        offset = fit_.free.index(HORIZONTAL_OFFSET)
+        variance -= float(covariance[index, offset]) ** 2 / float(covariance[offset, offset])
+    return float(getattr(fit_.parameters, effect.field) / np.sqrt(variance))
 
 
 def with_unknown(model: Model, unknown: Unknown) -> Model:

@@ -5,9 +5,9 @@ A round scores all candidates at the current fit, takes the few that could win, 
 that surrogates set for the whole catalogue. After every addition, effects whose scores have fallen below the threshold
 are dropped.
 
-An unknown torque is a last resort. It comes first only where it explains decidedly more than all named effects that the
-catalogue would put in its place. Otherwise it is searched for in what the named effects leave, and has to be more than
-the imperfection of their laws.
+An unknown torque is a last resort. It is searched for in what the named effects leave, and has to be more than the
+imperfection of their laws. Only where it then explains decidedly more than the named effects on its axis does it take
+their place.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,6 @@ from heli_identifier.online import CLOSED
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.candidates import candidates, companions, stepping_at
 from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
@@ -81,11 +80,13 @@ class Selection:
 
     Attributes
     ----------
-    null, last : Round
-        The catalogue scored at the null model, and at the model with all that was found.
+    null, named, last : Round
+        The catalogue scored at the null model, at the model with the named effects that are found without any unknown
+        torque, and at the model with all that was found.
     """
 
     null: Round
+    named: Round
     last: Round
 
     @property
@@ -194,11 +195,11 @@ def is_duplicate(model: Model, unknown: Unknown) -> bool:
     return False
 
 
-def unknown_in_place_of_named(unknowns: Sequence[Unknown], null: Fit, named: Fit) -> Unknown | None:
+def unknown_in_place_of_named(unknowns: Sequence[Unknown], null: Fit, named: Fit, axis: str) -> Unknown | None:
     """Unknown torque that explains decidedly more than the named effects on its axis, if there is one."""
+    of_named = axis_likelihood_ratio(null, named, AXES.index(axis))
     for unknown in unknowns:
-        of_named = axis_likelihood_ratio(null, named, AXES.index(unknown.axis))
-        if unknown.likelihood_ratio > max(UNKNOWN_LEVEL, UNKNOWN_FACTOR * of_named + UNKNOWN_MARGIN):
+        if unknown.axis == axis and unknown.likelihood_ratio > UNKNOWN_FACTOR * of_named + UNKNOWN_MARGIN:
             return unknown
     return None
 
@@ -232,11 +233,12 @@ def select(problem: Problem, start: PlantParameters, free: Sequence[str] = BASE)
     """
     null = score_catalogue(Model(fit(problem, start, free)))
     null_fit = null.model.fit
-    unknowns = beside(search, null_fit, null.noise_whitener)
-    current = add_named(null_fit, null)
-    unknown = unknown_in_place_of_named(unknowns.result(), null_fit, current.model.fit)
-    if unknown is not None:
-        current = add_named(null_fit, score_catalogue(with_unknown(null.model, unknown)))
-    while current is not null and (unknown := unknown_beside_named(null_fit, current)) is not None:
-        current = add_named(null_fit, score_catalogue(with_unknown(current.model, unknown)))
-    return Selection(null, current)
+    named = current = add_named(null_fit, null)
+    if (left := unknown_beside_named(null_fit, named)) is not None and named is not null:
+        instead = unknown_in_place_of_named(search(null_fit, null.noise_whitener), null_fit, named.model.fit, left.axis)
+        current = null if instead is not None else named
+        left = instead or left
+    while left is not None:
+        current = add_named(null_fit, score_catalogue(with_unknown(current.model, left)))
+        left = unknown_beside_named(null_fit, current)
+    return Selection(null, named, current)

@@ -19,8 +19,8 @@ blocks make the surrogates."""
 SHORT_LOGS = 179.0
 """Length of all logs together [s] below which they are short: three minutes, less what rounding takes."""
 
-SHORTLIST = 4
-"""Candidates that are refitted in a round."""
+SHORTLIST, CONTENDING_SHARE = 4, 0.4
+"""Most candidates that are refitted at a time, and their least share of the best one's likelihood ratio."""
 
 SHAPE_PRICE = 8.0
 """Likelihood ratio that a free shape parameter must bring: log(n) of the Bayesian criterion, n some thousand."""

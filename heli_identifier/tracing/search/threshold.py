@@ -3,7 +3,8 @@
 A surrogate residual is the whitened residual with the sign of every block of some seconds drawn at random (wild block
 bootstrap): it keeps what correlation and changing variance the whitening left, and loses every relation to the
 candidates. The threshold is the quantile of the largest admissible score over all candidates and their grids, and
-never less than the same quantile for Gaussian white noise of unit variance. Source: Westfall and Young 1993, on
+never less than the same quantile for Gaussian white noise of unit variance. Scores are in units of their own standard
+errors, so that one candidate whose score varies much does not set the level of all. Source: Westfall and Young 1993, on
 max-type thresholds; Davidson and Flachaire 2008, on the wild bootstrap.
 """
 
@@ -30,6 +31,8 @@ def largest_scores(scan: Scan, seed: int = 0) -> NDArray[np.float64]:
     sums = -(in_block @ (scan.directions * scan.white[:, None]))
     # what the candidate itself explains is not noise: each block loses its share of the score
     sums -= scan.scores * (in_block @ scan.directions**2)
+    # in the units of the standard error with which an effect is accepted: the larger of the plain and the sandwich one
+    sums /= np.maximum(np.sqrt((sums**2).sum(axis=0)), 1.0)
     one_sided = np.array([candidate.effect.lower >= 0.0 for candidate in scan.candidates])
     signs, noise = _draws(seed, count, scan.directions.shape[1])
     blocks, gaussian = signs @ sums, noise @ _root(scan.directions.T @ scan.directions).T

@@ -2,17 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.fit import Fit, fit
+from heli_identifier.tracing.prediction.fit import Fit, clipped, fit, log_likelihood
 from heli_identifier.tracing.prediction.linear_refit import linear_refit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE
+from heli_identifier.tracing.prediction.whitening import fit_whitener
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.candidates import Candidate, shape_fields
-from heli_identifier.tracing.search.model import Model, effect_score, free_fields
+from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, effect_score, free_fields
 from heli_identifier.tracing.search.scan import Scan, admissible
-from heli_identifier.tracing.search.settings import LAW_SHARE, SHAPE_PRICE, SHORTLIST
+from heli_identifier.tracing.search.settings import CONTENDING_SHARE, LAW_SHARE, SHAPE_PRICE, SHORTLIST
 from heli_plant.effects import AXES, BENDING, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
 
@@ -47,41 +50,84 @@ def started(parameters: PlantParameters, candidate: Candidate, coefficient: floa
     return parameters._replace(**{effect.field: value, **candidate.shapes})
 
 
-def trial(model: Model, candidate: Candidate, coefficient: float) -> Trial:
-    """Refit ``model`` with a candidate's effect added."""
-    effect = candidate.effect
-    start = started(model.fit.parameters, candidate, coefficient)
-    fields = free_fields((*model.effects, effect), model.base)
-    fitted = fit(model.fit.problem, start, fields, model.extra, model.fit.linear, model.fit)
-    price = SHAPE_PRICE * len(shape_fields(effect))
-    likelihood_ratio = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood) - price
+class Contender(NamedTuple):
+    """A candidate that could win a round, with what its linear refit says.
+
+    Attributes
+    ----------
+    number : int
+        Of the candidate in its scan.
+    coefficient : float
+    changes : NDArray, shape (p,)
+        Of what the model's fit has estimated already, in the order of the columns of its Jacobian.
+    likelihood_ratio : float
+    """
+
+    number: int
+    coefficient: float
+    changes: NDArray[np.float64]
+    likelihood_ratio: float
+
+
+def trial(model: Model, candidate: Candidate, coefficient: float, changes: NDArray[np.float64] | None = None) -> Trial:
+    """Refit ``model`` with a candidate's effect added.
+
+    The autoregression of a residual that holds an effect can hide it; a refit that begins there stays there. Where the
+    linear refit's ``changes`` of the other parameters are given, the refit begins at the likelier of the two: with
+    them, or without.
+    """
+    effect, known = candidate.effect, model.fit
+    begin = started(known.parameters, candidate, coefficient), known.linear
+    if changes is not None:
+        width = len(known.free)
+        moved = clipped(known.parameters, known.free, changes[:width])
+        begin = likelier(model, begin, (started(moved, candidate, coefficient), known.linear + changes[width:]))
+    # a law about another horizontal than the encoder's zero has that offset as one more free shape
+    offset = begin[0].horizontal_offset != known.parameters.horizontal_offset
+    base = (*model.base, HORIZONTAL_OFFSET) if offset else model.base
+    fitted = fit(known.problem, begin[0], free_fields((*model.effects, effect), base), model.extra, begin[1], known)
+    price = SHAPE_PRICE * (len(shape_fields(effect)) + offset)
+    likelihood_ratio = 2.0 * (fitted.log_likelihood - known.log_likelihood) - price
     return Trial(effect, fitted, likelihood_ratio, effect_score(fitted, effect))
+
+
+Start = tuple[PlantParameters, NDArray[np.float64]]
+"""Where a refit begins: parameters, and coefficients of the unknown torques."""
+
+
+def likelier(model: Model, one: Start, other: Start) -> Start:
+    """Return the start under which the innovations are likelier, each under its own whitener."""
+
+    def log_likelihood_at(start: Start) -> float:
+        residuals = model.fit.problem.residuals(start[0])
+        if model.extra is not None:
+            residuals = [r + c @ start[1] for r, c in zip(residuals, model.extra, strict=True)]
+        if not all(np.isfinite(r).all() for r in residuals):
+            return -np.inf
+        return log_likelihood(model.fit.problem, fit_whitener(residuals))
+
+    return max((one, other), key=log_likelihood_at)
 
 
 Trials = dict[tuple[str, float, tuple[float, ...], float], Trial]
 """Trials at one model: by the candidate's field, size and shapes and the coefficient begun with."""
 
 
-def refitted(
-    model: Model,
-    scanned: Scan,
-    contending: Sequence[tuple[int, float, float]],
-    trials: Trials,
-) -> list[Trial]:
+def refitted(model: Model, scanned: Scan, contending: Sequence[Contender], trials: Trials) -> list[Trial]:
     """Refit ``model`` with each of some :func:`contenders`, on all cores; ``trials`` made before are not repeated."""
 
-    def of(row: tuple[int, float, float]) -> Trial:
-        candidate = scanned.candidates[row[0]]
-        key = candidate.effect.field, candidate.size, tuple(candidate.shapes.values()), row[1]
+    def of(row: Contender) -> Trial:
+        candidate = scanned.candidates[row.number]
+        key = candidate.effect.field, candidate.size, tuple(candidate.shapes.values()), row.coefficient
         if key not in trials:
-            trials[key] = trial(model, candidate, row[1])
+            trials[key] = trial(model, candidate, row.coefficient, row.changes)
         return trials[key]
 
     return parallel(of, contending)
 
 
-def contenders(scanned: Scan, noise_scan: Scan, floor: float) -> list[tuple[int, float, float]]:
-    """Candidates to refit: one per effect, those whose linear refits have the largest likelihood ratios.
+def contenders(scanned: Scan, noise_scan: Scan, floor: float) -> list[Contender]:
+    """Candidates that could win, one per effect, those whose linear refits have the largest likelihood ratios first.
 
     Parameters
     ----------
@@ -89,28 +135,23 @@ def contenders(scanned: Scan, noise_scan: Scan, floor: float) -> list[tuple[int,
         The same candidates under the whitener of the fit and under the whitener of the noise. A candidate is considered
         that scores well under either.
     floor : float
-        Least score.
-
-    Returns
-    -------
-    list of (index, coefficient, likelihood ratio)
-        At most :data:`SHORTLIST` of them.
+        Least score, and the root of the least likelihood ratio.
     """
 
-    def relinearised(index: int) -> tuple[float, float]:
+    def relinearised(index: int) -> Contender:
         axes = [AXES.index(axis) for axis in scanned.candidates[index].effect.axes]
         columns = [raw[:, axes, index : index + 1] for raw in scanned.raw]
         refit = linear_refit(scanned.fit, columns, axes, noise_scan.whitener)
-        return refit.likelihood_ratio, float(refit.coefficients[0])
+        return Contender(index, float(refit.coefficients[0]), refit.changes, refit.likelihood_ratio)
 
-    best: dict[str, tuple[float, int, float]] = {}
+    best: dict[str, Contender] = {}
     considered = sorted(promising(scanned, floor) | promising(noise_scan, floor))
-    for index, (ratio, value) in zip(considered, parallel(relinearised, considered), strict=True):
-        effect = scanned.candidates[index].effect
-        if admissible(effect, value) and ratio > best.get(effect.field, (0.0,))[0]:
-            best[effect.field] = (ratio, index, value)
-    ranked = sorted(best.values(), reverse=True)
-    return [(index, value, ratio) for ratio, index, value in ranked[:SHORTLIST] if ratio >= 0.4 * ranked[0][0]]
+    for found in parallel(relinearised, considered):
+        effect = scanned.candidates[found.number].effect
+        beaten = best[effect.field].likelihood_ratio if effect.field in best else floor**2
+        if admissible(effect, found.coefficient) and found.likelihood_ratio > beaten:
+            best[effect.field] = found
+    return sorted(best.values(), key=lambda found: -found.likelihood_ratio)
 
 
 def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
@@ -121,9 +162,19 @@ def promising(scanned: Scan, floor: float, most: int = 10) -> set[int]:
 
 
 def named_trials(model: Model, scanned: Scan, noise_scan: Scan, threshold: float, trials: Trials) -> list[Trial]:
-    """Refits of a round's contenders that pass ``threshold``, the winner first."""
-    refits = refitted(model, scanned, contenders(scanned, noise_scan, 0.8 * threshold), trials)
-    return simplest_first(sorted((t for t in refits if passes(t, threshold)), key=lambda t: -t.likelihood_ratio))
+    """Refits of a round's contenders that pass ``threshold``, the winner first.
+
+    Few contenders are refitted at a time, and the next few only if none of these passes: the strongest one may be
+    invisible until another effect is in the model.
+    """
+    left = contenders(scanned, noise_scan, 0.8 * threshold)
+    while left:
+        few = [c for c in left[:SHORTLIST] if c.likelihood_ratio >= CONTENDING_SHARE * left[0].likelihood_ratio]
+        passing = [t for t in refitted(model, scanned, few, trials) if passes(t, threshold)]
+        if passing:
+            return simplest_first(sorted(passing, key=lambda t: -t.likelihood_ratio))
+        left = left[len(few) :]
+    return []
 
 
 def simplest_first(ranked: list[Trial]) -> list[Trial]:

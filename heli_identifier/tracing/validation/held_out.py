@@ -8,12 +8,17 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.ahead import SPACING
+from heli_identifier.tracing.prediction.covariance import BLOCK_SECONDS
 from heli_identifier.tracing.prediction.problem import Problem, Residuals, reduce_log
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.unknown import Unknown, responses_in
 from heli_identifier.tracing.validation.prediction import ModelErrors
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
+
+BLOCK = round(BLOCK_SECONDS / SPACING)
+"""Starts of predictions whose errors make one block: errors of neighbouring starts are alike."""
 
 CHANCE = 0.01
 """Probability that a periodic torque, whose phase is free in every record, passes on held-out logs that lack it."""
@@ -48,6 +53,32 @@ class HeldOut:
             Per axis, averaged over the horizons; infinite where the prediction diverged.
         """
         mean = (self.errors(parameters).mean_squares / self.errors(reference).mean_squares).mean(axis=0)
+        return np.where(np.isfinite(mean), mean, np.inf)
+
+    def surely_worse(self, parameters: PlantParameters, reference: PlantParameters) -> NDArray[np.float64]:
+        """Tell how surely a parameter set predicts worse than the reference.
+
+        Squared errors, averaged in blocks of some seconds, are compared in pairs. Source: Diebold and Mariano 1995.
+
+        Returns
+        -------
+        NDArray, shape (3,)
+            Per axis the mean difference over its standard error, averaged over the horizons; infinite where the
+            prediction diverged.
+        """
+        scores = []
+        for mine, its in zip(self.errors(parameters).predictions, self.errors(reference).predictions, strict=True):
+            blocks = np.array(
+                [
+                    block.mean(axis=0)
+                    for one, other in zip(mine, its, strict=True)
+                    for block in np.array_split(one**2 - other**2, max(1, len(one) // BLOCK))
+                    if len(block)
+                ]
+            )
+            error = blocks.std(axis=0, ddof=1) / np.sqrt(len(blocks)) if len(blocks) > 1 else np.full(3, np.inf)
+            scores.append(blocks.mean(axis=0) / np.maximum(error, 1e-300))
+        mean = np.mean(scores, axis=0)
         return np.where(np.isfinite(mean), mean, np.inf)
 
 

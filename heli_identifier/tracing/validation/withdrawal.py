@@ -19,7 +19,10 @@ from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_plant.effects import AXES, Effect
 
 TOLERATED = 1.05
-"""Ratio of squared errors above which an axis counts as worse: equal models differ by a few per cent by chance."""
+"""Ratio of squared errors above which an axis counts as worse: less is of no use to anybody."""
+
+SURE = 2.0
+"""Standard errors by which an axis has to be worse beside: on a few logs good models differ by more than that ratio."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +52,7 @@ def validate(model: Model, null: Fit, held_out: HeldOut, threshold: float) -> Va
     First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; an
     effect without which they are predicted worse is kept. An effect that was shown beside an unknown torque has to
     pass its threshold without it, too. Then, as long as the plant with the effects predicts an axis
-    worse than the plant before, the effect acting there whose removal improves that axis most.
+    surely worse than the plant before, the effect acting there whose removal improves that axis most.
 
     Parameters
     ----------
@@ -119,10 +122,10 @@ def remove_harmful(
         The model without the effect, its plant, and the withdrawal.
     """
     before = plants.before.parameters
-    ratio = held_out.ratios(after.parameters, before)
+    ratio, sure = held_out.ratios(after.parameters, before), held_out.surely_worse(after.parameters, before) > SURE
     for axis in np.argsort(-ratio):
         acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
-        if ratio[axis] <= TOLERATED or not acting:
+        if ratio[axis] <= TOLERATED or not sure[axis] or not acting:
             continue
         models = [_without(model, effect, plants.null) for effect in acting]
         fitted = [plants.of(reduced) for reduced in models]

@@ -1,0 +1,48 @@
+"""Confirm what a search found: at other filter frequencies, then on the held-out logs.
+
+Named effects that were found beside an unknown torque have left to it what it explains better. Where no unknown torque
+is confirmed, they are not the best that the catalogue can do, and what was found without one is checked in their place.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from heli_identifier.online import Estimate
+from heli_identifier.tracing.search.agreement import agreement
+from heli_identifier.tracing.search.horizontal import with_horizontal_offset
+from heli_identifier.tracing.search.selection import Selection
+from heli_identifier.tracing.search.verdict import Withdrawal
+from heli_identifier.tracing.validation.held_out import HeldOut
+from heli_identifier.tracing.validation.withdrawal import Validation, validate
+
+
+@dataclass(frozen=True, eq=False)
+class Confirmation:
+    """What is left of a search.
+
+    Attributes
+    ----------
+    selection : Selection
+        The search, without its unknown torques if none of them is confirmed.
+    validation : Validation
+    agreed : mapping
+        Per coefficient field and filter frequency [rad/s] the estimate.
+    withdrawn : tuple of Withdrawal
+    """
+
+    selection: Selection
+    validation: Validation
+    agreed: Mapping[str, Mapping[float, Estimate]]
+    withdrawn: tuple[Withdrawal, ...]
+
+
+def confirm(selection: Selection, bandwidths: Sequence[float], held_out: HeldOut) -> Confirmation:
+    """Check a search's model at other filter frequencies [rad/s] and on held-out logs."""
+    model, agreed, unstable = agreement(with_horizontal_offset(selection.model), bandwidths)
+    validation = validate(model, selection.null.model.fit, held_out, selection.threshold)
+    withdrawn = (*unstable, *validation.withdrawn)
+    if selection.model.unknowns and not validation.model.unknowns:
+        again = confirm(replace(selection, last=selection.named), bandwidths, held_out)
+        unknowns = tuple(one for one in withdrawn if one.name == "unknown")
+        return replace(again, withdrawn=(*unknowns, *again.withdrawn))
+    return Confirmation(selection, validation, agreed, withdrawn)
