@@ -1,10 +1,10 @@
 """Deals of a rig's logs at random: half to fit, a quarter held out, a quarter that nobody saw, several times.
 
 Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6]. A RIG is a folder of logs or a pattern of
-files ("logs/ntnu-*.csv"). Every deal is diagnosed. Printed are the errors of its plants 1 s and 2 s ahead on the
-unseen quarter over those of the null model fitted by the one-step likelihood (pitch / elevation / travel), and per rig
-the mean Jaccard index of the families named, shown and predictive together, over the pairs of deals of which at least
-one names something.
+files ("logs/ntnu-*.csv"), with :data:`OPPOSITE` behind it if its pitch counts the other way. Every deal is diagnosed.
+Printed are the errors of its plants 1 s and 2 s ahead on the unseen quarter over those of the null model fitted by the
+one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of the families named, shown and
+predictive together, over the pairs of deals of which at least one names something.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.records import Log, read_logs
+from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect, PossibleEffect, diagnose
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
 from heli_identifier.tracing.prediction.ahead import SPACING
@@ -28,6 +28,9 @@ from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import use_threads
 from heli_identifier.tracing.predictive.families import family_of
 from heli_plant.parameters import PlantParameters
+
+OPPOSITE = ":pitch=-1"
+"""Behind a rig's name: its pitch counts opposite to the project's, as ``pitch = -1`` in its heli.toml would say."""
 
 MODELS = ("before", "with shown", "after", "everything")
 
@@ -41,8 +44,10 @@ def deal(count: int, random: np.random.Generator) -> tuple[NDArray[np.intp], NDA
 
 def rig_logs(rig: str, first: float) -> list[Log]:
     """Read the logs of a rig, a folder or a pattern of files, from ``first`` [s] on."""
+    signs = {"pitch": -1} if rig.endswith(OPPOSITE) else {}
+    rig = rig.removesuffix(OPPOSITE)
     files = sorted(glob.glob(rig if glob.has_magic(rig) else str(Path(rig) / "*.csv")))
-    return read_logs(files, start=first or None)
+    return list(read_logs(files, LogFormat(signs=signs), start=first or None))
 
 
 def voltage_limit(logs: Sequence[Log]) -> float:

@@ -18,8 +18,7 @@ from heli_identifier.tracing.search.model import Model, effect_score
 from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
 from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
-from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
-from heli_identifier.tracing.search.stability import own_response, stability
+from heli_identifier.tracing.search.stability import effect_stability, unknown_stability
 from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
@@ -38,8 +37,6 @@ def found_effects(
     found = []
     for effect in model.effects:
         others = rivals[effect.field]
-        index = model.fit.free.index(effect.field)
-        own = own_response(model, slice(index, index + 1), np.array([getattr(model.fit.parameters, effect.field)]))
         found.append(
             FoundEffect(
                 effect.name,
@@ -51,14 +48,13 @@ def found_effects(
                 effect_score(model.fit, effect),
                 agreed[effect.field],
                 separating(effect.name, others[0].name) if others else "",
-                stability=stability(model, own, threshold**2),
+                stability=effect_stability(model, effect, threshold),
                 together=together((effect.field, *(other.field for other in others)), model.fit.parameters),
             )
         )
     for index, unknown in enumerate(model.unknowns):
         shape, score = described(model, index), float(np.sqrt(unknown.likelihood_ratio))
-        own = own_response(model, model.columns(index), model.weights(index))
-        steady = stability(model, own, UNKNOWN_LEVEL)
+        steady = unknown_stability(model, index)
         found.append(
             FoundEffect(
                 "unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score, stability=steady,

@@ -32,7 +32,8 @@ STEADY = 0.8
 """Share of the halves from which on a family is steady."""
 
 POSSIBLE = 0.3
-"""Share of the halves from which on a family is possible."""
+"""Share of the halves from which on a family is possible: less rests on so few passages that it is no property of the
+rig, whatever it scores."""
 
 HOPELESS = 1.0
 """Score in all of the data below which few halves can find a family: stability is taken as zero."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.search.candidates import shape_fields
+from heli_identifier.tracing.search.settings import COMPANION_SCORE
 from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
 from heli_plant.effects import AXES, Effect
 
@@ -100,6 +101,12 @@ def effect_score(fit_: Fit, effect: Effect) -> float:
         offset = fit_.free.index(HORIZONTAL_OFFSET)
         variance -= float(covariance[index, offset]) ** 2 / float(covariance[offset, offset])
     return float(getattr(fit_.parameters, effect.field) / np.sqrt(variance))
+
+
+def asked_score(model: Model, effect: Effect, threshold: float) -> float:
+    """Score that an effect of a model has to have; a coupling that the model has on another axis too is expected."""
+    expected = effect.coupled and any(e.name == effect.name and e is not effect for e in model.effects)
+    return COMPANION_SCORE if expected else threshold
 
 
 def with_unknown(model: Model, unknown: Unknown) -> Model:

@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.covariance import block_membership
-from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, asked_score, needs_horizontal
 from heli_identifier.tracing.search.scan import basis_of
+from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
+from heli_plant.effects import Effect
 
 PAIRS = 500
 """Pairs of halves: the share that shows a part is known within .02."""
@@ -26,7 +28,22 @@ SEED = 0
 """Of the halves: the same logs give the same share."""
 
 
-def own_response(model: Model, columns: slice, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def effect_stability(model: Model, effect: Effect, threshold: float) -> float:
+    """Share (0 to 1) of the halves that show an effect, which all of the data show from a score ``threshold`` on."""
+    own = [model.fit.free.index(effect.field)]
+    values = [getattr(model.fit.parameters, effect.field)]
+    if HORIZONTAL_OFFSET in model.fit.free and needs_horizontal([effect]):
+        own.append(model.fit.free.index(HORIZONTAL_OFFSET))
+        values.append(0.0)
+    return stability(model, own_response(model, own, np.array(values)), asked_score(model, effect, threshold) ** 2)
+
+
+def unknown_stability(model: Model, index: int) -> float:
+    """Share (0 to 1) of the halves that show unknown torque number ``index``."""
+    return stability(model, own_response(model, model.columns(index), model.weights(index)), UNKNOWN_LEVEL)
+
+
+def own_response(model: Model, columns: slice | list[int], values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Whitened response (M,) of some columns of a model's fit, beyond what the rest of the model could explain."""
     others = basis_of(np.delete(model.fit.jacobian, columns, axis=1))
     response = model.fit.jacobian[:, columns] @ values

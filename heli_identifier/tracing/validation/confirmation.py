@@ -1,4 +1,4 @@
-"""Confirm what a search found: at other filter frequencies, then on the held-out logs.
+"""Confirm what a search found: at other filter frequencies, in halves of the training data, on the held-out logs.
 
 Named effects that were found beside an unknown torque have left to it what it explains better. Where no unknown torque
 is confirmed, they are not the best that the catalogue can do, and what was found without one is checked in their place.
@@ -8,12 +8,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from heli_identifier.online import Estimate
+from heli_identifier.tracing.predictive.judge import POSSIBLE
 from heli_identifier.tracing.search.agreement import agreement
 from heli_identifier.tracing.search.horizontal import with_horizontal_offset
+from heli_identifier.tracing.search.model import Model, without, without_unknown
 from heli_identifier.tracing.search.selection import Selection
+from heli_identifier.tracing.search.stability import effect_stability, unknown_stability
+from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.withdrawal import Validation, validate
+from heli_plant.effects import Effect
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,12 +42,32 @@ class Confirmation:
 
 
 def confirm(selection: Selection, bandwidths: Sequence[float], held_out: HeldOut) -> Confirmation:
-    """Check a search's model at other filter frequencies [rad/s] and on held-out logs."""
+    """Check a search's model at other filter frequencies [rad/s], in halves of its data and on held-out logs."""
     model, agreed, unstable = agreement(with_horizontal_offset(selection.model), bandwidths)
+    model, passing = steady(model, selection.threshold)
     validation = validate(model, selection.null.model.fit, held_out, selection.threshold)
-    withdrawn = (*unstable, *validation.withdrawn)
+    withdrawn = (*unstable, *passing, *validation.withdrawn)
     if selection.model.unknowns and not validation.model.unknowns:
         again = confirm(replace(selection, last=selection.named), bandwidths, held_out)
         unknowns = tuple(one for one in withdrawn if one.name == "unknown")
         return replace(again, withdrawn=(*unknowns, *again.withdrawn))
     return Confirmation(selection, validation, agreed, withdrawn)
+
+
+def steady(model: Model, threshold: float) -> tuple[Model, list[Withdrawal]]:
+    """Withdraw, the least steady first, what hardly any half of the training data shows."""
+    withdrawn = []
+    while model.effects or model.unknowns:
+        shares: list[tuple[float, Effect | Unknown]] = [
+            *((effect_stability(model, effect, threshold), effect) for effect in model.effects),
+            *((unknown_stability(model, index), unknown) for index, unknown in enumerate(model.unknowns)),
+        ]
+        share, least = min(shares, key=lambda row: row[0])
+        if share >= POSSIBLE:
+            break
+        why = (
+            f"only {100.0 * share:.0f} % of the halves of the training data show it, of {100.0 * POSSIBLE:.0f} % asked"
+        )
+        withdrawn.append(Withdrawal(least.name, least.axis, why))
+        model = without(model, least) if isinstance(least, Effect) else without_unknown(model, least)
+    return model, withdrawn

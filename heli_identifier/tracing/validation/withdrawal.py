@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import Fit
-from heli_identifier.tracing.search.model import Model, effect_score, without, without_unknown
-from heli_identifier.tracing.search.settings import COMPANION_SCORE
+from heli_identifier.tracing.search.model import Model, asked_score, effect_score, without, without_unknown
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import (
     HeldOut,
@@ -99,8 +98,7 @@ def passing(model: Model, threshold: float) -> tuple[Model, list[Withdrawal]]:
     """
 
     def margin(effect: Effect) -> float:
-        expected = effect.coupled and any(e.name == effect.name and e is not effect for e in model.effects)
-        return abs(effect_score(model.fit, effect)) - (COMPANION_SCORE if expected else threshold)
+        return abs(effect_score(model.fit, effect)) - asked_score(model, effect, threshold)
 
     withdrawn = []
     while model.effects and margin(weakest := min(model.effects, key=margin)) < 0.0:
