@@ -14,7 +14,7 @@ from heli_identifier.tracing.search.ambiguity import alternatives
 from heli_identifier.tracing.search.candidates import Candidate
 from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields, with_unknown, without
 from heli_identifier.tracing.search.scan import scan
-from heli_identifier.tracing.search.selection import score_catalogue
+from heli_identifier.tracing.search.selection import Selection, score_catalogue
 from heli_identifier.tracing.search.settings import SHOWN_SCORE
 from heli_identifier.tracing.search.trials import Contender, refitted, trial
 from heli_identifier.tracing.search.unknown import search
@@ -254,7 +254,9 @@ def slow(voltages):
 
 def rivals_of(problem, entry, **start):
     null = score_catalogue(model_of(problem))
-    return {rival.field for rival in alternatives(model_of(problem, entry, **start), entry, null)}
+    return {
+        rival.field for rival in alternatives(model_of(problem, entry, **start), entry, Selection(null, null, null))
+    }
 
 
 @pytest.mark.slow

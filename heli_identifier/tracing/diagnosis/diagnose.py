@@ -170,7 +170,7 @@ def _verdict(model: Model) -> RigVerdict:
 
 def _rivals(selection: Selection, model: Model) -> dict[str, list[Effect]]:
     """Per found effect's field what could stand in its place."""
-    return {effect.field: alternatives(model, effect, selection.null) for effect in model.effects}
+    return {effect.field: alternatives(model, effect, selection) for effect in model.effects}
 
 
 def _series(

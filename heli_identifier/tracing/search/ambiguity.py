@@ -4,18 +4,20 @@ The model without the effect is scanned again; rivals are refitted in its place.
 within a few units of that of the chosen effect is an alternative that these data cannot rule out.
 """
 
+from heli_identifier.tracing.search.candidates import candidates, stepping_at
 from heli_identifier.tracing.search.model import Model, without
-from heli_identifier.tracing.search.scan import scored, subset
-from heli_identifier.tracing.search.selection import Round, score_catalogue
+from heli_identifier.tracing.search.scan import Scan, scan, scored, subset
+from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.settings import SHORTLIST
-from heli_identifier.tracing.search.trials import contenders, refitted
+from heli_identifier.tracing.search.steps import step_times
+from heli_identifier.tracing.search.trials import Trials, contenders, refitted
 from heli_plant.effects import Effect
 
 CLOSE = 6.0
 """Difference in twice the log-likelihood below which two models are not told apart (odds of 20 to 1)."""
 
 
-def alternatives(model: Model, effect: Effect, null: Round) -> list[Effect]:
+def alternatives(model: Model, effect: Effect, selection: Selection) -> list[Effect]:
     """Entries that could take the place of ``effect``, likeliest first.
 
     Parameters
@@ -23,20 +25,32 @@ def alternatives(model: Model, effect: Effect, null: Round) -> list[Effect]:
     model : Model
     effect : Effect
         One of the effects of the model.
-    null : Round
-        The catalogue scored at the null model; used as it is where ``effect`` is all that the model has.
+    selection : Selection
+        The search that found it. Where ``effect`` is all that the model has, its scan of the null model serves.
     """
-    alone = model.effects == (effect,) and not model.unknowns
-    around = null if alone else score_catalogue(without(model, effect))
-    fit = around.model.fit
-    likelihood_ratio = 2.0 * (model.fit.log_likelihood - fit.log_likelihood)
-    scanned = subset(around.scanned, [i for i, c in enumerate(around.scanned.candidates) if _rival(c.effect, effect)])
-    noise_scan = scored(fit, around.noise_whitener, scanned.candidates, scanned.raw)
-    contending = contenders(scanned, noise_scan, 0.8 * around.threshold)[:SHORTLIST]
+    if model.effects == (effect,) and not model.unknowns:
+        reduced, trials = selection.null.model, selection.null.trials
+        every = selection.null.scanned
+        scanned = subset(every, [i for i, c in enumerate(every.candidates) if _rival(c.effect, effect)])
+    else:
+        trials = Trials()
+        reduced = without(model, effect)
+        scanned = _scan_of_rivals(reduced, effect, selection)
+    likelihood_ratio = 2.0 * (model.fit.log_likelihood - reduced.fit.log_likelihood)
+    noise_scan = scored(reduced.fit, selection.last.noise_whitener, scanned.candidates, scanned.raw)
+    contending = contenders(scanned, noise_scan, 0.8 * selection.threshold)[:SHORTLIST]
     likely = [found for found in contending if found.likelihood_ratio >= 0.6 * likelihood_ratio - 3.0 * CLOSE]
-    refits = refitted(around.model, scanned, likely, around.trials)
+    refits = refitted(reduced, scanned, likely, trials)
     rivals = [rival for rival in refits if rival.likelihood_ratio > likelihood_ratio - CLOSE]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.likelihood_ratio)]
+
+
+def _scan_of_rivals(reduced: Model, effect: Effect, selection: Selection) -> Scan:
+    """Score the entries that act on an axis of ``effect`` at the model without it."""
+    fit, noise = reduced.fit, selection.last.noise_whitener
+    times = sorted({t for whitener in (noise, fit.whitener) for t in step_times(fit, whitener)})
+    moves = (*candidates(fit.problem.records, fit.parameters), *stepping_at(times, fit.parameters))
+    return scan(fit, [move for move in moves if _rival(move.effect, effect)])
 
 
 def _rival(candidate: Effect, effect: Effect) -> bool:

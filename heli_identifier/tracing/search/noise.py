@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.prediction.linear_refit import LOST
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE
 from heli_identifier.tracing.prediction.whitening import Whitener, fit_axis
 from heli_identifier.tracing.prediction.workers import parallel
-from heli_identifier.tracing.search.scan import basis_of
 from heli_identifier.tracing.search.splines import variable
 from heli_identifier.tracing.search.unknown import curve_columns
 
@@ -52,6 +52,8 @@ def least_squares_residual(
     signals: Sequence[NDArray[np.float64]], columns: Sequence[NDArray[np.float64]]
 ) -> list[NDArray[np.float64]]:
     """Return what least squares on ``columns``, each (n_i, k), leaves of ``signals``, each (n_i,)."""
-    stacked, basis = np.concatenate(list(signals)), basis_of(np.concatenate(list(columns)))
-    left = stacked - basis @ (basis.T @ stacked)
+    stacked, matrix = np.concatenate(list(signals)), np.concatenate(list(columns))
+    length = np.linalg.norm(matrix, axis=0)
+    matrix /= np.where(length > 0.0, length, 1.0)
+    left = stacked - matrix @ np.linalg.lstsq(matrix.T @ matrix, matrix.T @ stacked, rcond=LOST)[0]
     return np.split(left, np.cumsum([len(signal) for signal in signals])[:-1])
