@@ -28,7 +28,7 @@ def linear(seed=0, blocks=24, fields=5, rows=30):
     wide = np.full(fields, np.inf)
     problem = Quadratic(
         G.sum(axis=1), h.sum(axis=1), G.sum(axis=0), h.sum(axis=0), (y**2).sum(axis=(0, 2)), float(y.size),
-        np.eye(fields), -wide, wide,
+        -wide, wide,
     )  # fmt: skip
     return J, y, problem
 

@@ -2,7 +2,7 @@
 
 Minimised over the common coordinates x and the offsets o_l of each log is
 
-    sum_l sum_ihj kappa_h rho(e_ihj / s_hj) + x' Q x / 2 + sum_l |o_l / tau|^2 / 2,    sum_l o_l = 0,
+    sum_l sum_ihj kappa_h rho(e_ihj / s_hj) + |x|^2 / 2 + sum_l |o_l / tau|^2 / 2,    sum_l o_l = 0,
 
 with rho Huber's loss, s_hj the errors' robust scale, kappa_h what one of the overlapping predictions is worth, and tau
 the spread of the offsets over the logs, estimated along with them (empirical Bayes, with one log's worth of the prior

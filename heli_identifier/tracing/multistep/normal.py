@@ -2,12 +2,12 @@
 
 With J_l = [J, J_o] the derivatives of log l's errors by coordinates x and its offsets, W its weights and e its errors,
 
-    N = sum_l J_l' W J_l + D,    g = sum_l J_l' W e + D (x, o),    D = diag(Q, T),
+    N = sum_l J_l' W J_l + D,    g = sum_l J_l' W e + D (x, o),    D = diag(I, T),
 
-Q and T the precisions of the coordinates' and the offsets' priors. With the scores g_b = J_b' W e_b of B independent
-blocks b and k = tr(N^-1 (N - D)) effective parameters, M = B / (B - k) sum_b g_b g_b' is the scores' covariance (Hansen
-2007) and phi = tr(N^-1 M) / k the dispersion of the errors over what W says. The variances of x are the larger of the
-posterior's, ((N - D) / phi + D)^-1, and the sandwich's, N^-1 M N^-1.
+the unit matrix and T the precisions of the coordinates' and the offsets' priors. With the scores g_b = J_b' W e_b of B
+independent blocks b and k = tr(N^-1 (N - D)) effective parameters, M = B / (B - k) sum_b g_b g_b' is the scores'
+covariance (Hansen 2007) and phi = tr(N^-1 M) / k the dispersion of the errors over what W says. The variances of x are
+the larger of the posterior's, ((N - D) / phi + D)^-1, and the sandwich's, N^-1 M N^-1.
 """
 
 from collections.abc import Sequence
@@ -86,7 +86,6 @@ def normal_equations(
     errors: Sequence[NDArray[np.float64]],
     weights: Sequence[NDArray[np.float64]],
     x: NDArray[np.float64],
-    precision: NDArray[np.float64],
     offsets: NDArray[np.float64],
     spreads: NDArray[np.float64],
     blocks: Sequence[NDArray[np.intp]] | None = None,
@@ -109,7 +108,7 @@ def normal_equations(
         if blocks is not None:
             np.add.at(scores, (blocks[log][:, None], own[None, :]), by_start)
     prior = np.zeros((size, size))
-    prior[:common, :common] = precision
+    prior[:common, :common] = np.eye(common)
     prior[common:, common:] = offset_precision(spreads, len(offsets))
     gradient += prior @ np.concatenate((x, offsets.ravel()))
     return NormalEquations(matrix + prior, gradient, common, scores, prior)

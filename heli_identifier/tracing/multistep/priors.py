@@ -9,17 +9,15 @@ pushes. The widths come from what can be built on a bench, not from any rig's lo
 * Elevation stiffness: the period of the balanced arm is longer than some 3 s. Its offset: the counterweight leaves no
   more than a fifth of g / l with l = .6 m, about 3 rad/s^2.
 * Gains: half of the voltage limit on both rotors lifts a balanced arm with about 1 rad/s^2. The travel turns the same
-  mass on the same arm, so that k_z and |k_y| are nearly one. The body's smaller inertia makes the pitch some three
-  times faster. A factor of two is usual.
+  mass on the same arm. The body's smaller inertia makes the pitch some three times faster. A factor of two is usual.
+  That k_z and |k_y| are nearly one is no part of the prior: an effect that the travel lacks changes k_y by a factor of
+  six, and would take k_z along.
 * Effects of the catalogue: nothing is known but the plausible range, whose end lies three widths from zero.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import copysign, exp, inf, log
-
-import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_plant.effects import BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
@@ -99,19 +97,6 @@ _GAINS: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 
 GAIN_WIDTH = log(2.0)
 """Width of a gain's logarithm."""
-
-SAME_INERTIA = 0.3
-"""Width of ln(k_z / |k_y|): the same thrust on the same arm, and inertias that differ by the arm's own thickness."""
-
-
-def prior_precision(frame: Sequence[Coordinate]) -> NDArray[np.float64]:
-    """Precision Q (P, P) of the coordinates: one each, and what ties the gains of elevation and travel together."""
-    precision, names = np.eye(len(frame)), [c.field for c in frame]
-    if "k_z" in names and "k_y" in names:
-        tie = np.zeros(len(frame))
-        tie[names.index("k_z")], tie[names.index("k_y")] = GAIN_WIDTH / SAME_INERTIA, -GAIN_WIDTH / SAME_INERTIA
-        precision += np.outer(tie, tie)
-    return precision
 
 
 def coordinates(fields: Iterable[str], start: PlantParameters) -> tuple[Coordinate, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.multistep.normal import NormalEquations, normal_equations, offset_precision
-from heli_identifier.tracing.multistep.priors import Coordinate, prior_precision
+from heli_identifier.tracing.multistep.priors import Coordinate
 from heli_identifier.tracing.multistep.problem import OFFSET_WIDTHS, Arrays, Multistep
 from heli_identifier.tracing.multistep.robust import loss, robust_scales, weights
 from heli_plant.parameters import PlantParameters
@@ -71,7 +71,7 @@ class Search:
         """Half the squared distance from the priors' centre."""
         offsets = self.offsets.ravel()
         of_offsets = offsets @ offset_precision(self.spreads, len(self.offsets)) @ offsets
-        return 0.5 * float(self.x @ prior_precision(self.frame) @ self.x + of_offsets)
+        return 0.5 * float(self.x @ self.x + of_offsets)
 
     def objective(self) -> float:
         """Loss of the errors and penalty."""
@@ -81,7 +81,7 @@ class Search:
         """Assemble the normal equations under the present scales, spreads and sensitivities."""
         return normal_equations(
             self.jacobian, self.errors, weights(self.problem, self.errors, self.scales), self.x,
-            prior_precision(self.frame), self.offsets, self.spreads, blocks,
+            self.offsets, self.spreads, blocks,
         )  # fmt: skip
 
     def descend(self, steps: int, enough: float = SETTLED) -> bool:

@@ -6,7 +6,7 @@ Around the coordinates x_0 of a fit the loss of block b is, up to a constant, ha
 
 summed over the starts in the block, the horizons and the axes. The errors e are those of predictions that know nothing
 of their log's offsets, as on a new log: what differs from log to log is noise between blocks here. A field that is left
-out has the coordinate 0. With N = sum_b G_b + Q, the scores r_b = h_b - G_b x of the fit x, n independent observations
+out has the coordinate 0. With N = sum_b G_b + I, the scores r_b = h_b - G_b x of the fit x, n independent observations
 and k effective parameters,
 
     M = n / (n - k) sum_b r_b r_b',    V = N^-1 M N^-1
@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.multistep.fit import MultistepFit
-from heli_identifier.tracing.multistep.priors import prior_precision
 from heli_identifier.tracing.multistep.problem import overlap_weights
 from heli_identifier.tracing.multistep.robust import weights
 
@@ -67,8 +66,6 @@ class Quadratic:
         Twice the loss at x = 0 by axis.
     observations : float
         n, starts by axis and horizon, each counted by what one of the overlapping predictions is worth.
-    precision : NDArray, shape (P, P)
-        Q of the priors.
     lower, upper : NDArray, shape (P,)
         Bounds of the coordinates.
     """
@@ -79,7 +76,6 @@ class Quadratic:
     axis_slope: NDArray[np.float64]
     axis_constant: NDArray[np.float64]
     observations: float
-    precision: NDArray[np.float64]
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
 
@@ -110,7 +106,7 @@ class Quadratic:
         x, free = self.solve(kept)
         own = np.ix_(free, free)
         inverse, scores = np.linalg.inv(self._matrix[own]), (self.slope - self.curvature @ x)[:, free]
-        count, effective = self.observations, float(np.trace(inverse @ (self._matrix - self.precision)[own]))
+        count, effective = self.observations, float(np.trace(inverse @ (self._matrix - np.eye(len(self._matrix)))[own]))
         # scores at the optimum are too small by the share that the fit took from each observation
         noise = np.sqrt(count / max(count - effective, 1.0)) * scores @ inverse
         sandwich = noise.T @ noise
@@ -131,7 +127,7 @@ class Quadratic:
 
     @cached_property
     def _matrix(self) -> NDArray[np.float64]:
-        return self.curvature.sum(axis=0) + self.precision
+        return self.curvature.sum(axis=0) + np.eye(self.curvature.shape[1])
 
 
 def quadratic_of(fit: MultistepFit) -> Quadratic:
@@ -157,5 +153,4 @@ def quadratic_of(fit: MultistepFit) -> Quadratic:
                 axis_constant[axis] += weight @ target**2
     observations = sum(float((~np.isnan(r.measured) * overlap_weights()[:, None]).sum()) for r in fit.problem.records)
     lower, upper = np.array([c.bounds for c in fit.fields]).T
-    precision = prior_precision(fit.fields)
-    return Quadratic(curvature, slope, axis_curvature, axis_slope, axis_constant, observations, precision, lower, upper)
+    return Quadratic(curvature, slope, axis_curvature, axis_slope, axis_constant, observations, lower, upper)

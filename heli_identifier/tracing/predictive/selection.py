@@ -19,7 +19,7 @@ import numpy as np
 
 from heli_identifier.tracing.multistep.fit import MultistepFit, settled
 from heli_identifier.tracing.multistep.nested import growth, search_without, widened, with_fields, without
-from heli_identifier.tracing.multistep.priors import ENTRIES, prior_precision
+from heli_identifier.tracing.multistep.priors import ENTRIES
 from heli_identifier.tracing.multistep.robust import loss
 from heli_identifier.tracing.multistep.search import NEAR
 from heli_identifier.tracing.predictive.families import FAMILIES, family_of
@@ -200,9 +200,7 @@ def _fitted(shown: MultistepFit, everything: MultistepFit, added: Sequence[str])
     others = set(everything.names) - set(shown.names) - set(added)
     ends = [with_fields(shown, added), without(everything, others)]
     common = np.min([end.scales for end in ends], axis=0)
-    return min(
-        ends, key=lambda end: loss(end.errors, common) + 0.5 * float(end.x @ prior_precision(end.fields) @ end.x)
-    )
+    return min(ends, key=lambda end: loss(end.errors, common) + 0.5 * float(end.x @ end.x))
 
 
 def _around(fit: MultistepFit, everything: MultistepFit) -> MultistepFit:
