@@ -208,6 +208,10 @@ def test_commands_import_the_units_late(module):
     [
         ("heli_identifier.workbench.commands.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "rich.table")),
         ("heli_identifier.workbench.commands.summary", ("numba", "scipy", "pandas", "matplotlib")),
+        (
+            "heli_identifier.tracing.diagnosis.diagnose",
+            ("scipy.signal", "scipy.stats", "scipy.interpolate", "scipy.optimize", "pandas", "matplotlib"),
+        ),
         # the process that draws a report starts while the command imports what the search needs
         ("heli_identifier.workbench.report.page", ("numba", "scipy.signal", "scipy.stats", "pandas", "statsmodels")),
     ],

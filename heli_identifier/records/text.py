@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.layout import cells_of, found_layout, is_number
+from heli_identifier.records.layout import Layout, cells_of, found_layout, is_number
+from heli_identifier.records.plain_numbers import plain_numbers
 from heli_identifier.records.table import Table, as_numbers
 
 _CHUNK = 1 << 20
@@ -60,13 +61,32 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
     LogError
         If the bytes are not a table: binary, empty, one column, no rows, or a row longer than the header.
     """
-    import pandas
-
     data = _utf8(data, file)
     layout = found_layout(data, file, decimal, mapped)
     # Blank lines at the end are not rows; blank lines elsewhere are rows with empty cells.
     data, notes = _whole_lines(data, layout.separator, decimal)
     notes = (*layout.notes, *notes)
+    plain = plain_numbers(data, layout.separator, layout.above, len(layout.headers)) if decimal == "." else None
+    columns = _any_cells(data, layout, file, decimal) if plain is None else tuple(np.ascontiguousarray(plain.T))
+
+    def cell(sample: int, column: int) -> str:
+        line = data.decode("utf-8-sig", errors="replace").splitlines()[sample + layout.above]
+        cells = cells_of(line, layout.separator)
+        return cells[column].strip() if column < len(cells) else ""
+
+    return Table(file, layout.headers, columns, layout.above + 1, cell, notes)
+
+
+def _any_cells(data: bytes, layout: Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
+    """Read a table whose cells may hold anything.
+
+    Raises
+    ------
+    LogError
+        It has no rows, or a row longer than the header.
+    """
+    import pandas
+
     count = len(layout.headers)
     try:
         with warnings.catch_warnings():
@@ -84,6 +104,7 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
                 skip_blank_lines=False,
                 skipinitialspace=True,
                 low_memory=False,
+                float_precision="round_trip",  # the nearest number, as Python reads it
                 encoding="utf-8-sig",
                 encoding_errors="replace",
                 chunksize=_PIECE,
@@ -106,14 +127,7 @@ def read_text_table(data: bytes, file: str, decimal: str, mapped: frozenset[str]
         raise _overfull(file, int(found[1]), int(found[2]), count) from error
     if not any(len(cells) for cells in parts[0]):
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
-
-    def cell(sample: int, column: int) -> str:
-        line = data.decode("utf-8-sig", errors="replace").splitlines()[sample + layout.above]
-        cells = cells_of(line, layout.separator)
-        return cells[column].strip() if column < len(cells) else ""
-
-    columns = tuple(_joined(cells) for cells in parts)
-    return Table(file, layout.headers, columns, layout.above + 1, cell, notes)
+    return tuple(_joined(cells) for cells in parts)
 
 
 def _joined(parts: list[NDArray[Any]]) -> NDArray[Any]:

@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.start import lagged_voltages, smoothed
@@ -152,11 +152,11 @@ def _standardised(
     if len(y) < FEWEST_SAMPLES * X.shape[1]:
         return np.zeros_like(y), np.zeros_like(y)
     r = huber_residuals(X, y)
-    s = max(float(np.quantile(abs(r), share)) / float(norm.ppf(0.5 + 0.5 * share)) for share in (CORE, TAIL))
+    s = max(float(np.quantile(abs(r), share)) / float(ndtri(0.5 + 0.5 * share)) for share in (CORE, TAIL))
     fastest = (change >= np.quantile(change, 1.0 - FAST_SHARE)) & (change > 0.0)
     tau_squared = 0.0
     if fastest.any():
-        squares = (r[fastest] / norm.ppf(0.75)) ** 2  # their median is the variance
+        squares = (r[fastest] / ndtri(0.75)) ** 2  # their median is the variance
         tau_squared = max(float(np.median((squares - s**2) / change[fastest] ** 2)), 0.0)
     return r, r / np.sqrt(s**2 + tau_squared * change**2 + np.finfo(float).tiny)
 
@@ -170,6 +170,6 @@ def huber_residuals(X: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[n
     for _ in range(ITERATIONS):
         normal = X.T @ (X * weights[:, None]) + RIDGE * len(y) * np.eye(X.shape[1])
         r = y - X @ np.linalg.solve(normal, X.T @ (weights * y))
-        scale = float(np.median(abs(r))) / float(norm.ppf(0.75))
+        scale = float(np.median(abs(r))) / float(ndtri(0.75))
         weights = np.minimum(1.0, HUBER * scale / np.maximum(abs(r), np.finfo(float).tiny))
     return r

@@ -9,15 +9,16 @@ overlap fail together. The encoder of the pitch may read z more than the angle i
 log: then the plant starts at theta - z, and z is added to what it predicts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import predicted, prediction_starts
-from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion, states_with
+from heli_identifier.tracing.prediction.smoothed_state import driven, moving, smoothed_motion, still
 from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 
@@ -29,6 +30,10 @@ APART = HORIZONS[0]
 
 DIVERGED = 1e4
 """Error [rad] from which on a prediction has diverged."""
+
+
+REMEMBERED = 16
+"""Runs of motors and bending that are kept for each record: more than a fit has fields that act on them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +51,8 @@ class Starts:
         Smoothed pitch, elevation, travel [rad] and their rates [rad/s] there.
     measured : NDArray, shape (S, 3, 3)
         Measured angles [rad] by start, horizon and axis; not a number beyond the record's end.
+    driven : callable
+        Gives the states (S, 12) of motors and bending alone. Most parameter sets of a fit share them.
     """
 
     record: Log
@@ -53,6 +60,7 @@ class Starts:
     at: NDArray[np.intp] = field(init=False)
     motion: NDArray[np.float64] = field(init=False)
     measured: NDArray[np.float64] = field(init=False)
+    driven: Callable[[PlantParameters], NDArray[np.float64]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         record, steps = self.record, horizon_steps(self.record.step)
@@ -63,6 +71,7 @@ class Starts:
         measured[ends >= record.samples] = np.nan
         for name, values in (("at", at), ("motion", read_only(motion)), ("measured", measured)):
             object.__setattr__(self, name, values)
+        object.__setattr__(self, "driven", lru_cache(REMEMBERED)(partial(driven, record, at)))
 
 
 def horizon_steps(step_seconds: float) -> NDArray[np.intp]:
@@ -87,7 +96,7 @@ def horizon_errors(starts: Starts, parameters: PlantParameters, pitch_zero: floa
         the prediction diverged.
     """
     record = starts.record
-    states = states_with(starts.motion, record, starts.at, parameters)
+    states = moving(starts.driven(still(parameters)), starts.motion, record)
     states[:, 0] -= pitch_zero
     angles = predicted(record, starts.at, states, horizon_steps(record.step), parameters)
     angles[..., 0] += pitch_zero

@@ -17,13 +17,13 @@ from heli_identifier.tracing.multistep.fit import STEPS, MultistepFit, settled
 from heli_identifier.tracing.multistep.priors import Coordinate, coordinates
 from heli_identifier.tracing.multistep.problem import Arrays
 from heli_identifier.tracing.multistep.robust import weights
-from heli_identifier.tracing.multistep.search import NEAR, SETTLED, Search
+from heli_identifier.tracing.multistep.search import NEAR, Search
 
 
-def with_fields(fit: MultistepFit, added: Sequence[str], enough: float = SETTLED) -> MultistepFit:
-    """Fit with further effects, until a step gains less than ``enough`` in log-likelihood."""
+def with_fields(fit: MultistepFit, added: Sequence[str]) -> MultistepFit:
+    """Fit with further effects."""
     search = widened(fit, coordinates([field for field in added if field not in fit.names], fit.problem.base))
-    return settled(search, search.descend(STEPS, enough=enough))
+    return settled(search, search.descend(STEPS))
 
 
 def widened(fit: MultistepFit, added: Sequence[Coordinate]) -> Search:

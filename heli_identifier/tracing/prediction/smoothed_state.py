@@ -7,6 +7,7 @@ Angles and rates are those of a local cubic over .4 s (Savitzky and Golay 1964),
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.start import smoothed
 from heli_plant.effects import ACCELERATION, AXES, CATALOGUE
@@ -37,35 +38,52 @@ def as_smoothed(acceleration: NDArray[np.float64], record: Log) -> NDArray[np.fl
 
 STILL = dict.fromkeys(
     (
-        *("k_x", "k_y", "k_z", "a_th", "a_1"),
+        *ModelParameters._fields,
         *(entry.field for entry in CATALOGUE if entry.place == ACCELERATION),
         *(f"table_variable_{axis}" for axis in AXES),
     ),
     0.0,
 )
-"""Fields without which the axes stay at rest under any voltage."""
+"""Fields without which the axes stay at rest under any voltage. Motors and bending do not depend on them."""
 
 
-def states_with(
-    motion: NDArray[np.float64], record: Log, at: NDArray[np.intp], parameters: PlantParameters
-) -> NDArray[np.float64]:
-    """States (S, 12) at the samples ``at``: the given motion, and motors and bending simulated under ``parameters``.
+def still(parameters: PlantParameters) -> PlantParameters:
+    """Return the parameters of the same motors and bending under axes that stay at rest."""
+    return parameters._replace(**STILL)
 
-    The elevation is the rigid arm's: the encoder's less the simulated bending. The cable rests where the record began.
-    Motors and bending do not depend on how the axes move, so the axes are left at rest there: a free run may diverge.
+
+def driven(record: Log, at: NDArray[np.intp], at_rest: PlantParameters) -> NDArray[np.float64]:
+    """States (S, 12) at the samples ``at`` of motors and bending alone.
+
+    They do not depend on how the axes move, so the axes are left at rest: a free run may diverge.
 
     Parameters
     ----------
-    motion : NDArray, shape (S, 6)
-        Pitch, elevation, travel [rad] and their rates [rad/s] at those samples.
     record : Log
+        Its voltages drive the motors, which are settled at the first.
     at : NDArray, shape (S,)
-    parameters : PlantParameters
+    at_rest : PlantParameters
+        From :func:`still`.
     """
     v_front, v_rear = (float(v) for v in record.voltages[0])
-    start = start_state(0.0, 0.0, 0.0, v_front, v_rear)
-    run, _ = simulate(record.voltages, record.step, start, parameters._replace(**STILL))
-    states = run[at]
+    run, _ = simulate(record.voltages, record.step, start_state(0.0, 0.0, 0.0, v_front, v_rear), at_rest)
+    return run[at]
+
+
+def moving(states: NDArray[np.float64], motion: NDArray[np.float64], record: Log) -> NDArray[np.float64]:
+    """States (S, 12) with motors and bending as they are in ``states`` and the axes in a given motion.
+
+    The elevation is the rigid arm's: the encoder's less the bending. The cable rests where the record began.
+
+    Parameters
+    ----------
+    states : NDArray, shape (S, 12)
+        From :func:`driven`.
+    motion : NDArray, shape (S, 6)
+        Pitch, elevation, travel [rad] and their rates [rad/s].
+    record : Log
+    """
+    states = states.copy()
     states[:, : motion.shape[1]] = motion
     states[:, FIELDS.index("elevation")] -= states[:, FIELDS.index("bending")]
     states[:, FIELDS.index("elevation_rate")] -= states[:, FIELDS.index("bending_rate")]
@@ -76,4 +94,4 @@ def states_with(
 def smoothed_states(record: Log, parameters: PlantParameters) -> NDArray[np.float64]:
     """States (N, 12) along a record, with its smoothed motion."""
     motion = np.hstack((smoothed_motion(record), smoothed_motion(record, 1)))
-    return states_with(motion, record, np.arange(record.samples), parameters)
+    return moving(driven(record, np.arange(record.samples), still(parameters)), motion, record)

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter, savgol_filter
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.local_cubic import local_cubic
+from heli_identifier.tracing.prediction.recursive_filter import filtered
 from heli_plant.parameters import PlantParameters
 
 SMOOTHING_WINDOW = 0.6
@@ -26,14 +27,14 @@ def smoothed(
     ``window`` [s] is widened to five samples where it holds fewer.
     """
     length = max(int(window / step) | 1, 5)
-    return savgol_filter(values, length, 3, deriv=order, delta=step, axis=0)
+    return local_cubic(values, length, order, step)
 
 
 def lagged_voltages(record: Log, time_constant: float) -> NDArray[np.float64]:
     """Voltages (N, 2) [V] behind the lag of eq. (9), settled at the first sample."""
     kept = float(np.exp(-record.step / time_constant)) if time_constant > 0.0 else 0.0
     first = record.voltages[0]
-    return lfilter([0.0, 1.0 - kept], [1.0, -kept], record.voltages - first, axis=0) + first
+    return filtered([0.0, 1.0 - kept], [1.0, -kept], record.voltages - first) + first
 
 
 def _regression(

@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
-from scipy.signal import lfilter, ss2tf
 
 from heli_identifier.tracing.prediction.observer import DAMPING
 from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.recursive_filter import filtered
 from heli_plant.compiled import read_only
 from heli_plant.parameters import PlantParameters
 
@@ -26,10 +26,10 @@ def torque_filter(axis: int, parameters: PlantParameters, bandwidth: float, h: f
     generator[:2] = [[0.0, 1.0, 0.0], [-stiffness, -damping, 1.0]]
     transition = expm(generator * h)
     correction = np.array([[1.0 - 2.0 * DAMPING * bandwidth * h, 0.0], [-bandwidth * bandwidth * h, 1.0]])
-    numerator, denominator = ss2tf(
-        transition[:2, :2] @ correction, transition[:2, 2:], np.array([[bandwidth**2, 0.0]]), np.zeros((1, 1))
-    )
-    return read_only(numerator[0]), read_only(denominator)
+    A, B, C = transition[:2, :2] @ correction, transition[:2, 2:], np.array([[bandwidth**2, 0.0]])
+    # C adj(z - A) B = det(z - A + B C) - det(z - A), the numerator over the denominator det(z - A)
+    denominator = np.poly(A)
+    return read_only(np.poly(A - B @ C) - denominator), read_only(denominator)
 
 
 def torque_responses(
@@ -49,5 +49,5 @@ def torque_responses(
     out = []
     for record, d in zip(problem.records, accelerations, strict=True):
         numerator, denominator = torque_filter(axis, parameters, problem.bandwidth, record.step)
-        out.append(problem.reduce(record, lfilter(numerator, denominator, d, axis=0)))
+        out.append(problem.reduce(record, filtered(numerator, denominator, d)))
     return out

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri
 
 from heli_identifier.tracing.predictive.quadratic import Quadratic, SubsetFit
 
@@ -157,5 +157,5 @@ def _one_degree(statistic: float, degrees: int) -> float:
     if degrees == 0:
         return 0.0
     # beyond some 35 standard errors probabilities underflow: there the statistic itself is the score's square
-    probable = chi2.sf(statistic, degrees) if degrees > 1 else 0.0
-    return float(np.sqrt(chi2.isf(probable, 1) if probable > 0.0 else statistic))
+    probable = chdtrc(degrees, max(statistic, 0.0)) if degrees > 1 else 0.0
+    return float(np.sqrt(chdtri(1, probable) if probable > 0.0 else statistic))

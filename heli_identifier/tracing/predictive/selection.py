@@ -17,11 +17,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from heli_identifier.tracing.multistep.fit import MultistepFit, settled
+from heli_identifier.tracing.multistep.fit import STEPS, MultistepFit, settled
 from heli_identifier.tracing.multistep.nested import growth, search_without, widened, with_fields, without
-from heli_identifier.tracing.multistep.priors import ENTRIES
+from heli_identifier.tracing.multistep.priors import ENTRIES, coordinates
 from heli_identifier.tracing.multistep.robust import loss
-from heli_identifier.tracing.multistep.search import NEAR
+from heli_identifier.tracing.multistep.search import NEAR, Search
 from heli_identifier.tracing.predictive.families import FAMILIES, family_of
 from heli_identifier.tracing.predictive.judge import POSSIBLE, STEADY, WORTH, Judge, Support
 from heli_identifier.tracing.predictive.quadratic import quadratic_of
@@ -73,9 +73,16 @@ class PredictiveSelection:
     possible: tuple[Finding, ...]
 
 
-def fit_everything(shown: MultistepFit) -> MultistepFit:
-    """Fit the whole catalogue beside what is shown."""
-    return with_fields(shown, [entry.field for entry in ENTRIES], NEAR)
+def with_everything(shown: MultistepFit) -> Search:
+    """Give the search that stands where a fit ended, with the whole catalogue beside what is shown."""
+    fields = [entry.field for entry in ENTRIES if entry.field not in shown.names]
+    return widened(shown, coordinates(fields, shown.problem.base))
+
+
+def fit_everything(begun: Search) -> MultistepFit:
+    """Fit the whole catalogue beside what is shown, from :func:`with_everything`."""
+    search = replace(begun)  # the descent moves it
+    return settled(search, search.descend(STEPS, enough=NEAR))
 
 
 def select_predictive(shown: MultistepFit) -> PredictiveSelection:
@@ -87,13 +94,14 @@ def select_predictive(shown: MultistepFit) -> PredictiveSelection:
         Fit of the simplified model with the effects that are shown.
     """
     shown = _above_ground(shown)
-    everything = fit_everything(shown)
+    begun = with_everything(shown)
+    everything = fit_everything(begun)
     represented = {family_of(field) for field in shown.names}
     families = {family.name: family.members for family in FAMILIES if family.name not in represented}
     judge = Judge(quadratic_of(everything), everything.names, shown.names, families)
     steady = judge.steady()
     fields = {name: judge.best(name, steady) for name in steady}
-    proven = _proven(shown, everything, fields, families)
+    proven = _proven(shown, begun, everything, fields, families)
     fit, fields, worth, stability = proven.fit, proven.fields, proven.worth, proven.stability
     predictive = [Finding(n, field, stability[n], worth[n]) for n, field in fields.items() if stability[n] >= STEADY]
     named = {finding.family for finding in predictive}
@@ -146,7 +154,11 @@ class _Proven:
 
 
 def _proven(
-    shown: MultistepFit, everything: MultistepFit, fields: dict[str, str], families: dict[str, tuple[str, ...]]
+    shown: MultistepFit,
+    begun: Search,
+    everything: MultistepFit,
+    fields: dict[str, str],
+    families: dict[str, tuple[str, ...]],
 ) -> _Proven:
     """Fit with the representatives that prove their worth, and with what that fit lacks.
 
@@ -164,7 +176,8 @@ def _proven(
             fit = settled(smaller[least], True)
             dropped.add(fields.pop(least))
             continue
-        judge = Judge(quadratic_of(_around(fit, everything)), everything.names, shown.names, families)
+        around = _around(fit, everything, begun if fit is shown else None)
+        judge = Judge(quadratic_of(around), everything.names, shown.names, families)
         found, stability = judge.around(list(fields))
         lacking = [n for n in found if n not in fields and found[n].enough and stability[n] >= STEADY]
         for name in sorted(lacking, key=lambda n: -found[n].score):
@@ -203,10 +216,13 @@ def _fitted(shown: MultistepFit, everything: MultistepFit, added: Sequence[str])
     return min(ends, key=lambda end: loss(end.errors, common) + 0.5 * float(end.x @ end.x))
 
 
-def _around(fit: MultistepFit, everything: MultistepFit) -> MultistepFit:
-    """Give the problem of everything linearised at another fit, where all other effects are off."""
+def _around(fit: MultistepFit, everything: MultistepFit, search: Search | None = None) -> MultistepFit:
+    """Give the problem of everything linearised at another fit, where all other effects are off.
+
+    ``search`` is that of everything begun at this fit, where it is known.
+    """
     names = fit.names
-    search = widened(fit, [c for c in everything.fields if c.field not in names])
+    search = search or widened(fit, [c for c in everything.fields if c.field not in names])
     order = [[c.field for c in search.frame].index(name) for name in everything.names]
     columns = [*order, *range(len(order), search.jacobian[0].shape[-1])]
     return replace(

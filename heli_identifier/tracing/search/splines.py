@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import Problem
@@ -92,10 +91,31 @@ def spline_knots(values: list[NDArray[np.float64]], periodic: bool) -> NDArray[n
 def spline_basis(x: NDArray[np.float64], knots: NDArray[np.float64], periodic: bool) -> NDArray[np.float64]:
     """B-splines of ``x`` (N,) on ``knots``, shape (N, k); a periodic basis is folded at one turn."""
     low, high = knots[DEGREE], knots[-DEGREE - 1]
-    basis = BSpline.design_matrix(np.clip(x, low, high), knots, DEGREE).toarray()
+    basis = _b_splines(np.clip(x, low, high), knots)
     if periodic:
         basis[:, :DEGREE] += basis[:, -DEGREE:]
         basis = basis[:, :-DEGREE]
+    return basis
+
+
+def _b_splines(x: NDArray[np.float64], knots: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values (N, k) of all B-splines at ``x`` (N,) between the inner knots, by the recursion of de Boor 1978, ch. X.
+
+    `scipy.interpolate.BSpline.design_matrix` gives the same to the bit, but its package takes .2 s to import.
+    """
+    last = len(knots) - DEGREE - 2
+    left = np.clip(np.searchsorted(knots, x, side="right") - 1, DEGREE, last)
+    values = np.zeros((DEGREE + 1, len(x)))  # of the splines that are not zero at x
+    values[0] = 1.0
+    for degree in range(1, DEGREE + 1):
+        lower, values[0] = values[:degree].copy(), 0.0
+        for n in range(1, degree + 1):
+            end, begin = knots[left + n], knots[left + n - degree]
+            share = lower[n - 1] / (end - begin)
+            values[n - 1] += share * (end - x)
+            values[n] = share * (x - begin)
+    basis = np.zeros((len(x), last + 1))
+    basis[np.arange(len(x))[:, None], left[:, None] + np.arange(-DEGREE, 1)] = values.T
     return basis
 
 

@@ -7,7 +7,6 @@ residual, the score is |z'c - (B'z)'B'c| / sqrt(c'c - |B'c|^2); the products for
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import correlate
 
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING
@@ -62,4 +61,7 @@ def _whitened_steps(fit: Fit, whitener: Whitener, late: float) -> list[NDArray[n
 
 def _moved_products(signals: NDArray[np.float64], response: NDArray[np.float64]) -> NDArray[np.float64]:
     """Inner products (n, m) of signals (n, m) with the response moved by 0, 1, ... n - 1 samples."""
-    return correlate(signals, response[:, None], mode="full", method="fft")[len(response) - 1 :]
+    count = len(response)
+    length = 1 << (2 * count - 1).bit_length()  # room for the products behind the record's end, and fast
+    spectrum = np.fft.rfft(signals, length, axis=0) * np.fft.rfft(response[::-1], length)[:, None]
+    return np.fft.irfft(spectrum, length, axis=0)[count - 1 : 2 * count - 1]

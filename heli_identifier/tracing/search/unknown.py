@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.special import gammaln
-from scipy.stats import chi2
+from scipy.special import chdtrc, chdtri, gammaln
 
 from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.linear_refit import LinearRefit, linear_refit
@@ -33,6 +31,9 @@ from heli_plant.parameters import PlantParameters
 
 LARGEST_SHARE = 5.0
 """A curve that explains more than this many times the residual's standard deviation is a difference of huge columns."""
+
+FAR_TAIL = float(np.exp(-300.0))
+"""Probability below which chi-squared's tails are compared by their leading terms."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,9 +85,9 @@ def one_degree_equivalent(statistic: float, degrees: int) -> float:
     """Chi-squared of one degree of freedom that is as rare as ``statistic`` is under ``degrees`` degrees of freedom."""
     if statistic <= degrees:
         return 0.0
-    tail = float(chi2.logsf(statistic, degrees))
-    if tail > -300.0:
-        return float(chi2.isf(np.exp(tail), 1))
+    tail = float(chdtrc(degrees, statistic))
+    if tail > FAR_TAIL:
+        return float(chdtri(1, tail))
     # both tails by their leading terms: x/2 - (k/2 - 1) log(x/2) + log Gamma(k/2) is the same for either
     half = statistic / 2.0
     depth = half - (degrees / 2.0 - 1.0) * np.log(half) + gammaln(degrees / 2.0)
@@ -140,6 +141,8 @@ def refine_periodic(fit: Fit, axis: int, frequency: float) -> Unknown:
 
     def ratio(f: float) -> float:
         return fit_periodic(fit, axis, f).refit.likelihood_ratio
+
+    from scipy.optimize import minimize_scalar  # late: few diagnoses need it
 
     bin_width = 1.0 / max(record.duration for record in fit.problem.records)
     grid = frequency + bin_width * np.arange(-8, 9) / 8.0

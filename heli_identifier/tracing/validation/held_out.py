@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.ahead import SPACING
@@ -142,4 +142,4 @@ def least_likelihood_ratio(unknown: Unknown, problem: Problem) -> float:
     """Likelihood ratio that validates an unknown torque: above zero for a curve; a periodic torque is refitted."""
     if unknown.frequency is None:
         return 0.0
-    return float(chi2.isf(CHANCE, 2 * len(problem.records)))
+    return float(chdtri(2 * len(problem.records), CHANCE))

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.innovations_form import generated
 from heli_identifier.tracing.prediction.observer import observe, observer_start
+from heli_identifier.tracing.prediction.recursive_filter import filtered
 from heli_identifier.tracing.prediction.whitening import fit_axis
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import rigid_start
@@ -70,4 +70,4 @@ def _with_spectrum_of(sample: NDArray[np.float64], count: int, random: np.random
     """``count`` samples of Gaussian noise with the spectrum of ``sample``."""
     taps, scale = fit_axis([sample], ORDER)
     lead = 10 * ORDER
-    return lfilter([scale], taps, random.standard_normal(count + lead))[lead:]
+    return filtered([scale], taps, random.standard_normal(count + lead))[lead:]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 LAGS = 50
 """Lags of the portmanteau test: two seconds at the reduced rate."""
@@ -18,7 +18,7 @@ def ljung_box_p(white: NDArray[np.float64]) -> float:
     n, centred = len(white), white - white.mean()
     lags = np.arange(1, LAGS + 1)
     r = np.array([centred[k:] @ centred[:-k] for k in lags]) / (centred @ centred)
-    return float(chi2.sf(n * (n + 2) * (r**2 / (n - lags)).sum(), LAGS))
+    return float(chdtrc(LAGS, n * (n + 2) * (r**2 / (n - lags)).sum()))
 
 
 def input_correlation(white: Sequence[NDArray[np.float64]], inputs: Sequence[NDArray[np.float64]]) -> float:

@@ -17,6 +17,9 @@ def main() -> None:
     # each other's way (measured: five times slower). They read this when they are first imported.
     for name in _SINGLE_THREADED:
         os.environ.setdefault(name, "1")
+    # What a command makes is mostly in use until it ends: looking for cycles at every 700th object is a twentieth of a
+    # diagnosis.
+    gc.set_threshold(100_000, 10, 10)
     # At its end the interpreter looks for cycles in everything that was ever imported: half a second for nothing.
     atexit.register(gc.freeze)
     if not sys.warnoptions:  # remarks of libraries to programmers; `python -W` shows them

@@ -99,17 +99,21 @@ def diagnosed(
     """Diagnose a rig and write the results into ``folder``."""
     from dataclasses import replace
 
-    from heli_identifier.tracing import DiagnosisSettings
-    from heli_identifier.workbench.delivery.provenance import from_command_line
-    from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
+    from heli_identifier.workbench.report.drawn_beside import drawn_beside
 
-    found = diagnose_logs(
-        training,
-        held_out=held_out,
-        settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
-        progress=lambda what, share: progress(what, 0.85 * share),
-    )
-    diagnosis = replace(found, provenance=from_command_line())
-    progress("building and running the corrected unit", 0.9)
-    diagnosis.write(folder, configuration.name)
+    with drawn_beside() as draw:
+        from heli_identifier.tracing import DiagnosisSettings
+        from heli_identifier.workbench.delivery.provenance import from_command_line
+        from heli_identifier.workbench.delivery.result_folder import write_results
+        from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
+
+        found = diagnose_logs(
+            training,
+            held_out=held_out,
+            settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
+            progress=lambda what, share: progress(what, 0.85 * share),
+        )
+        diagnosis = replace(found, provenance=from_command_line())
+        progress("building and running the corrected unit", 0.9)
+        write_results(diagnosis, diagnosis.provenance, configuration.name, folder, draw)
     return diagnosis

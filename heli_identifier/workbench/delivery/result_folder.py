@@ -15,6 +15,7 @@ from heli_identifier.records import write_log
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
+from heli_identifier.workbench.report.drawn_beside import Draw, drawn_here
 from heli_plant.effects import AXES
 
 SAME = 1e-9
@@ -34,20 +35,29 @@ def write_results(
     provenance: Mapping[str, Any],
     rig: str,
     folder: Path,
+    draw: Draw = drawn_here,
 ) -> None:
     """Write the four files of a diagnosis into ``folder``.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    provenance : mapping
+    rig : str
+        What the report calls the rig.
+    folder : Path
+    draw : callable, optional
+        Gives the text of the report, from these three; drawn here by default.
 
     Raises
     ------
     IdentifierError
         The corrected unit does not reach the reported free run.
     """
-    from heli_identifier.workbench.report.page import report_page  # late: packages that draw take .7 s to import
-
     parameters = corrected_parameters(diagnosis, provenance)
     with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
         checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
-        page = report_page(diagnosis, provenance, rig)
+        page = draw(diagnosis, provenance, rig)
         checked.result()
     parameters.write(folder / "parameters.json")
     write_atomically(folder / "report.html", page)
