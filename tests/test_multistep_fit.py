@@ -87,6 +87,23 @@ def test_intervals_cover():
     assert hits >= 64
 
 
+def test_intervals_know_that_the_mean_of_a_few_logs_is_not_that_of_the_rig():
+    hits, runs = 0, 8
+    for run in range(runs):
+        torques = 0.01 * np.random.default_rng(run).standard_normal(3)
+        records = [
+            noisy(
+                TABLE_2._replace(constant_torque_pitch=float(c)), drive(40.0, 3 * run + i), 3 * run + i, name=f"log {i}"
+            )
+            for i, c in enumerate(torques)
+        ]
+        estimate = fit_multistep(problem_of(records)).estimate("theta0")
+        hits += abs(estimate.value - TABLE_2.theta0) < 1.96 * estimate.standard_error
+    # the mean torque moves theta0 by .01 / 3^.5 / a_th = .009 rad, twenty times what one log's noise does; six of eight
+    # intervals hold the truth with a probability of .99 if they are of 95 %
+    assert hits >= 6
+
+
 def test_offsets_of_logs_are_found_and_leave_the_common_values_alone():
     torques = (-0.02, 0.0, 0.02)
     records = [

@@ -75,10 +75,23 @@ class NormalEquations:
         # scores at the optimum are too small by the share that the fit took from each block
         meat = self.scores.T @ self.scores * blocks / max(blocks - parameters, 1.0)
         dispersion = float(np.trace(inverse @ meat)) / parameters
-        posterior = np.linalg.inv(of_data / dispersion + self.prior)[: self.count, : self.count]
+        posterior = np.linalg.inv(of_data / dispersion + self._unheld)[: self.count, : self.count]
         robust = np.diag(inverse @ meat @ inverse)[: self.count]
         widen = np.sqrt(np.maximum(robust / np.diag(posterior), 1.0))
         return posterior * np.outer(widen, widen)
+
+
+    @property
+    def _unheld(self) -> NDArray[np.float64]:
+        """The priors' precision without the hold on the offsets' mean.
+
+        The mean of a few logs' offsets is not that of the rig: what it leaves uncertain, tau^2 / L, belongs to the
+        parameters that act as the offsets do.
+        """
+        unheld = self.prior.copy()
+        own, logs = slice(self.count, None), (len(self.gradient) - self.count) // 4
+        unheld[own, own] = np.diag(np.diag(self.prior)[own] / (1.0 + HELD_MEAN / logs))
+        return unheld
 
 
 def normal_equations(
