@@ -19,7 +19,6 @@ from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bou
 from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.stability import effect_stability, unknown_stability
-from heli_identifier.tracing.search.unknown import Unknown
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
 from heli_plant.effects import Effect, effect_of
@@ -31,9 +30,9 @@ def found_effects(
     agreed: Mapping[str, Mapping[float, Estimate]],
     rivals: Mapping[str, list[Effect]],
     threshold: float,
-    tabled: Sequence[Unknown],
+    beyond: Beyond,
 ) -> tuple[FoundEffect, ...]:
-    """Named and unknown effects that are shown, strongest evidence first; the plant has ``tabled`` as tables."""
+    """Named and unknown effects that are shown, strongest evidence first; the plant of ``beyond`` may lack some."""
     found = []
     for effect in model.effects:
         others = rivals[effect.field]
@@ -50,6 +49,7 @@ def found_effects(
                 separating(effect.name, others[0].name) if others else "",
                 stability=effect_stability(model, effect, threshold),
                 together=together((effect.field, *(other.field for other in others)), model.fit.parameters),
+                in_plant=effect.field in beyond.plant.of_effects,
             )
         )
     for index, unknown in enumerate(model.unknowns):
@@ -58,16 +58,21 @@ def found_effects(
         found.append(
             FoundEffect(
                 "unknown", unknown.axis, None, Verdict.UNKNOWN, (), shape, score, stability=steady,
-                in_plant=unknown in tabled,
+                in_plant=unknown in beyond.tables.curves,
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
 
 
-def predictive_effects(beyond: Beyond) -> tuple[FoundEffect, ...]:
-    """Predictive effects, each with the rest of its family as alternatives, the most worth first."""
+def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
+    """Predictive effects, each with the rest of its family as alternatives, the most worth first.
+
+    What is shown stands in that list alone, even where only the search for predictive effects brings it into the plant.
+    """
     found = []
     for finding in beyond.predictive:
+        if finding.field in {effect.field for effect in shown.effects}:
+            continue
         effect, estimate = effect_of(finding.field), beyond.plant.estimates[finding.field]
         others = _others(finding)
         found.append(

@@ -15,7 +15,7 @@ from heli_identifier.tracing.diagnosis.conclusions import (
     predictive_effects,
 )
 from heli_identifier.tracing.diagnosis.curves import drawn_curves
-from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, stranger_notes
+from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, left_out_notes, stranger_notes
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import LEFT_TO_FIT, MEMORY, events_beside, shortest_piece, without_events
@@ -26,7 +26,7 @@ from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, re
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.ambiguity import alternatives
-from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.model import Model, without_unknown
 from heli_identifier.tracing.search.selection import Selection, select
 from heli_identifier.tracing.search.settings import SIGNIFICANCE
 from heli_identifier.tracing.validation.beyond import find_beyond
@@ -109,8 +109,8 @@ def _diagnosed(
     model = validated.model
     rivals = beside(_rivals, selection, model)
     progress("comparing before and after", 0.85)
-    beyond = find_beyond(model, validated.after, validated.plants, held_out)
-    model, plant_before, plant_after = beyond.model, validated.before, beyond.plant
+    beyond = find_beyond(validated.of_plant, validated.after, validated.plants, held_out)
+    model, plant_before, plant_after = _unexplained(model, beyond.model), validated.before, beyond.plant
     stages = (plant_before.parameters, beyond.shown.parameters, plant_after.parameters, beyond.everything)
     logs_alone = (
         ()
@@ -120,12 +120,12 @@ def _diagnosed(
         )
     )
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
-    effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond.tables.curves)
+    effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond)
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
-        predictive=predictive_effects(beyond),
+        predictive=predictive_effects(beyond, model),
         possible=possible_effects(beyond),
         withdrawn=(*withdrawn, *beyond.withdrawn),
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
@@ -144,7 +144,12 @@ def _diagnosed(
         data=(*_entries(training, "training"), *_entries(held_out_logs, "held out")),
         settings=_settings(settings, selection),
         logs=logs_alone,
-        notes=(*used.notes, *stranger_notes(logs_alone), *diagnosis_notes(null, beyond, axes, settings)),
+        notes=(
+            *used.notes,
+            *stranger_notes(logs_alone),
+            *left_out_notes(effects, validated.left_out),
+            *diagnosis_notes(null, beyond, axes, settings),
+        ),
         seconds=perf_counter() - began,
         events=used.events,
     )
@@ -160,6 +165,14 @@ def _check_long_enough(logs: Sequence[Log], bandwidth: float) -> None:
                 f"at {bandwidth:g} rad/s settles in {least - memory:.4g} s, and whitening needs {memory:g} s more; "
                 "give a longer log, leave this one out, or take higher filter frequencies."
             )
+
+
+def _unexplained(model: Model, left: Model) -> Model:
+    """Model without the unknown torques that ``left`` has not kept."""
+    for unknown in model.unknowns:
+        if unknown not in left.unknowns:
+            model = without_unknown(model, unknown)
+    return model
 
 
 def _verdict(model: Model) -> RigVerdict:

@@ -9,7 +9,9 @@ from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
+from heli_identifier.tracing.search.found_effect import FoundEffect
 from heli_identifier.tracing.search.model import Model
+from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
 from heli_identifier.tracing.validation.disagreement import Disagreement
 from heli_identifier.tracing.validation.figures import AxisReport
@@ -69,6 +71,16 @@ def _model_notes(model: Model, after: FittedPlant, settings: DiagnosisSettings) 
     if not (model.fit.converged and after.converged):
         notes.append("the final fit stopped at its iteration limit; values may move by a fraction of their errors")
     return tuple(notes)
+
+
+def left_out_notes(effects: Sequence[FoundEffect], left_out: Sequence[Withdrawal]) -> list[str]:
+    """Say which effects that are shown the corrected plant does not have, and why."""
+    held = {(effect.name, effect.axis) for effect in effects if effect.in_plant}
+    return [
+        f"the corrected plant does not have {one.name.replace('_', ' ')} ({one.axis}), which is shown: {one.why}"
+        for one in left_out
+        if (one.name, one.axis) not in held
+    ]
 
 
 def _unknown_notes(model: Model, tables: Tabled) -> list[str]:

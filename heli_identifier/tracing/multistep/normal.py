@@ -80,7 +80,6 @@ class NormalEquations:
         widen = np.sqrt(np.maximum(robust / np.diag(posterior), 1.0))
         return posterior * np.outer(widen, widen)
 
-
     @property
     def _unheld(self) -> NDArray[np.float64]:
         """The priors' precision without the hold on the offsets' mean.

@@ -1,4 +1,4 @@
-"""Withdraw effects that do not improve the model on held-out logs, and say why."""
+"""Withdraw effects that do not make the held-out logs likelier, and leave out of the plant what predicts them worse."""
 
 from dataclasses import dataclass
 
@@ -32,16 +32,22 @@ class Validation:
     ----------
     model : Model
         The model with the effects that are left.
+    of_plant : Model
+        The same without the effects that the plant after does not have.
     before, after : FittedPlant
-        Plants of the null model and of ``model``; the same object if nothing is left.
+        Plants of the null model and of ``of_plant``; the same object if nothing is left.
     withdrawn : tuple of Withdrawal
+    left_out : tuple of Withdrawal
+        Effects of ``model`` that the plant after does not have, and why.
     plants : Plants
     """
 
     model: Model
+    of_plant: Model
     before: FittedPlant
     after: FittedPlant
     withdrawn: tuple[Withdrawal, ...]
+    left_out: tuple[Withdrawal, ...]
     plants: Plants
 
 
@@ -50,8 +56,11 @@ def validate(model: Model, null: Fit, held_out: HeldOut, threshold: float) -> Va
 
     First, weakest first, the unknown torques and effects without which the held-out logs are at least as likely; an
     effect without which they are predicted worse is kept. An effect that was shown beside an unknown torque has to
-    pass its threshold without it, too. Then, as long as the plant with the effects predicts an axis
-    surely worse than the plant before, the effect acting there whose removal improves that axis most.
+    pass its threshold without it, too.
+
+    The others are shown. Under a controller an effect that is there can make predictions worse while a further one is
+    missing. As long as the plant with the effects predicts an axis surely worse than the plant before, it is handed
+    back without the effect acting there whose removal improves that axis most.
 
     Parameters
     ----------
@@ -81,14 +90,13 @@ def validate(model: Model, null: Fit, held_out: HeldOut, threshold: float) -> Va
             why = f"the held-out logs are likelier without it (by {2.0 * (of_reduced - likelihood):.1f} in 2 log L)"
             withdrawn.append(Withdrawal(effect.name, effect.axis, why))
             model, likelihood = reduced, of_reduced
-    plants = Plants(null)
-    after = plants.of(model)
-    while (removal := remove_harmful(model, after, plants, held_out)) is not None:
-        model, after, withdrawal = removal
-        withdrawn.append(withdrawal)
-    if not model.effects and not model.unknowns:
-        model = Model(null)  # nothing is left: the null model, to the last digit
-    return Validation(model, plants.before, after, tuple(withdrawn), plants)
+    plants, of_plant, left_out = Plants(null), model, []
+    after = plants.of(of_plant)
+    while (removal := remove_harmful(of_plant, after, plants, held_out)) is not None:
+        of_plant, after, withdrawal = removal
+        left_out.append(withdrawal)
+    model, of_plant = (one if one.effects or one.unknowns else Model(null) for one in (model, of_plant))
+    return Validation(model, of_plant, plants.before, after, tuple(withdrawn), tuple(left_out), plants)
 
 
 def passing(model: Model, threshold: float) -> tuple[Model, list[Withdrawal]]:

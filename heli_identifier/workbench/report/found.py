@@ -68,6 +68,8 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
     if isinstance(found.shape, CurveShape):
         held = f"has it as a table (table.{found.axis}.*)" if found.in_plant else "does not have it"
         facts.append(("corrected plant", held))
+    elif found.coefficient is not None and not found.in_plant:
+        facts.append(("corrected plant", "does not have it, because it predicts worse with it (see the notes)"))
     if isinstance(found.shape, PeriodicShape):
         facts.append(("amplitude", f"{significant(found.shape.amplitude)} rad/s²"))
     facts.append(("score", f"{significant(found.score)} standard errors"))
