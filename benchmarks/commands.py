@@ -51,7 +51,7 @@ def section(load: float) -> str:
             "## Whole commands",
             bar_table(
                 [
-                    Bar("`heli diagnose`, four logs of 90 s, cold", times["rig-a cold"].median, 10.0, "s"),
+                    Bar("`heli diagnose`, four logs of 90 s, cold", times["rig-a cold"].median, 8.0, "s"),
                     Bar("`heli diagnose`, four logs of 90 s, warm", times["rig-a warm"].median, 4.0, "s"),
                     Bar("`heli --help`", times["help"].median, 0.4, "s"),
                 ]

@@ -32,6 +32,7 @@ from .syntax import text_of
 PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
 """Record type of a parameter set."""
 
+_TABLES = tuple(f"table_variable_{axis}" for axis in AXES)
 _ROOTS = ("heli_plant", "heli_identifier")
 _LOCK = RLock()
 _CONFIG: Any = numba.config
@@ -77,11 +78,19 @@ def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
     The general model is a quarter of what there is to compile, and logs are identified with the simplified one. Tables
     are left out together, so that there are not eight versions of a function.
     """
-    known = {"general_model": 1.0 if parameters.general_model > 0.5 else 0.0}
-    tables = [f"table_variable_{axis}" for axis in AXES]
-    if all(getattr(parameters, field) <= 0.5 for field in tables):
-        known |= dict.fromkeys(tables, 0.0)
-    return compiled(specialised(function, known))
+    general = parameters.general_model > 0.5
+    tables = any(getattr(parameters, field) > 0.5 for field in _TABLES)
+    with _LOCK:
+        return _entry_for(function, general, tables)
+
+
+@cache
+def _entry_for(function, general: bool, tables: bool):
+    """Dispatcher of a function for one of the models, with tables or without."""
+    known = {"general_model": 1.0 if general else 0.0}
+    if not tables:
+        known |= dict.fromkeys(_TABLES, 0.0)
+    return _entry(specialised(function, known))
 
 
 @cache

@@ -75,7 +75,7 @@ class _WithValues(ast.NodeTransformer):
         return node
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)  # several times the functions that a step calls: what two functions call is compiled once
 def _specialised(function: FunctionType, known: tuple[tuple[str, float], ...]) -> FunctionType:
     definition = _WithValues(dict(known)).visit(definition_of(function))
     namespace = dict(function.__globals__)
