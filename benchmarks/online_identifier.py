@@ -105,8 +105,8 @@ def main():
         ("theta0 estimated", IdentifierSettings()),
         ("theta0 given", IdentifierSettings(rest_angle=-0.136)),
         (f"{len(WATCHED)} effects watched", IdentifierSettings(watched=WATCHED)),
+        ("prediction errors, lag known", IdentifierSettings(method=PREDICTION_ERROR, lag_known=True)),
         ("prediction errors", IdentifierSettings(method=PREDICTION_ERROR)),
-        ("and lag estimated", IdentifierSettings(method=PREDICTION_ERROR, lag_estimated=True)),
     ):
         middle, mean = step_times(settings)
         print(f"step, {name:18} median {middle * 1e6:5.1f} us   mean {mean * 1e6:5.1f} us")

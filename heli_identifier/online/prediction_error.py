@@ -23,7 +23,7 @@ Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direc
 from math import exp, log, sqrt
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, restore
+from .adaptation import AdaptationCoefficients, loosen, measure, recall
 from .axis import AxisState
 from .early import kept_early
 from .linear_algebra import dot
@@ -39,6 +39,7 @@ from .noise_model import (
     first_noise,
     remember,
 )
+from .outside import Outside, OutsideCoefficients, add_innovation, add_regressors, nothing_outside
 from .whitening import Memory, Whitening, settled_memory, whiten, whitening
 
 
@@ -60,14 +61,20 @@ class PredictorCoefficients(NamedTuple):
     refresh: int
     bandwidth_change: float
     corner_change: float
+    outside: OutsideCoefficients
 
 
 class PredictorState(NamedTuple):
-    """What an axis remembers beside :class:`AxisState`: the whitened signals' past, the noise model, and G."""
+    """What an axis remembers beside :class:`AxisState`.
+
+    The whitened signals' past, the noise model, G, what came from outside the loop, and Omega(0).
+    """
 
     memory: tuple[Memory, ...]
     noise: NoiseModel
     whitening: Whitening
+    outside: Outside
+    first: tuple[float, ...]
 
 
 def with_noise(axis: AxisState, noise: Noise, c: PredictorCoefficients) -> AxisState:
@@ -91,13 +98,14 @@ def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficie
     """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
     w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
     noise = first_noise(axis.omega[-2], axis.omega[-1], c.noise)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w)
+    outside = nothing_outside(len(axis.omega) - 2)
+    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w, outside, axis.omega[:-2])
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
     """Return ``p`` after a sample at which nothing is estimated yet."""
     memory, _ = whiten(p.memory, z, p.whitening)
-    return PredictorState(tuple(memory), p.noise, p.whitening)
+    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, p.first)
 
 
 def predict_axis(
@@ -151,7 +159,7 @@ def predict_axis(
     kept = kept_early(count, 1, c.sample_time)
     measure(factor, omega, psi, seen[-1], a.noise * kept, a.forgetting * kept, direction)
     certain = a.noise / (a.noise + dot(psi, direction))
-    restore(factor, n + 2, count, a.restoring_interval, a.restoring_noise, direction)
+    recall(factor, omega, p.first, count, a.restoring_interval, a.restoring_noise, direction)
     if count % c.refresh == 0:
         forgotten = 1.0 - kept_early(count, c.refresh, c.sample_time)
         _renew(factor, omega, n, p.noise.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
@@ -178,7 +186,13 @@ def predict_axis(
         axis.excitation,
         axis.scores,
     )
-    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, c.noise), w)
+    # n differs from axis to axis: their turns come in different samples.
+    if (count + n) % c.outside.stride == 0:
+        kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
+        outside = add_regressors(p.outside, psi[:n], scale * e, kept, c.outside)
+    else:
+        outside = add_innovation(p.outside, scale * e)
+    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, c.noise), w, outside, p.first)
 
 
 def _renew(
