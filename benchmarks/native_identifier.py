@@ -4,7 +4,7 @@ The twin has the bits of the unit in Python (:mod:`tests.test_native_units`) and
 figures over many rigs and over ten million steps are figures of the unit itself.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import addressof, c_uint
 from itertools import count
@@ -117,8 +117,3 @@ def built_units() -> Iterator[Units]:
     """Build the native unit in a temporary folder."""
     with TemporaryDirectory(prefix="heli-identifier-") as folder:
         yield Units(Path(folder))
-
-
-def last_of(found: Mapping[str, Estimate], name: str) -> float:
-    """Return a value."""
-    return found[name].value

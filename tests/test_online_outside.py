@@ -11,7 +11,6 @@ from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.outside import (
     FILTERS,
     UNEXPLAINED,
-    add_innovation,
     add_regressors,
     nothing_outside,
     outside_coefficients,
@@ -30,11 +29,8 @@ ONE = ((1.0, 0.0), (0.0, 1.0))
 def gathered(e, psi):
     c = outside_coefficients(H, 0.0)
     o = nothing_outside(psi.shape[1])
-    for k in range(len(e)):
-        if k % c.stride == 0:
-            o = add_regressors(o, psi[k].tolist(), float(e[k]), c.kept, c)
-        else:
-            o = add_innovation(o, float(e[k]))
+    for k in range(c.stride, len(e), c.stride):
+        o = add_regressors(o, psi[k].tolist(), float(e[k - c.stride : k].sum()), c.kept, c)
     return o
 
 

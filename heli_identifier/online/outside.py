@@ -25,6 +25,7 @@ model); Wahlberg, System identification using Laguerre models, IEEE Trans. Autom
 
 from collections.abc import Sequence
 from math import exp, sqrt
+from operator import add
 from typing import NamedTuple
 
 FILTERS = 4
@@ -56,9 +57,8 @@ class OutsideCoefficients(NamedTuple):
 
 
 class Outside(NamedTuple):
-    """Sum of innovations since the last product; outputs of the filters; packed sums of products of (b, psi)."""
+    """Outputs of the filters; packed sums of products of (b, psi)."""
 
-    innovations: float
     filtered: tuple[float, float, float, float]
     products: tuple[float, ...]
 
@@ -73,15 +73,12 @@ def outside_coefficients(h: float, alpha: float) -> OutsideCoefficients:
 def nothing_outside(parameters: int) -> Outside:
     """Return the state before the first sample of an axis with so many ``parameters``."""
     size = FILTERS + parameters
-    return Outside(0.0, (0.0, 0.0, 0.0, 0.0), (0.0,) * (size * (size + 1) // 2))
+    return Outside((0.0, 0.0, 0.0, 0.0), (0.0,) * (size * (size + 1) // 2))
 
 
-def add_innovation(o: Outside, innovation: float) -> Outside:
-    """Return the state after an ``innovation`` of intensity 1 between two products."""
-    return Outside(o.innovations + innovation, o.filtered, o.products)
-
-
-def add_regressors(o: Outside, psi: Sequence[float], innovation: float, kept: float, c: OutsideCoefficients) -> Outside:
+def add_regressors(
+    o: Outside, psi: Sequence[float], innovations: float, kept: float, c: OutsideCoefficients
+) -> Outside:
     """Return the state after a sample whose products are taken.
 
     Parameters
@@ -89,26 +86,22 @@ def add_regressors(o: Outside, psi: Sequence[float], innovation: float, kept: fl
     o : Outside
     psi : sequence, length n
         Whitened regressors, known before the sample.
-    innovation : float
-        Of the sample, of intensity 1.
+    innovations : float
+        Sum of those since the last products, this sample's not among them, of intensity 1.
     kept : float
         Share of the earlier products that is kept [1].
     c : OutsideCoefficients
     """
     x_1, x_2, x_3, x_4 = o.filtered
     a = c.pole
-    y_1 = a * x_1 + c.entry * o.innovations
+    y_1 = a * x_1 + c.entry * innovations
     y_2 = a * x_2 + x_1 - a * y_1
     y_3 = a * x_3 + x_2 - a * y_2
     y_4 = a * x_4 + x_3 - a * y_3
     z = [y_1, y_2, y_3, y_4, *psi]
-    products = [0.0] * len(o.products)
-    k = 0
-    for i in range(len(z)):
-        for j in range(i, len(z)):
-            products[k] = kept * o.products[k] + z[i] * z[j]
-            k += 1
-    return Outside(innovation, (y_1, y_2, y_3, y_4), tuple(products))
+    products = [a * b for i, a in enumerate(z) for b in z[i:]]
+    faded = [kept * x for x in o.products]
+    return Outside((y_1, y_2, y_3, y_4), tuple(map(add, faded, products)))
 
 
 def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:

@@ -21,6 +21,7 @@ Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direc
 """
 
 from math import exp, log, sqrt
+from operator import add
 from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, loosen, measure, recall
@@ -39,7 +40,7 @@ from .noise_model import (
     first_noise,
     remember,
 )
-from .outside import Outside, OutsideCoefficients, add_innovation, add_regressors, nothing_outside
+from .outside import Outside, OutsideCoefficients, add_regressors, nothing_outside
 from .whitening import Memory, Whitening, settled_memory, whiten, whitening
 
 
@@ -67,13 +68,15 @@ class PredictorCoefficients(NamedTuple):
 class PredictorState(NamedTuple):
     """What an axis remembers beside :class:`AxisState`.
 
-    The whitened signals' past, the noise model, G, what came from outside the loop, and Omega(0).
+    The whitened signals' past, the noise model, G, what came from outside the loop with the sum of the innovations that
+    it has not taken in yet, and Omega(0).
     """
 
     memory: tuple[Memory, ...]
     noise: NoiseModel
     whitening: Whitening
     outside: Outside
+    waiting: float
     first: tuple[float, ...]
 
 
@@ -99,13 +102,13 @@ def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficie
     w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
     noise = first_noise(axis.omega[-2], axis.omega[-1], c.noise)
     outside = nothing_outside(len(axis.omega) - 2)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w, outside, axis.omega[:-2])
+    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w, outside, 0.0, axis.omega[:-2])
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
     """Return ``p`` after a sample at which nothing is estimated yet."""
     memory, _ = whiten(p.memory, z, p.whitening)
-    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, p.first)
+    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, 0.0, p.first)
 
 
 def predict_axis(
@@ -169,30 +172,25 @@ def predict_axis(
     if count % c.refresh == 0:
         w = whitening(omega[n], omega[n + 1], c.f1, c.f2, c.sample_time)
 
-    sums = axis.sums
-    products = [0.0] * len(sums)
-    k = 0
-    for i in range(len(seen)):
-        for j in range(i, len(seen)):
-            products[k] = sums[k] + seen[i] * seen[j]
-            k += 1
+    products = [a * b for i, a in enumerate(seen) for b in seen[i:]]
     axis = AxisState(
         tuple(factor),
         tuple(omega),
         e,
-        tuple(products),
+        tuple(map(add, axis.sums, products)),
         axis.moments,
         axis.standard_errors,
         axis.excitation,
         axis.scores,
     )
+    outside, waiting = p.outside, p.waiting
     # n differs from axis to axis: their turns come in different samples.
     if (count + n) % c.outside.stride == 0:
         kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
-        outside = add_regressors(p.outside, psi[:n], scale * e, kept, c.outside)
-    else:
-        outside = add_innovation(p.outside, scale * e)
-    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, c.noise), w, outside, p.first)
+        outside = add_regressors(outside, psi[:n], waiting, kept, c.outside)
+        waiting = 0.0
+    noise = remember(p.noise, e, certain, d, c.noise)
+    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, p.first)
 
 
 def _renew(

@@ -101,8 +101,8 @@ def _predictors(pitch, elevation, travel) -> Predictors:
     return _predictor(*pitch), _predictor(*elevation), _predictor(*travel)
 
 
-def _predictor(memory, noise, whitening, outside, first) -> PredictorState:
-    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening), Outside(*outside), first)
+def _predictor(memory, noise, whitening, outside, waiting, first) -> PredictorState:
+    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening), Outside(*outside), waiting, first)
 
 
 def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:
