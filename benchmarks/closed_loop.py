@@ -14,9 +14,11 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from benchmarks.closed_loop_methods import generalised, instrumental, named
+from benchmarks.closed_loop_methods import Axis, generalised, instrumental, named
 from benchmarks.closed_loop_rigs import ClosedLoopRig, closed_loop_rigs
+from benchmarks.native_identifier import Units, built_units
 from benchmarks.tables import table
+from fmu_src.variables import Value
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import RigConfiguration
 from heli_identifier.workbench.identify.identification import begun_at, combined, identify_log, settings_for
@@ -57,53 +59,57 @@ def prediction_error(rig: ClosedLoopRig) -> Estimates:
     return combined([identify_log(log, begun_at(settings(log), first)) for log in rig.logs]).estimates
 
 
-def in_unit(lag_estimated: bool) -> Callable[[ClosedLoopRig], Estimates]:
-    """As the unit does that is told nothing: one pass, the lag given or estimated."""
+def in_unit(units: Units, **parameters: Value) -> Callable[[ClosedLoopRig], Estimates]:
+    """As the unit does, in its native twin: one pass."""
 
     def found(rig: ClosedLoopRig) -> Estimates:
-        histories = [
-            identify_log(
-                log,
-                IdentifierSettings(
-                    sample_time=log.step, method=PREDICTION_ERROR, lag_estimated=lag_estimated, report_interval=0.5
-                ),
-            )
-            for log in rig.logs
-        ]
-        return combined(histories).estimates
+        given = {"method": PREDICTION_ERROR, "report__interval": 0.5, **parameters}
+        return _together([units.last(log, **given) for log in rig.logs])
 
     return found
 
 
-def _together(results: list[tuple[dict[str, float], dict[str, float]]]) -> Estimates:
+def _together(results: list[dict[str, Estimate]]) -> Estimates:
     """Combine logs by the inverse squares of their standard errors, with the Birge ratio, as `heli identify` does."""
     found = {}
     for name in JUDGED:
-        values = np.array([values[name] for values, _ in results])
-        weights = np.array([errors[name] for _, errors in results]) ** -2.0
+        values = np.array([one[name].value for one in results])
+        weights = np.array([one[name].standard_error for one in results], dtype=float) ** -2.0
         mean = float(weights @ values / weights.sum())
         ratio = float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1)))
         found[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(1.0, ratio), "")
     return found
 
 
+def _estimates(axes: list[Axis]) -> dict[str, Estimate]:
+    values, errors = named(axes)
+    return {name: Estimate(value, errors[name], "") for name, value in values.items()}
+
+
 def gls(rig: ClosedLoopRig) -> Estimates:
-    return _together([named(generalised(log, 3.0, 10)) for log in rig.logs])
+    return _together([_estimates(generalised(log, 3.0, 10)) for log in rig.logs])
 
 
 def iv(rig: ClosedLoopRig) -> Estimates:
-    return _together([named(instrumental(log, r)) for log, r in zip(rig.logs, rig.outside, strict=True)])
+    return _together([_estimates(instrumental(log, r)) for log, r in zip(rig.logs, rig.outside, strict=True)])
 
 
-METHODS: dict[str, Callable[[ClosedLoopRig], Estimates]] = {
-    "adaptation (7), omega_f = 1 rad/s": adaptation(1.0),
-    "adaptation (7), omega_f = 3 rad/s": adaptation(3.0),
-    "least squares, autoregression of the residual": gls,
-    "instrumental variables, joystick's part known": iv,
-    "prediction errors, unit: one pass, lag given": in_unit(False),
-    "prediction errors, unit: one pass, lag estimated": in_unit(True),
-    "prediction errors, `heli identify`": prediction_error,
-}
+def methods(units: Units, only_unit: bool) -> dict[str, Callable[[ClosedLoopRig], Estimates]]:
+    """Return the methods by their titles; with ``only_unit`` those of the unit's prediction errors."""
+    own: dict[str, Callable[[ClosedLoopRig], Estimates]] = {
+        "prediction errors, unit: one pass, lag given": in_unit(units, motor__lag_known=True),
+        "prediction errors, unit: one pass, lag estimated": in_unit(units),
+    }
+    if only_unit:
+        return own
+    return {
+        "adaptation (7), omega_f = 1 rad/s": adaptation(1.0),
+        "adaptation (7), omega_f = 3 rad/s": adaptation(3.0),
+        "least squares, autoregression of the residual": gls,
+        "instrumental variables, joystick's part known": iv,
+        **own,
+        "prediction errors, `heli identify`": prediction_error,
+    }
 
 
 def judged(rigs: list[ClosedLoopRig], method: Callable[[ClosedLoopRig], Estimates]) -> tuple[str, ...]:
@@ -133,13 +139,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_loop")
     parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
     parser.add_argument("--setting", type=int, action="append", help="one of the settings, by number; repeatable")
+    parser.add_argument("--unit", action="store_true", help="only the unit's prediction errors, in its native twin")
     chosen = parser.parse_args()
+    with built_units() as units:
+        _print(chosen, methods(units, chosen.unit))
+
+
+def _print(chosen: argparse.Namespace, methods: Mapping[str, Callable[[ClosedLoopRig], Estimates]]) -> None:
     head = ("method", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
     for number, (title, settings) in enumerate(SETTINGS):
         if chosen.setting and number not in chosen.setting:
             continue
         rigs = closed_loop_rigs(TUNING if chosen.tuning else REPORTED, **settings)
-        rows = [(name, *judged(rigs, method)) for name, method in METHODS.items()]
+        rows = [(name, *judged(rigs, method)) for name, method in methods.items()]
         print(f"{title}\n\n{table(head, rows)}\n", flush=True)
 
 

@@ -57,8 +57,10 @@ def closed_loop_rig(
     noise: float = 1.0,
     lag: float = 0.08,
     effects: Mapping[str, float] | None = None,
+    durations: tuple[float, float] = DURATIONS,
+    quiet_from: float | None = None,
 ) -> ClosedLoopRig:
-    """Return one rig with five logs of 22 to 40 s.
+    """Return one rig with five logs.
 
     Parameters
     ----------
@@ -74,6 +76,10 @@ def closed_loop_rig(
         Time constant of the motors [s].
     effects : mapping, optional
         Fields of :class:`tests.blind.coefficients.Coefficients` that are not zero.
+    durations : tuple of float
+        Shortest and longest log [s].
+    quiet_from : float, optional
+        Time in a log from which nobody moves the joystick any more [s].
     """
     rng = np.random.default_rng([13, seed])
     base = Coefficients() if like_paper else draw_base(rng)
@@ -83,9 +89,11 @@ def closed_loop_rig(
     base = base._replace(**(effects or {}))
     logs, outside = [], []
     for number in range(LOGS):
-        samples = round((_LEAD + rng.uniform(*DURATIONS)) * rate)
+        samples = round((_LEAD + rng.uniform(*durations)) * rate)
         lead = round(_LEAD * rate)
         references = joystick(samples, rate, 1.0, False, rng)
+        if quiet_from is not None:
+            references[lead + round(quiet_from * rate) :] = 0.0
         at = np.array([0.0, hover[0], 0.0])
         at[:2] += rng.uniform(-0.03, 0.03, 2)
         read, _, _, voltages = fly(

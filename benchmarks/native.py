@@ -60,7 +60,7 @@ def native_identifier(order: dict, steps: int) -> float:
 
 def prediction_errors(order: dict, steps: int) -> float:
     """Step AdaptiveIdentifier on three axes with prediction errors and the lag estimated, of either kind."""
-    given = {"method": "prediction_error", "motor.lag_estimated": True, "adaptation.hold_time": 0.0}
+    given = {"method": "prediction_error", "adaptation.hold_time": 0.0}
     return _alone(order, steps, "AdaptiveIdentifier", given)
 
 

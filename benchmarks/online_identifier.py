@@ -1,29 +1,24 @@
-"""Computing time of the on-line identifier: an interpreted step, a replayed record, and ten million steps of the gain.
+"""Computing time of the on-line identifier: an interpreted step, a replayed record; Gamma over ten million samples.
 
-    python benchmarks/online_identifier.py
+    python -m benchmarks.online_identifier [--gamma]      only Gamma over 1e7 samples of the native unit
 
 An FMU runs the interpreted step; at most 40 us on an idle core are required. The replay compiles the same functions; at
 most 1.5 s for 1e6 samples on three axes are required.
 """
 
+import sys
 from math import sin
 from statistics import median
 from time import perf_counter, process_time
 
 import numpy as np
 
+from benchmarks.native_identifier import built_units
+from benchmarks.native_memory import identifier_state
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, prepare, start, step
-from heli_identifier.online.adaptation import (
-    adapt,
-    adaptation_coefficients,
-    gain_matrix,
-    initial_factor,
-    loosen,
-    measure,
-)
+from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.workbench.identify.replay import replay
-from heli_plant.compiled import compiled
 
 WATCHED = (("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("dry_friction", "travel"))
 
@@ -68,36 +63,40 @@ def replay_time(count=1_000_000):
     return perf_counter() - begin
 
 
-def _many_steps(count, factor, omega, direction, coefficients, refresh):
-    """Adapt with excitation for 1000 s in every 12 000 s, and without it otherwise.
-
-    Every ``refresh`` samples the last two parameters may have changed, as those of the noise model, and return to their
-    prior; never if it is 0.
-    """
-    seed, phi = 1, [0.0] * 5
-    for k in range(count):
-        scale = 1.0 if (k // 100_000) % 12 == 0 else 0.0
-        for i in range(5):
-            seed = (seed * 1103515245 + 12345) % 2147483648
-            phi[i] = scale * (seed / 1073741824.0 - 1.0)
-        adapt(factor, omega, phi, phi[0] - phi[4], k, coefficients, direction)
-        if refresh > 0 and k % refresh == 0:
-            loosen(factor, 3, 2e-4)
-            measure(factor, omega, (0.0, 0.0, 0.0, 1.0, 0.0), 0.0, 0.16 * 0.16 / 2e-4, 1.0, direction)
-            loosen(factor, 4, 2e-3)
-            measure(factor, omega, (0.0, 0.0, 0.0, 0.0, 1.0), 0.0, 0.49 * 0.49 / 2e-3, 1.0, direction)
+def flight(steps, seed):
+    """Return samples (steps, 5) of a rig that is shaken every twelfth stretch of 1e5 samples and rests in between."""
+    random = np.random.default_rng(seed)
+    count = 2.0 * np.pi / 4096
+    shaken = (np.arange(steps) // 100_000) % 12 == 0
+    voltages = 1.0 + shaken[:, None] * np.repeat(random.uniform(-1.0, 1.0, (-(-steps // 50), 2)), 50, axis=0)[:steps]
+    time = 0.01 * np.arange(steps)
+    swing = np.column_stack([np.sin(1.3 * time), np.sin(1.7 * time), np.sin(0.5 * time)])
+    flips = random.random((steps, 3)) < 0.002
+    angles = shaken[:, None] * 0.2 * swing + (flips.cumsum(axis=0) % 2) * count
+    return np.column_stack([voltages, np.round(angles / count) * count])
 
 
-def long_run(refresh, count=10_000_000):
-    """Give the seconds of ``count`` steps, and the extreme eigenvalues of Gamma after them."""
-    run, coefficients = compiled(_many_steps), adaptation_coefficients(0.001, 0.01, 1e3)
-    run(10, np.array(initial_factor(5, 1e3)), np.zeros(5), np.zeros(5), coefficients, refresh)
-    factor = np.array(initial_factor(5, 1e3))
-    begin = perf_counter()
-    run(count, factor, np.zeros(5), np.zeros(5), coefficients, refresh)
-    seconds = perf_counter() - begin
-    eigenvalues = np.linalg.eigvalsh(gain_matrix(factor.tolist(), 5))
-    return seconds, eigenvalues[0], eigenvalues[-1]
+def long_run(units, count=10_000_000, block=100_000, **parameters):
+    """Give the extreme eigenvalues of Gamma over ``count`` samples of the native unit, read after every block."""
+    low, high = [], []
+    with units.unit(0.01, ("k_x",), **parameters) as unit:
+        for first in range(0, count, 12 * block):
+            rows = flight(min(12 * block, count - first), first)
+            for k in range(0, len(rows), block):
+                unit.take(rows[k : k + block], block)
+                state = identifier_state(unit.instance)
+                for axis in (state.pitch, state.elevation, state.travel):
+                    spectrum = np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega)))
+                    low.append(spectrum[0])
+                    high.append(spectrum[-1])
+    return min(low), max(high)
+
+
+METHODS = {
+    "adaptation": {"method": "adaptation"},
+    "prediction errors, lag known": {"method": PREDICTION_ERROR, "motor__lag_known": True},
+    "prediction errors": {"method": PREDICTION_ERROR},
+}
 
 
 def main():
@@ -105,16 +104,23 @@ def main():
         ("theta0 estimated", IdentifierSettings()),
         ("theta0 given", IdentifierSettings(rest_angle=-0.136)),
         (f"{len(WATCHED)} effects watched", IdentifierSettings(watched=WATCHED)),
+        ("prediction errors, lag known", IdentifierSettings(method=PREDICTION_ERROR, lag_known=True)),
         ("prediction errors", IdentifierSettings(method=PREDICTION_ERROR)),
-        ("and lag estimated", IdentifierSettings(method=PREDICTION_ERROR, lag_estimated=True)),
     ):
         middle, mean = step_times(settings)
         print(f"step, {name:18} median {middle * 1e6:5.1f} us   mean {mean * 1e6:5.1f} us")
     print(f"replay of 1e6 samples   {replay_time():.2f} s")
-    for name, refresh in (("adaptation", 0), ("prediction errors", 20)):
-        seconds, smallest, largest = long_run(refresh)
-        print(f"1e7 steps of the gain, {name}: {seconds:.2f} s, eigenvalues {smallest:.3g} to {largest:.6g}")
+    gamma()
+
+
+def gamma():
+    """Print what Gamma does over 1e7 samples of the native unit, for every method and two rates of forgetting [1/s]."""
+    with built_units() as units:
+        for name, given in METHODS.items():
+            for alpha in (0.001, 0.1):
+                low, high = long_run(units, adaptation__forgetting=alpha, **given)
+                print(f"1e7 samples, {name}, alpha {alpha:g}: eigenvalues of Gamma {low:.3g} to {high:.6g}", flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    gamma() if "--gamma" in sys.argv else main()

@@ -35,8 +35,8 @@ PERIOD = 20.0
 GAIN_LIMIT = 1e3
 CASES: dict[str, dict[str, Any]] = {
     "adaptation": {"method": "adaptation", "filter.frequency": 3.0, "adaptation.forgetting": 0.1},
-    "prediction_error": {"method": "prediction_error", "adaptation.forgetting": 0.3},
-    "prediction_error_lag": {"method": "prediction_error", "motor.lag_estimated": True, "adaptation.forgetting": 0.3},
+    "prediction_error": {"method": "prediction_error", "motor.lag_known": True, "adaptation.forgetting": 0.3},
+    "prediction_error_lag": {"method": "prediction_error", "adaptation.forgetting": 0.3},
 }
 """Settings of the identifier. The default forgetting of .001 1/s forgets in a quarter of an hour. Prediction errors are
 weighed by their variance, which a jump of this plant without noise raises ten thousandfold, so that ln 1e4 time

@@ -17,7 +17,7 @@ folder, states = Path(sys.argv[1]), []
 for builder in (build, build_native):
     fmu = builder("AdaptiveIdentifier", folder / builder.__name__)
     unit = Instance("unit", fmu, folder / f"{builder.__name__}.d", [])
-    given = {"method": "prediction_error", "motor.lag_estimated": True, "watch.pitch": "dry_friction"}
+    given = {"method": "prediction_error", "watch.pitch": "dry_friction"}
     unit.initialise(given, 0.0, 9.0)
     unit.finish_initialisation(0.0)
     for k in range(400):

@@ -41,8 +41,12 @@ def twins(tmp_path_factory):
             4000,
         ),
         ({"sample.time": 0.004, "adaptation.gain_limit": 1e300, "adaptation.forgetting": 0.0}, 2000),
-        ({"method": "prediction_error", "motor.lag_estimated": True, "report.interval": 0.5}, 4000),
-        ({**WATCHED, "method": "prediction_error", "sample.time": 0.002, "report.interval": 0.5}, 2000),
+        ({"method": "prediction_error", "report.interval": 0.5}, 4000),
+        (
+            {**WATCHED, "method": "prediction_error", "motor.lag_known": True, "sample.time": 0.002,
+             "report.interval": 0.5},
+            2000,
+        ),
     ],
     ids=[
         "default", "watching", "rest angle known, no lag", "samples between points", "prediction errors, lag",

@@ -193,7 +193,7 @@ def test_the_loop_is_seen_to_be_closed_by_both_methods_and_open_where_it_is():
 
 
 def test_a_saved_state_continues_to_the_same_bits():
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, lag_estimated=True, report_interval=0.5))
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5))
     rows = np.column_stack((flight(0).voltages, flight(0).angles)).tolist()[:900]
     state = start_identifier(plan, *rows[0])
     for row in rows[1:600]:
@@ -208,8 +208,8 @@ def test_a_saved_state_continues_to_the_same_bits():
 
 def test_a_wrong_lag_is_found_and_no_longer_turns_up_as_negative_damping():
     log_ = closed_loop(TABLE_2._replace(T_m=0.12), 60.0, 7)
-    _, assumed = run(log_, PREDICTION_ERROR)
-    _, found = run(log_, PREDICTION_ERROR, lag_estimated=True)
+    _, assumed = run(log_, PREDICTION_ERROR, lag_known=True)
+    _, found = run(log_, PREDICTION_ERROR)
     assert found.lag.value == pytest.approx(0.12, abs=3.0 * found.lag.standard_error)
     assert abs(found.parameters.a_wx - TABLE_2.a_wx) < abs(assumed.parameters.a_wx - TABLE_2.a_wx)
     assert assumed.lag.standard_error == 0.0
@@ -234,7 +234,7 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
 
 
 def test_the_gain_stays_positive_definite_without_noise_and_without_excitation():
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, lag_estimated=True))
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
     state = start_identifier(plan, 0.5, 0.5, -0.1, 0.1, 0.0)
     for _ in range(5000):
         state, output = identifier_step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
@@ -249,6 +249,6 @@ def test_a_method_that_does_not_exist_is_refused():
 
 
 def test_what_is_determined_follows_from_value_and_error():
-    assert determined(1.0, 0.25, "1/s")
-    assert not determined(1.0, 0.26, "1/s")
+    assert determined(1.0, 0.051, "1/s")
+    assert not determined(1.0, 0.052, "1/s")
     assert determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees

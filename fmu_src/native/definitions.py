@@ -109,7 +109,7 @@ def identifier_twin() -> Definition:
         "gain_limit": "adaptation.gain_limit",
         "forgetting": "adaptation.forgetting",
         "motor_time_constant": "motor.time_constant",
-        "lag_estimated": "motor.lag_estimated",
+        "lag_known": "motor.lag_known",
         "voltage_limit": "motor.voltage_limit",
         "excitation_window": "excitation.window",
         "report_interval": "report.interval",

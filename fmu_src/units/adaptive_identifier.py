@@ -60,7 +60,9 @@ _OUTPUTS = (
     *(_output(f"sigma.{axis}", "rad/s^2", f"adaptation error of the {axis}") for axis in AXES),
     *(_output(f"excitation.{axis}", "1", f"excitation level of the {axis}, 0 to 1") for axis in AXES),
     *(
-        _output(f"determined.{name}", "1", f"1: half the 95 % interval of {name} is at most half of its value, else 0")
+        _output(
+            f"determined.{name}", "1", f"1: half the 95 % interval of {name} is at most a tenth of its value, else 0"
+        )
         for name, _, _ in _ESTIMATED
     ),
     _output("motor_lag", "s", "lag of both motors: estimated or given", ("motor.time_constant",)),
@@ -88,7 +90,7 @@ _SETTINGS = (
     boolean_parameter("pitch.rest_angle_known", False, "use pitch.rest_angle in place of estimating it"),
     real_parameter("pitch.rest_angle", "rad", 0.0, -3.14, 3.14, "pitch at rest, if it is known"),
     real_parameter("motor.time_constant", "s", _DEFAULT.motor_time_constant, 0.0, 5.0, "lag of both motors"),
-    boolean_parameter("motor.lag_estimated", False, "estimate the motors' lag along, from motor.time_constant on"),
+    boolean_parameter("motor.lag_known", False, "prediction errors estimate no lag, it is motor.time_constant"),
     real_parameter("motor.voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, 1e3, "saturation of both voltages"),
     real_parameter("excitation.window", "s", _DEFAULT.excitation_window, 1e-3, 1e6, "window of the excitation level"),
     real_parameter("report.interval", "s", _DEFAULT.report_interval, 1e-5, 1e6, "time between two standard errors"),
@@ -154,7 +156,7 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                     initial=ModelParameters(*(values[at[f"initial.{name}"]] for name in _NAMES)),
                     watched=tuple((name, axis) for axis in AXES for name in self.slots[axis]),
                     method=values[at["method"]],
-                    lag_estimated=values[at["motor.lag_estimated"]],
+                    lag_known=values[at["motor.lag_known"]],
                 )
             )
         except ConfigurationError as problem:

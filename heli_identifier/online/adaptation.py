@@ -61,13 +61,18 @@ class AdaptationCoefficients(NamedTuple):
     restoring_noise: float
 
 
-def adaptation_coefficients(alpha: float, h: float, gain_limit: float) -> AdaptationCoefficients:
-    """Return the coefficients of (7) for forgetting ``alpha`` [1/s], period ``h`` [s] and the limit Gamma_max."""
+def adaptation_coefficients(
+    alpha: float, h: float, gain_limit: float, shortest: int = _SHORTEST_RESTORING_INTERVAL
+) -> AdaptationCoefficients:
+    """Return the coefficients of (7) for forgetting ``alpha`` [1/s], period ``h`` [s] and the limit Gamma_max.
+
+    ``shortest`` is the least N: it has a step for every parameter.
+    """
     beta = exp(-alpha * h)
     # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
     noise = alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
     interval = round(_RESTORING_SHARE / (alpha * h)) if alpha > 0.0 else _LONGEST_RESTORING_INTERVAL
-    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
+    interval = min(max(interval, shortest), _LONGEST_RESTORING_INTERVAL)
     forgotten = -expm1(-alpha * h * interval)
     restoring = gain_limit / forgotten if forgotten > 0.0 else inf
     return AdaptationCoefficients(beta, noise, interval, restoring)
@@ -166,6 +171,20 @@ def restore(factor, n, count, interval, restoring_noise, direction):
         unit_vector = [0.0] * n
         unit_vector[index] = 1.0
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
+
+
+def recall(factor, omega, first, count, interval, restoring_noise, direction):
+    """Give one direction of Gamma back the information of the start, and its parameter to the value ``first`` there.
+
+    Unlike :func:`restore` this does not take the present estimate for what was known: without excitation, Omega would
+    otherwise wander as far as noise drives it, while Gamma stays at its limit. In place; ``first`` has the parameters
+    to which this applies, the first ones of ``omega``; the other arguments are those of :func:`restore`.
+    """
+    index = count % interval
+    if index < len(first) and restoring_noise < inf:
+        unit_vector = [0.0] * len(omega)
+        unit_vector[index] = 1.0
+        measure(factor, omega, unit_vector, first[index], restoring_noise, 1.0, direction)
 
 
 def loosen(factor, index, variance):

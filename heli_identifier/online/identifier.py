@@ -19,6 +19,7 @@ from .feedback import first_feedback, watch_error, watch_innovation
 from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, follow_lag, settled_lag
 from .linear_algebra import hypotenuse
 from .moments import fade
+from .outside import widened
 from .plan import Plan
 from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
 from .signals import (
@@ -165,7 +166,7 @@ def step(
         loop_2 = watch_error(loop_2, axis_2.sigma, total, count, loop)
         loop_3 = watch_error(loop_3, axis_3.sigma, difference, count, loop)
     if count >= 0:
-        axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, count, predictors is not None, plan)
+        axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, predictors, count, plan)
     if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _LAST_TURN:
         found = lag_of(axis_1, axis_2, plan.lag.time_constant)
         lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
@@ -176,13 +177,18 @@ def step(
 
 
 def _evaluated(
-    axis_1: AxisState, axis_2: AxisState, axis_3: AxisState, count: int, predicted: bool, plan: Plan
+    axis_1: AxisState,
+    axis_2: AxisState,
+    axis_3: AxisState,
+    predictors: Predictors | None,
+    count: int,
+    plan: Plan,
 ) -> tuple[AxisState, AxisState, AxisState]:
     """Return the axes with their moments and, in turns, their standard errors, excitation levels and scores brought up.
 
     One axis is evaluated per step, so that no step pays for all three.
     """
-    averaged = plan.moment_samples
+    averaged, predicted = plan.moment_samples, predictors is not None
     if (count + 1) % averaged == 0:
         kept = kept_early(count, averaged, plan.signals.sample_time) if predicted else 1.0
         axis_1 = _observed(axis_1, averaged, kept, predicted, plan)
@@ -190,12 +196,22 @@ def _evaluated(
         axis_3 = _observed(axis_3, averaged, kept, predicted, plan)
     turn = count % plan.report_samples
     if turn == 0:
-        axis_1 = _evaluated_pitch(axis_1, predicted, plan)
+        rows = _pitch_rows(axis_1, plan)
+        axis_1 = evaluate_axis(axis_1, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+        if predictors is not None:
+            errors = widened(axis_1.standard_errors, predictors[0].outside, rows)
+            axis_1 = axis_1._replace(standard_errors=errors)
     elif turn == 1:
         rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega[:6])
         axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+        if predictors is not None:
+            errors = widened(axis_2.standard_errors, predictors[1].outside, rows)
+            axis_2 = axis_2._replace(standard_errors=errors)
     elif turn == 2:
         axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval, predicted)
+        if predictors is not None:
+            errors = widened(axis_3.standard_errors, predictors[2].outside, _BOTH)
+            axis_3 = axis_3._replace(standard_errors=errors)
     return axis_1, axis_2, axis_3
 
 
@@ -215,9 +231,9 @@ def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
 _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
-def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
-    """Evaluate the pitch; with theta0 free, by the gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
-    rows = _ALL_THREE
+def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
+    """Return the pitch's combinations; theta0 free, gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
+    rows: tuple[tuple[float, ...], ...] = _ALL_THREE
     if not plan.rest_angle_is_known:
         p, q = axis.omega[1:3]
         a = hypotenuse(p, q) or 1.0
@@ -229,7 +245,7 @@ def _evaluated_pitch(axis: AxisState, predicted: bool, plan: Plan) -> AxisState:
         )
     if plan.lag is not None:
         rows = _with_lag(rows, axis.omega[: len(rows[0]) + 1])
-    return evaluate_axis(axis, rows, plan.settings.forgetting, plan.moments.interval, predicted)
+    return rows
 
 
 def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:

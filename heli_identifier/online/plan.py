@@ -11,6 +11,7 @@ from .feedback import FeedbackCoefficients, feedback_coefficients
 from .lag import LagCoefficients, lag_coefficients
 from .moments import MomentCoefficients, moment_coefficients
 from .noise_model import BANDWIDTH_CHANGE, CORNER_CHANGE, noise_coefficients
+from .outside import outside_coefficients
 from .prediction_error import PredictorCoefficients
 from .settings import PREDICTION_ERROR, IdentifierSettings
 from .signals import SignalCoefficients
@@ -30,6 +31,9 @@ count lasts many samples. Innovations one after the other would be correlated, a
 
 _REFRESH = 0.2
 """Time between two evaluations of the whitening filter [s]."""
+
+_MOST_PARAMETERS = 6
+"""Of an axis: the elevation's with the motors' lag."""
 
 _MOMENT_SPACING = 0.2
 """omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
@@ -78,7 +82,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
     return Plan(
         settings,
         SignalCoefficients(f, h, kept(h, lag), settings.voltage_limit),
-        adaptation_coefficients(settings.forgetting, h, settings.gain_limit),
+        adaptation_coefficients(settings.forgetting, h, settings.gain_limit, _MOST_PARAMETERS if predicting else 5),
         moment_coefficients(spacing * h, settings.forgetting, settings.excitation_window),
         round(hold / h),
         spacing,
@@ -89,7 +93,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         cos(rest),
         watch_coefficients(tuple(candidate(name, axis) for name, axis in settings.watched), h, predicting),
         predictor_coefficients(settings, h, f) if predicting else None,
-        lag_coefficients(lag, h, kept(h, lag)) if settings.lag_estimated else None,
+        lag_coefficients(lag, h, kept(h, lag)) if predicting and not settings.lag_known else None,
         feedback_coefficients(h, *filter_polynomial(omega, settings.filter_damping, h)),
         (pitch, elevation, travel),
     )
@@ -112,4 +116,5 @@ def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoef
         refresh,
         BANDWIDTH_CHANGE * refresh * h,
         CORNER_CHANGE * refresh * h,
+        outside_coefficients(h, settings.forgetting),
     )

@@ -21,9 +21,10 @@ Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direc
 """
 
 from math import exp, log, sqrt
+from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, restore
+from .adaptation import AdaptationCoefficients, loosen, measure, recall
 from .axis import AxisState
 from .early import kept_early
 from .linear_algebra import dot
@@ -39,6 +40,7 @@ from .noise_model import (
     first_noise,
     remember,
 )
+from .outside import Outside, OutsideCoefficients, add_regressors, nothing_outside
 from .whitening import Memory, Whitening, settled_memory, whiten, whitening
 
 
@@ -60,14 +62,22 @@ class PredictorCoefficients(NamedTuple):
     refresh: int
     bandwidth_change: float
     corner_change: float
+    outside: OutsideCoefficients
 
 
 class PredictorState(NamedTuple):
-    """What an axis remembers beside :class:`AxisState`: the whitened signals' past, the noise model, and G."""
+    """What an axis remembers beside :class:`AxisState`.
+
+    The whitened signals' past, the noise model, G, what came from outside the loop with the sum of the innovations that
+    it has not taken in yet, and Omega(0).
+    """
 
     memory: tuple[Memory, ...]
     noise: NoiseModel
     whitening: Whitening
+    outside: Outside
+    waiting: float
+    first: tuple[float, ...]
 
 
 def with_noise(axis: AxisState, noise: Noise, c: PredictorCoefficients) -> AxisState:
@@ -91,13 +101,14 @@ def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficie
     """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
     w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
     noise = first_noise(axis.omega[-2], axis.omega[-1], c.noise)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w)
+    outside = nothing_outside(len(axis.omega) - 2)
+    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w, outside, 0.0, axis.omega[:-2])
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
     """Return ``p`` after a sample at which nothing is estimated yet."""
     memory, _ = whiten(p.memory, z, p.whitening)
-    return PredictorState(tuple(memory), p.noise, p.whitening)
+    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, 0.0, p.first)
 
 
 def predict_axis(
@@ -151,7 +162,7 @@ def predict_axis(
     kept = kept_early(count, 1, c.sample_time)
     measure(factor, omega, psi, seen[-1], a.noise * kept, a.forgetting * kept, direction)
     certain = a.noise / (a.noise + dot(psi, direction))
-    restore(factor, n + 2, count, a.restoring_interval, a.restoring_noise, direction)
+    recall(factor, omega, p.first, count, a.restoring_interval, a.restoring_noise, direction)
     if count % c.refresh == 0:
         forgotten = 1.0 - kept_early(count, c.refresh, c.sample_time)
         _renew(factor, omega, n, p.noise.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
@@ -161,24 +172,25 @@ def predict_axis(
     if count % c.refresh == 0:
         w = whitening(omega[n], omega[n + 1], c.f1, c.f2, c.sample_time)
 
-    sums = axis.sums
-    products = [0.0] * len(sums)
-    k = 0
-    for i in range(len(seen)):
-        for j in range(i, len(seen)):
-            products[k] = sums[k] + seen[i] * seen[j]
-            k += 1
+    products = [a * b for i, a in enumerate(seen) for b in seen[i:]]
     axis = AxisState(
         tuple(factor),
         tuple(omega),
         e,
-        tuple(products),
+        tuple(map(add, axis.sums, products)),
         axis.moments,
         axis.standard_errors,
         axis.excitation,
         axis.scores,
     )
-    return axis, PredictorState(tuple(memory), remember(p.noise, e, certain, d, c.noise), w)
+    outside, waiting = p.outside, p.waiting
+    # n differs from axis to axis: their turns come in different samples.
+    if (count + n) % c.outside.stride == 0:
+        kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
+        outside = add_regressors(outside, psi[:n], waiting, kept, c.outside)
+        waiting = 0.0
+    noise = remember(p.noise, e, certain, d, c.noise)
+    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, p.first)
 
 
 def _renew(

@@ -58,8 +58,9 @@ class IdentifierSettings:
     method : str
         ``adaptation``, the paper's (7), or ``prediction_error`` (:mod:`.prediction_error`), which stays right where a
         controller closes the loop.
-    lag_estimated : bool
-        Whether the motors' lag is estimated along, beginning with ``motor_time_constant`` (:mod:`.lag`).
+    lag_known : bool
+        Whether the motors' lag is ``motor_time_constant``. Where it is not known, prediction errors estimate it along,
+        beginning with that (:mod:`.lag`); the adaptation always takes it for known, as the paper does.
     noise : tuple of three Noise
         Where the noise models of pitch, elevation and travel begin (:mod:`.noise_model`).
     watched : tuple of (name, axis)
@@ -86,7 +87,7 @@ class IdentifierSettings:
     initial: ModelParameters = field(default_factory=ModelParameters)
     watched: tuple[tuple[str, str], ...] = ()
     method: str = ADAPTATION
-    lag_estimated: bool = False
+    lag_known: bool = False
     noise: tuple[Noise, Noise, Noise] = (Noise(), Noise(), Noise())
 
     def __post_init__(self) -> None:

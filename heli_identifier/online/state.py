@@ -14,6 +14,7 @@ from .lag import LagState
 from .linear_algebra import hypotenuse
 from .moments import Moments
 from .noise_model import NoiseModel
+from .outside import Outside
 from .plan import Plan
 from .prediction_error import PredictorState
 from .score import NOTHING, Score
@@ -100,8 +101,8 @@ def _predictors(pitch, elevation, travel) -> Predictors:
     return _predictor(*pitch), _predictor(*elevation), _predictor(*travel)
 
 
-def _predictor(memory, noise, whitening) -> PredictorState:
-    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening))
+def _predictor(memory, noise, whitening, outside, waiting, first) -> PredictorState:
+    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening), Outside(*outside), waiting, first)
 
 
 def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings
+from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
 from heli_identifier.workbench.design.rehearsal import STEP, ProcessNoise
@@ -228,4 +228,6 @@ def flight_documents(outlooks: list[FlightOutlook]) -> list[dict[str, Any]]:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if 1.96 * share <= 0.5 else "not determined"
+    if share > 1.0:
+        return "not determined"
+    return f"{100.0 * share:.2g} %" + ("" if determined(1.0, share, "") else ", not determined")

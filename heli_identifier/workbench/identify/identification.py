@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import (
     ADAPTATION,
-    PREDICTION_ERROR,
     Estimate,
     IdentifierSettings,
     Lag,
@@ -124,7 +123,6 @@ def settings_for(
         voltage_limit=configuration.format.voltage_limit,
         report_interval=max(0.5, 3.0 * log.step),
         method=method,
-        lag_estimated=method == PREDICTION_ERROR,
     )
 
 

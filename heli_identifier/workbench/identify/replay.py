@@ -62,12 +62,11 @@ def replay(
     Raises
     ------
     ConfigurationError
-        The method is not the adaptation, or the lag is to be estimated.
+        The method is not the adaptation.
     """
-    if settings.method != ADAPTATION or settings.lag_estimated:
+    if settings.method != ADAPTATION:
         raise ConfigurationError(
-            f"a replay runs method {ADAPTATION} with a given lag, not {settings.method} with lag_estimated = "
-            f"{settings.lag_estimated}; step the identifier instead"
+            f"a replay runs method {ADAPTATION}, not {settings.method}; step the identifier instead"
         )
     plan = prepare(settings)
     state = start(plan, *voltages[0].tolist(), *angles[0].tolist())

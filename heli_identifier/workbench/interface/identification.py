@@ -65,8 +65,8 @@ class Identification(Tabular):
         hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
         undetermined = (
             (
-                f"not determined by these logs, half the 95 % interval exceeds half of the value: {', '.join(hidden)}; "
-                "`heli design` says what to add to the voltages",
+                "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
+                f"{', '.join(hidden)}; `heli design` says what to add to the voltages",
             )
             if hidden
             else ()

@@ -1,0 +1,123 @@
+"""Only what came from outside a loop counts: hover without excitation determines nothing, however long it lasts."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determined, prepare
+from heli_identifier.online import start as start_identifier
+from heli_identifier.online import step as identifier_step
+from heli_identifier.online.adaptation import gain_matrix
+from heli_identifier.online.outside import (
+    FILTERS,
+    UNEXPLAINED,
+    add_regressors,
+    nothing_outside,
+    outside_coefficients,
+    shares,
+    widened,
+)
+from heli_identifier.workbench.design.closed_loop import Addition, flown
+from heli_identifier.workbench.design.rehearsal import ProcessNoise
+from heli_plant.control import PidSettings
+from heli_plant.parameters import TABLE_2, PlantParameters
+
+H = 0.01
+ONE = ((1.0, 0.0), (0.0, 1.0))
+
+
+def gathered(e, psi):
+    c = outside_coefficients(H, 0.0)
+    o = nothing_outside(psi.shape[1])
+    for k in range(c.stride, len(e), c.stride):
+        o = add_regressors(o, psi[k].tolist(), float(e[k - c.stride : k].sum()), c.kept, c)
+    return o
+
+
+def answer_to(e, pole):
+    """A first-order answer to past innovations, pole [rad/s]."""
+    kept = np.exp(-pole * H)
+    return lfilter([0.0, 1.0 - kept], [1.0, -kept], e)
+
+
+def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_at_all():
+    rng = np.random.default_rng(0)
+    e, outside = rng.standard_normal((2, 60_000))
+    psi = np.column_stack([answer_to(e, 2.0), answer_to(outside, 2.0)])
+    inside, own = shares(gathered(e, psi), ONE)
+    # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
+    assert own == pytest.approx(1.0, abs=0.05)
+    assert inside == pytest.approx(1e-4)
+
+
+def test_the_share_is_that_of_the_variance_with_the_filters_as_further_regressors():
+    rng = np.random.default_rng(1)
+    e, outside = rng.standard_normal((2, 40_000))
+    psi = np.column_stack([answer_to(e, 1.0) + 3.0 * answer_to(outside, 0.5), answer_to(e + outside, 3.0)])
+    o = gathered(e, psi)
+    n = FILTERS + 2
+    whole = np.zeros((n, n))
+    whole[np.triu_indices(n)] = o.products
+    whole += np.triu(whole, 1).T
+    expected = np.diag(np.linalg.inv(whole[FILTERS:, FILTERS:])) / np.diag(np.linalg.inv(whole))[FILTERS:]
+    counted = np.maximum((expected - UNEXPLAINED) / (1.0 - UNEXPLAINED), 1e-4)
+    assert shares(o, ONE) == pytest.approx(counted, rel=1e-9)
+    assert widened((1.0, 2.0), o, ONE) == pytest.approx([1.0, 2.0] / np.sqrt(counted), rel=1e-9)
+
+
+def test_before_any_sample_nothing_counts():
+    assert shares(nothing_outside(2), ONE) == pytest.approx([1e-4, 1e-4])
+
+
+def identified(log, **settings):
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5, **settings))
+    rows = np.column_stack((log.voltages, log.angles)).tolist()
+    state = start_identifier(plan, *rows[0])
+    flags = []
+    for k, row in enumerate(rows[1:], 1):
+        state, output = identifier_step(state, *row, plan)
+        if k % 100 == 0 and k > 1000:
+            pairs = zip(output.parameters[:3], output.standard_errors[:3], strict=True)
+            flags += [determined(value, error, "") for value, error in pairs]
+    return state, output, flags
+
+
+@pytest.mark.parametrize("forgetting", [0.001, 0.3])
+def test_in_quiet_hover_nothing_is_called_determined(forgetting):
+    """100 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
+    log, _ = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 100.0, ProcessNoise())
+    _, output, flags = identified(log, forgetting=forgetting)
+    assert not any(flags)
+    assert output.standard_errors.k_z > 0.1 * abs(output.parameters.k_z)
+
+
+def test_steps_of_the_references_determine_the_gain_and_widen_its_error_little():
+    steps = Addition("steps", 0.2, 0.1)
+    log, _ = flown(steps, PlantParameters(), PidSettings(), 0.15, 60.0, ProcessNoise())
+    state, output, _ = identified(log)
+    assert determined(output.parameters.k_x, output.standard_errors.k_x, "")
+    # 3.5 standard errors: once in 2000 for a normal estimate.
+    assert abs(output.parameters.k_x - TABLE_2.k_x) < 3.5 * output.standard_errors.k_x
+    gain = shares(state.predictors[0].outside, ((0.0, 0.0, 0.0, 1.0, 0.0),))[0]
+    assert gain > 0.5
+
+
+def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_keeps_its_limit():
+    """1000 s of encoders that toggle by a count: forgetting .3 1/s leaves nothing of what was known before."""
+    limit = 100.0
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.3, gain_limit=limit, initial_gain=limit))
+    count = 2.0 * np.pi / 4096
+    state = start_identifier(plan, 0.5, 0.5, 0.0, 0.1, 0.0)
+    rng = np.random.default_rng(2)
+    flips = (rng.random((20_000, 3)) < 0.002).cumsum(axis=0) % 2 * count
+    for pitch, elevation, travel in flips.tolist():
+        state, output = identifier_step(
+            state, 0.5 + 3.0 * pitch, 0.5 - 3.0 * pitch, pitch, 0.1 + elevation, travel, plan
+        )
+    for axis in (state.pitch, state.elevation):
+        spectrum = np.linalg.eigvalsh(np.array(gain_matrix(axis.factor, len(axis.omega)))[:-2, :-2])
+        assert spectrum[0] > 0.0
+        # Between two returns of a direction it may grow by exp(.3 N h), N = 6.
+        assert spectrum[-1] <= 1.02 * limit
+        # Five deviations of what Gamma_max allows.
+        assert np.abs(axis.omega[:-2]).max() < 5.0 * np.sqrt(limit)
