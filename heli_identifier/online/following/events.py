@@ -24,7 +24,9 @@ WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
     STOPPED,
     FROZEN,
     BACK,
-) = range(14)
+    INSIGNIFICANT,
+    IMPOSSIBLE,
+) = range(16)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
     "this change explains the innovations at least 100 times better than any other",
@@ -40,6 +42,8 @@ WHY = (
     "nothing has come in for more than 0.2 s; corrections rest",
     "an encoder stands still although the rig moves; corrections rest",
     "samples come in again",
+    "the change that explains the innovations best is smaller than four of its standard errors",
+    "no change that is physically possible explains the innovations",
 )  # fmt: skip
 """Sentences of the reasons."""
 
