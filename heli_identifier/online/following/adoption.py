@@ -21,6 +21,9 @@ from .values import heading
 _SURELY = 0.5
 """t of the fall of squared errors on trial: the likelihood has shown the change, the trial is to show that it helps."""
 
+_TRIAL_WINDOWS = 3
+"""A trial that shows neither more nor less than _SURELY goes on for at most this many windows."""
+
 _ROLL_BACK = 3.0
 """t of the difference of squared errors at which an adopted change is taken back; it is looked at once per second."""
 
@@ -37,11 +40,14 @@ _REFINING = 2.5
 def on_trial(
     state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
-    """Adopt the change if the rival was better over the window, else hold."""
-    if len(state.twins.rival) < plan.window:
+    """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
+    count = len(state.twins.rival)
+    if count < plan.window:
         return state, []
     axes = axes_of(state.finding.change, plan)
     difference, t = compared(state.twins.rival, state.twins.against, axes)
+    if abs(t) < _SURELY and count < _TRIAL_WINDOWS * plan.window:
+        return state, []
     latest = estimated_anew(state, compass, state.finding, plan)
     if difference >= 0.0 or t > -_SURELY:
         return rested(state), [event_of(state, HELD, NOT_BETTER, latest, time, plan)]

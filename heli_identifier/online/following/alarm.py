@@ -82,6 +82,8 @@ def alarmed(
         return (rested(state), [event_of(state, HELD, IMPOSSIBLE, NOTHING, time, plan)]) if late else (state, [])
     first = found[0]
     lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
+    if lead < _LEAD:
+        first = first._replace(other=found[1].change)
     state = state._replace(finding=first)
     gate = _gate(first, ready, told, plan)
     if gate == _OPEN and (lead >= _LEAD or late):

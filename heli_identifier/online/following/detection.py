@@ -73,7 +73,10 @@ AT_ZERO = Page(0.0, 0.0, 0, 0)
 
 
 class Finding(NamedTuple):
-    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1]."""
+    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1].
+
+    ``other``: the change that explains the blocks nearly as well, -1 for none.
+    """
 
     change: int
     blocks: int
@@ -81,6 +84,7 @@ class Finding(NamedTuple):
     standard_error: float
     evidence: float
     z: float
+    other: int = -1
 
 
 NOTHING = Finding(-1, 0, 0.0, 0.0, 0.0, 0.0)

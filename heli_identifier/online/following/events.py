@@ -53,7 +53,8 @@ class Event(NamedTuple):
 
     ``time`` [s]; ``what`` and ``why`` as places in :data:`WHAT` and :data:`WHY`; ``change`` by number, -1 for none;
     ``value`` of the parameter after the change and its ``standard_error`` [its unit]; ``axis``: 0 to 2, 3 the rotors,
-    -1 none; ``since``: when the change took place, as estimated [s].
+    -1 none; ``since``: when the change took place, as estimated [s]; ``other``: the change that it may be as well, by
+    number, -1 for none.
     """
 
     time: float
@@ -64,6 +65,7 @@ class Event(NamedTuple):
     why: int
     axis: int
     since: float
+    other: int = -1
 
 
 def event_document(event: Event, bank: tuple[Change, ...]) -> dict[str, Any]:
@@ -73,6 +75,7 @@ def event_document(event: Event, bank: tuple[Change, ...]) -> dict[str, Any]:
         "time_s": event.time,
         "what": WHAT[event.what],
         "name": bank[event.change].name if event.change >= 0 else "",
+        "or": bank[event.other].name if event.other >= 0 else "",
         "axis": axis,
         "value": event.value,
         "standard_error": event.standard_error,

@@ -150,7 +150,7 @@ def event_of(state: CorrectorState, what: int, why: int, finding: Finding, time:
         * plan.coarse
         * plan.settings.sample_time
     )
-    return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
+    return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since, finding.other)
 
 
 def axes_of(number: int, plan: FollowPlan) -> tuple[int, ...]:
