@@ -8,6 +8,7 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.following import (
+    HEARD,
     MODES,
     FollowSettings,
     Sample,
@@ -18,6 +19,7 @@ from heli_identifier.online.following import (
     parameters_in_use,
     prepare_following,
     shares_in_use,
+    start_correcting,
     thawed_state,
 )
 from heli_identifier.online.following.baseline import Coefficients, discounted, learned_from
@@ -234,6 +236,23 @@ def test_without_corrections_a_change_is_reported_and_held():
     said = documents(events, plan)
     assert {one["what"] for one in said} == {"alarm", "held"}
     assert parameters_in_use(state, plan) == TABLE_2
+
+
+@pytest.mark.parametrize("moved, what", [(+0.02, "adopted"), (-0.02, "held")])
+def test_a_change_that_the_identifier_contradicts_is_held(moved, what):
+    """k_z falls by 20 %; the identifier, with a standard error of .002, says that it has moved by .02 either way."""
+    plan = prepare_following(FollowSettings())
+    rows = record(60.0, TABLE_2._replace(k_z=0.8 * TABLE_2.k_z), 30.0, seed=4)
+    state, events = start_correcting(plan, Sample(*rows[0])), []
+    errors = (0.002,) * len(HEARD)
+    for k, row in enumerate(rows[1:], 1):
+        says = [getattr(TABLE_2, field) for field in HEARD]
+        says[HEARD.index("k_z")] -= moved if k > 3100 else 0.0
+        state, output = correct(state, Sample(*row), Told((1.0, 1.0, 1.0), (), tuple(says), errors), plan)
+        events.extend(output.events)
+    last = [one for one in documents(events, plan) if one["what"] in ("adopted", "held")][0]
+    assert (last["name"], last["what"]) == ("elevation.gain", what)
+    assert ("identifier" in last["why"]) == (what == "held")
 
 
 # --- the stream ----------------------------------------------------------------------------------------------------

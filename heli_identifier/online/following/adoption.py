@@ -1,7 +1,8 @@
 """The last gate: a change on trial is adopted if it predicts better, watched, and taken back if that does not last.
 
 A rival twin that has the change has flown beside the one in use over the window, which begins after the change was
-estimated, so that its errors 1 s ahead are out of sample for both. It must have been better. Then the size is
+estimated, so that its errors 1 s ahead are out of sample for both. It must have been better, and the on-line
+identifier must not contradict it (:mod:`.hearing`). Then the size is
 estimated anew from everything since the change and ramped in. The values before go on as the rival; as soon as they
 predict better with t > 3, they are taken again.
 """
@@ -10,10 +11,11 @@ from .baseline import uncertain
 from .blocks import Block, shifted
 from .detection import AT_ZERO, Direction, Finding, measured
 from .errors import compared
-from .events import ADOPTED, BETTER, HELD, NOT_BETTER, ROLLED_BACK, WORSE, Event
+from .events import ADOPTED, BETTER, CONTRADICTED, HELD, NOT_BETTER, ROLLED_BACK, WORSE, Event
+from .hearing import contradicted
 from .naming import axes_of, bounds_of, changed, event_of, seen_by, shares_of, value_of
 from .plan import FollowPlan, parameters_of
-from .state import WATCHED, CorrectorState
+from .state import WATCHED, CorrectorState, Told
 from .trial import estimated_anew, put_on_trial, rested
 from .twins import without_rival
 from .values import heading
@@ -38,7 +40,7 @@ _REFINING = 2.5
 
 
 def on_trial(
-    state: CorrectorState, compass: tuple[Direction, ...], time: float, plan: FollowPlan
+    state: CorrectorState, compass: tuple[Direction, ...], told: Told, time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
     count = len(state.twins.rival)
@@ -51,6 +53,8 @@ def on_trial(
     latest = estimated_anew(state, compass, state.finding, plan)
     if difference >= 0.0 or t > -_SURELY:
         return rested(state), [event_of(state, HELD, NOT_BETTER, latest, time, plan)]
+    if contradicted(state, latest, told, plan):
+        return rested(state), [event_of(state, HELD, CONTRADICTED, latest, time, plan)]
     event = event_of(state, ADOPTED, BETTER, latest, time, plan)
     return _taken(state, compass[latest.change], latest, event, plan), [event]
 

@@ -71,6 +71,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         NOTHING,
         0,
         (0,) * len(plan.settings.effects),
+        (),
         first_stream(angles),
     )
 

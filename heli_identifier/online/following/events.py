@@ -26,7 +26,8 @@ WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
     BACK,
     INSIGNIFICANT,
     IMPOSSIBLE,
-) = range(16)
+    CONTRADICTED,
+) = range(17)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
     "this change explains the innovations at least 100 times better than any other",
@@ -44,6 +45,7 @@ WHY = (
     "samples come in again",
     "the change that explains the innovations best is smaller than four of its standard errors",
     "no change that is physically possible explains the innovations",
+    "the on-line identifier's estimate has moved the other way since, by more than three standard errors",
 )  # fmt: skip
 """Sentences of the reasons."""
 

@@ -11,6 +11,7 @@ from .adoption import adopted, on_trial
 from .alarm import alarmed, following
 from .detection import alarm_of, paged
 from .events import Event
+from .hearing import heard
 from .naming import compass_of, limits_of, proved_colours, seen_by, shares_of
 from .plan import FollowPlan
 from .state import ALARMED, FOLLOWING, ON_TRIAL, STARTING, SUSPENDED, WATCHED, CorrectorState, Told
@@ -32,7 +33,7 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode == SUSPENDED:
         return state, []
     compass = compass_of(state, plan)
-    state = _scored(state._replace(colours=proved_colours(state, compass)), told)
+    state = heard(_scored(state._replace(colours=proved_colours(state, compass)), told), told)
     newest = (
         seen_by(state.tested[-1:], compass, shares_of(state.colours))[0]
         if state.tested
@@ -48,7 +49,7 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode == ALARMED:
         return alarmed(state, compass, told, time, plan)
     if state.mode == ON_TRIAL:
-        return on_trial(state, compass, time, plan)
+        return on_trial(state, compass, told, time, plan)
     return adopted(state, compass, time, plan)
 
 

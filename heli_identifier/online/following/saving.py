@@ -56,6 +56,7 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     fields["values"] = values._replace(
         parameters=parameters_of(values.now, plan), rival_parameters=parameters_of(values.rival or values.now, plan)
     )
+    fields["heard"] = _tuples(fields["heard"])
     for name in ("voltages", "arrived", "scored"):
         fields[name] = tuple(fields[name])
     return CorrectorState(**fields)

@@ -33,10 +33,16 @@ class Sample(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What the on-line identifier says: the excitation of the axes [1] and the scores [1] of the effects in order."""
+    """What the on-line identifier says.
+
+    The ``excitation`` of the axes [1] and the ``scores`` [1] of the effects in order; ``estimates`` and their
+    ``standard_errors`` in the order of :data:`.hearing.HEARD`, empty if nobody says them.
+    """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
     scores: tuple[float, ...] = ()
+    estimates: tuple[float, ...] = ()
+    standard_errors: tuple[float, ...] = ()
 
 
 class CorrectorState(NamedTuple):
@@ -46,7 +52,8 @@ class CorrectorState(NamedTuple):
     ``steps``: coarse steps so far; ``blocks``: the last ones; ``tested``: the last few of them as the tests see them
     (:mod:`.baseline`); ``alarm``: the largest of Page's sums over its threshold; ``since``: sample at which ``mode``
     began; ``settled``: sample from which sums count; ``run``: blocks for which the sum that gave the alarm had been
-    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold.
+    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold; ``heard``:
+    what the identifier has said after each block.
     """
 
     samples: int
@@ -72,6 +79,7 @@ class CorrectorState(NamedTuple):
     finding: Finding
     run: int
     scored: tuple[int, ...]
+    heard: tuple[tuple[float, ...], ...]
     stream: Stream
 
 
