@@ -53,8 +53,9 @@ _LEAST_SIZE = 0.25
 _OVERSHOOT = 1.166
 """2 rho, rho = .583 = -zeta(1/2)/sqrt(2 pi): by how much sums of normal steps exceed a bound [standard deviations]."""
 
-_LEAST_PER_BLOCK = 0.1
-"""s below which the threshold is not lowered any more: what is known of s is a mean over minutes."""
+_LEAST_PER_BLOCK, _MOST_PER_BLOCK = 0.1, 3.0
+"""s below and above which the threshold stays: what is known of s is a mean over minutes, and Siegmund's mean time is
+an approximation for steps up to some 2 standard deviations. Steps of more need even less, which is not used."""
 
 _LEAST_INFORMATION = 1.0
 """D^T R D nu^2 below which nothing can be said about a change."""
@@ -142,7 +143,7 @@ def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
 
 def lowered(limit: float, information: float) -> float:
     """Return the threshold [1] of one test: ``limit`` is Lorden's, ``information`` s of a block [1]."""
-    s = max(information, _LEAST_PER_BLOCK)
+    s = min(max(information, _LEAST_PER_BLOCK), _MOST_PER_BLOCK)
     return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
 
 
