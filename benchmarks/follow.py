@@ -18,6 +18,7 @@ were worse over the next 60 s than those of the twin with the values before.
 
 import argparse
 import json
+import math
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import process_time
@@ -25,9 +26,11 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.follow_bound import bound
 from benchmarks.follow_fast import corrected, errors_ahead
 from benchmarks.follow_rigs import Rig, Stage, draw_rig, fly
 from benchmarks.tables import table
+from heli_identifier.link import Clock, ClockSettings, Timed, tick
 from heli_identifier.online.following import (
     FollowSettings,
     Sample,
@@ -67,8 +70,12 @@ FRICTION = {"pitch": 0.03, "elevation": 0.03, "travel": 0.03}
 CABLE = 0.06
 """Stiffness of a cable that is hung on [1/s^2]."""
 
-STREAMS = ("loss", "stuck", "stop")
-"""Faults of the stream: 5 % of the samples lost; an encoder stuck for 4 s; nothing for 5 s."""
+STREAMS = ("loss", "stuck", "stop", "jitter", "all")
+"""Faults of the stream: 5 % of the samples lost; an encoder stuck for 4 s; nothing for 5 s; samples that arrive with a
+jitter of 20 ms, 5 % lost; all of them in one flight."""
+
+JITTER, DELAY, MAXIMUM_AGE = 0.02, 0.05, 0.2
+"""Standard deviation of the time that a sample travels [s]; delay and maximum age of the units' link to a rig [s]."""
 
 KINDS = (*NAMES, "two", *STREAMS)
 AFTER, UNCHANGED = 90.5, 600.0
@@ -144,11 +151,15 @@ def flown(half: int, seed: int, kind: str, whole: bool = False) -> dict[str, Any
     end = stages[-1].start + stages[-1].slow
     duration = UNCHANGED if kind == "none" else end + AFTER
     rows = fly(rig, tuple(stages), duration, closed, rng).rows
+    flown_rows = rows.copy()
     fresh = _stream(kind, rows, stages[-1].start, rng)
     found = followed(rows, fresh, values, whole)
     row = {"half": half, "seed": seed, "kind": kind, "closed": closed, "whole": whole, "changes": [], **found}
     for name, stage in zip(kinds, stages[1:], strict=True):
         row["changes"].append({"kind": name, "name": NAMES[name], "start": stage.start, "slow": stage.slow})
+    if kind == "k_y":
+        time_asked = FollowSettings().false_alarm_time
+        row["oracle"] = list(bound(flown_rows, rig.coefficients, stages[-1].start, GAIN, time_asked))
     if kind == "none":
         row["hours"] = duration / 3600.0
     errors = row.pop("errors")
@@ -172,21 +183,39 @@ def flown(half: int, seed: int, kind: str, whole: bool = False) -> dict[str, Any
 def _stream(kind: str, rows: np.ndarray, start: float, rng: np.random.Generator) -> list[float]:
     """Put the fault of a stream into ``rows``; return which samples come in."""
     fresh = [1.0] * len(rows)
-    if kind == "loss":
-        for k in np.flatnonzero(rng.random(len(rows)) < 0.05):
-            if k > 0:
-                fresh[k] = 0.0
-                rows[k] = rows[k - 1]
-    elif kind == "stop":
-        at = round(100 * (start + rng.choice([-20.0, 5.0, 40.0])))
-        for k in range(at, at + 500):
-            fresh[k] = 0.0
-            rows[k] = rows[at - 1]
-    elif kind == "stuck":
+    if kind in ("stuck", "all"):
         at, axis = round(100 * (start + rng.choice([-20.0, 5.0, 40.0]))), int(rng.integers(2, 5))
         for k in range(at, at + 400):
             rows[k, axis] = rows[at - 1, axis]
+    if kind in ("loss", "jitter", "all"):
+        for k in np.flatnonzero(rng.random(len(rows)) < 0.05):
+            fresh[k] = 0.0 if k > 0 else 1.0
+    if kind in ("stop", "all"):
+        at = round(100 * (start + rng.choice([-20.0, 5.0, 40.0])))
+        fresh[at : at + 500] = [0.0] * 500
+    if kind in ("jitter", "all"):
+        return _late(rows, fresh, rng)
+    for k in range(1, len(rows)):
+        if not fresh[k]:
+            rows[k] = rows[k - 1]
     return fresh
+
+
+def _late(rows: np.ndarray, fresh: list[float], rng: np.random.Generator) -> list[float]:
+    """Let the samples that are ``fresh`` travel for a random time, and put into ``rows`` what the units' link shows."""
+    travelled = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
+    travelled[0] = 0.0
+    arrivals: list[list[Timed]] = [[] for _ in rows]
+    for k in range(len(rows)):
+        at = k + math.ceil(100.0 * travelled[k] - 1e-9)
+        if fresh[k] and at < len(rows):
+            arrivals[at].append(Timed(k * 0.01, k, tuple(rows[k].tolist())))
+    clock, settings, shown = Clock(), ClockSettings(DELAY, MAXIMUM_AGE, 0.01), []
+    for k in range(len(rows)):
+        clock, seen = tick(clock, k * 0.01, tuple(arrivals[k]), settings)
+        shown.append(1.0 if seen.fresh else 0.0)
+        rows[k] = rows[0] if seen.latest is None else seen.latest.signals
+    return shown
 
 
 def followed(rows: np.ndarray, fresh: list[float], values: PlantParameters, whole: bool) -> dict[str, Any]:
@@ -292,6 +321,13 @@ def summary(rows: list[dict[str, Any]]) -> str:
         ]
         adopted = sum(len(row["wrong"]) for row in still)
         text.append(f"Unchanged rigs: {len(alarms)} false alarms in {hours:.1f} h of flight, {adopted} adoptions.")
+    oracles = [row["oracle"] for row in rows if "oracle" in row]
+    if oracles:
+        power, delay = 100 * np.mean([one for one, _ in oracles]), np.median([one for _, one in oracles])
+        text.append(
+            f"k_y: who knows noise, size and sign would notice {power:.0f} % within 20 s; no detector's mean "
+            f"delay is below {delay:.0f} s (median of the flights)."
+        )
     early = [
         (row["changes"][0]["start"], [e for e in row["events"] if e["what"] == "alarm"])
         for row in rows

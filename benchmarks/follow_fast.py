@@ -22,9 +22,9 @@ from heli_identifier.online.following import (
     parameters_of,
     start_correcting,
 )
-from heli_identifier.online.following.adoption import judged
 from heli_identifier.online.following.blocks import Sums
-from heli_identifier.online.following.corrector import _LARGEST_INNOVATION, _closed
+from heli_identifier.online.following.corrector import LARGEST_INNOVATION, closed
+from heli_identifier.online.following.judgement import judged
 from heli_identifier.online.following.sensitivity import Sensitivity
 from heli_identifier.online.following.state import STARTING, SUSPENDED
 from heli_plant.compiled import compiled_for, parameter_record
@@ -45,7 +45,7 @@ _MOST = 8
 def _block(rows, first, plant, torque, x, w, d, psi, products, squares, copies, count, rival_count, has_rival, arrived,
            p, p_alone, p_rival, shares, gains, most, angles, still, began, held, out):  # fmt: skip
     """Take the samples ``first`` .. ``first`` + 99; everything is changed in place; return (compared, fault)."""
-    number = np.array([5, 5, 6])
+    number = np.array([6, 6, 6])
     e_sum, taken, compared = np.zeros(3), 0, 0
     used_count, rivals = count, rival_count
     th, ep, la, w1, w2, w3, nf, nr, rest = (
@@ -71,6 +71,7 @@ def _block(rows, first, plant, torque, x, w, d, psi, products, squares, copies, 
             -math.tanh(w3 / _SMOOTHING),
         )
         g[2, 5] = -(la - rest)
+        g[0, 5], g[1, 5] = -math.sin(th - p.theta0), -ep
         stiff = (p.a_th * math.cos(th - p.theta0), p.a_e, 0.0)
         damp = (p.a_wx, p.a_wz, p.a_wy)
         state = np.array([after.pitch, after.elevation, after.travel])
@@ -269,7 +270,7 @@ def _by_block(
         for j, one in enumerate(own):
             copies[twin, j] = one
     gains = np.array([plan.gains, plan.gains, plan.gains_travel])
-    most = np.array([_LARGEST_INNOVATION * math.sqrt(level.variance) for level in state.levels])
+    most = np.array([LARGEST_INNOVATION * math.sqrt(level.variance) for level in state.levels])
     angles, still = np.array(state.stream.angles), np.array(state.stream.still, dtype=np.int64)
     held = np.array(state.stream.torques)
     began, out, arrived = np.array(state.stream.rates), np.zeros((8, 16)), np.array(state.arrived)
@@ -329,7 +330,7 @@ def _by_block(
             torques=tuple(held.tolist()),
         ),
     )
-    state, said = judged(_closed(state), told, plan)
+    state, said = judged(closed(state, plan), told, plan)
     return state, said, found
 
 

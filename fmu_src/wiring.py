@@ -163,6 +163,9 @@ _WATCHED = (
 )
 """Effects that the following twin may switch on, in the order of the identifier's places."""
 
+_HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
+"""Estimates that the following twin hears from the identifier."""
+
 FOLLOW = Scenario(
     "follow",
     "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> HelicopterPlant beside the measurement",
@@ -182,6 +185,11 @@ FOLLOW = Scenario(
             "identifier",
             "corrector",
             tuple(f"score.{axis}[{slot}]" for axis, names in _WATCHED for slot, _ in enumerate(names, 1)),
+        ),
+        *(Connection("identifier", field, "corrector", f"estimate.{field}") for field in _HEARD),
+        *(
+            Connection("identifier", f"standard_error.{field}", "corrector", f"estimate_error.{field}")
+            for field in _HEARD
         ),
         *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     ),

@@ -23,17 +23,19 @@ def record(
     seed: int = 0,
     before: PlantParameters = TABLE_2,
     front: float = 1.0,
+    lift: float = 1.0,
 ) -> list[list[float]]:
     """Return rows (two voltages [V], three angles [rad]) of a flight in open loop under multisines.
 
     At ``change`` [s] the rig gets the parameters ``after``; its front rotor keeps the share ``front`` of its thrust.
+    ``lift``: by how much the sum of the voltages moves more than usual.
     """
     rng = np.random.default_rng(seed)
     n = round(seconds / H)
     t = np.arange(n) * H
     lines = np.array([0.07, 0.11, 0.19, 0.31, 0.5, 0.8])[:, None]
     waves = [np.sin(2 * np.pi * lines * t + rng.uniform(0, 2 * np.pi, (6, 1))).sum(0) for _ in range(2)]
-    total, apart = 4.5 + 0.35 * waves[0], 0.31 + 0.15 * waves[1]
+    total, apart = 4.5 + lift * 0.35 * waves[0], 0.31 + 0.15 * waves[1]
     voltages = np.column_stack([total + apart, total - apart]) / 2
     state = start_state(0.0, (TABLE_2.k_z * 4.5 - TABLE_2.a_1) / TABLE_2.a_e, 0.0, *voltages[0])
     torque, stay = Torque(), math.exp(-H / TORQUE_TIME)

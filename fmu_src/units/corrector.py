@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.following import (
     DEFAULT_EFFECTS,
+    HEARD,
     CorrectorOutput,
     CorrectorState,
     Event,
@@ -36,6 +37,7 @@ _SLOTS = tuple(
 _EARLY = 1e-6
 """A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
+_UNITS = {row.field: row.unit for row in PARAMETERS}
 _WATCHED = tuple((name, own) for axis in AXES for name, own in DEFAULT_EFFECTS if own == axis)
 _INPUTS = (
     *voltage_inputs(),
@@ -45,6 +47,11 @@ _INPUTS = (
     *(
         real_input(f"score.{axis}[{slot}]", "1", 1e9, 1.0, f"score of the effect at place {slot} of watch.{axis}")
         for axis, slot in _SLOTS
+    ),
+    *(real_input(f"estimate.{name}", _UNITS[name], 1e9, 1.0, f"the identifier's estimate of {name}") for name in HEARD),
+    *(
+        real_input(f"estimate_error.{name}", _UNITS[name], 1e9, 1.0, f"standard error of that of {name}, 0 if none")
+        for name in HEARD
     ),
 )
 
@@ -152,7 +159,11 @@ taken.</p>"""
             )
         scores = self.values[9 : 9 + len(_SLOTS)]
         ordered = tuple([scores[_WATCHED.index(effect)] for effect in DEFAULT_EFFECTS])
-        told = Told((self.values[6], self.values[7], self.values[8]), ordered)
+        first = 9 + len(_SLOTS)
+        last = first + len(HEARD)
+        estimates = tuple(self.values[first:last])
+        errors = tuple(self.values[last : last + len(HEARD)])
+        told = Told((self.values[6], self.values[7], self.values[8]), ordered, estimates, errors)
         state, output = self.state, None
         events: list[Event] = []
         while self.first + (state.samples + 1) * period <= time + _EARLY * period:

@@ -18,6 +18,7 @@ from .follower import (
     standard_errors_in_use,
     start_following,
 )
+from .hearing import HEARD
 from .plan import FollowPlan, parameters_of, prepare_following
 from .saving import frozen_state, thawed_state
 from .settings import DEFAULT_EFFECTS, FollowSettings
@@ -25,6 +26,7 @@ from .state import MODES, CorrectorOutput, CorrectorState, Sample, Told
 
 __all__ = [
     "DEFAULT_EFFECTS",
+    "HEARD",
     "MODES",
     "WHAT",
     "WHY",

@@ -29,6 +29,9 @@ _LARGEST = 4.0
 PROVED = 20
 """Blocks after which a block without an alarm counts as one without a change."""
 
+TESTED = PROVED + 3
+"""Blocks that are kept as the tests see them: a proved one and the two before it."""
+
 _DOUBT, _DOUBTED = 60.0, 1.0
 """kappa begins at _DOUBTED with the weight of _DOUBT blocks."""
 

@@ -6,7 +6,9 @@ The acceleration of an axis is linear in what may change: with the thrust voltag
     elevation  epsilon'' = ... + dk_z mu_s cos(theta) + ...   regressors  (mu_s, mu_d) cos(theta), -1, -epsilon'
     travel     lambda''  = ... + dk_y mu_s sin(theta) + ...   regressors  (mu_s, mu_d) sin(theta), 1, -lambda'
 
-followed on each axis by the laws of the effects that may be switched on, with c = 1. A change of size delta adds
+followed on each axis by the laws of the effects that may be switched on, with c = 1, and on pitch and elevation by
+that of the axis' stiffness, -sin(theta - theta_0) and -epsilon: no change of it is looked for, but the twin's value of
+it is never exact (:mod:`.baseline`). A change of size delta adds
 delta D to the coefficients of these regressors. A gain has one entry in D. A rotor that loses the share delta of its
 thrust F = (mu_s +- mu_d)/2 has entries on all three axes: that is how it differs from a change of one gain.
 """
@@ -73,7 +75,7 @@ def changes(p: PlantParameters, effects: tuple[tuple[str, str], ...]) -> tuple[C
     for name, axis in effects:
         number = AXES.index(axis)
         row = BY_FIELD[effect(name, axis).field]
-        size = _FRICTION if name == "dry_friction" else _SIZES.get(row.unit, _CABLE)
+        size = smallest_of(name, row.unit)
         column = taken[number]
         if name == "constant_torque":
             column = 2
@@ -81,6 +83,11 @@ def changes(p: PlantParameters, effects: tuple[tuple[str, str], ...]) -> tuple[C
             taken[number] += 1
         bank.append(Change(row.name, row.field, number, column, size, False, row.minimum, row.maximum))
     return tuple(bank)
+
+
+def smallest_of(name: str, unit: str) -> float:
+    """Return the smallest change that matters of an effect by its ``name`` and the ``unit`` of its coefficient."""
+    return _FRICTION if name == "dry_friction" else _SIZES.get(unit, _CABLE)
 
 
 def _gain(field: str, axis: int, value: float) -> Change:

@@ -7,11 +7,18 @@ has in each block the log-likelihood ratio against no change
 
 Page's test sums it for delta = +-nu, the smallest change that matters, and restarts at zero:
 
-    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds ln(M T / 1 s)
+    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds its threshold
 
-for M tests and a mean time T between false alarms. Without a change exp(s) has mean one given the past, so that the
-mean time of one test is at least exp(threshold) blocks, and that of M together at least T. Twins whose parameters err
-by less than nu/2 give no alarm either: the mean of s is then negative.
+for M tests and a mean time T between false alarms. Without a change exp(s) has mean one given the past, so that with
+the threshold b = ln(M T / 1 s) the mean time of one test is at least exp(b) blocks, and that of M together at least T
+(Lorden). The bound is not tight: a test of which a block holds the information s = nu^2 D^T R D has steps
+N(-s/2, s), which do not meet the threshold but jump over it, and small ones take long to come there. Its mean time is
+2 exp(b + 1.166 sqrt(s))/s (Siegmund), so that
+
+    b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
+
+is enough: at least 1.6 less, and for tests of which a block tells little, which are slow, up to 3.4 less. Twins whose
+parameters err by less than nu/2 give no alarm either: the mean of s is then negative.
 
 After an alarm the size is estimated for every change from every block on, delta = D^T b / D^T R D with sums from that
 block to now, and judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
@@ -23,8 +30,9 @@ psi is what a change makes of the innovations that has always acted; right after
 name are therefore taken from the blocks that begin two after the change, the same ones for every change. The prior
 keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
 Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
-Transactions on Information Theory 44 (1998), for dependent observations; Willsky and Jones, IEEE Transactions on
-Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt Changes, 1993, chapters 2, 5 and 7.
+Transactions on Information Theory 44 (1998), for dependent observations; Siegmund, Sequential Analysis, 1985, chapter
+2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt
+Changes, 1993, chapters 2, 5 and 7.
 """
 
 from math import log, sqrt
@@ -41,6 +49,13 @@ _PRIOR_WIDTH = 3.0
 
 _LEAST_SIZE = 0.25
 """Share of nu below which a size is none that matters: the twin's values err by as much."""
+
+_OVERSHOOT = 1.166
+"""2 rho, rho = .583 = -zeta(1/2)/sqrt(2 pi): by how much sums of normal steps exceed a bound [standard deviations]."""
+
+_LEAST_PER_BLOCK, _MOST_PER_BLOCK = 0.1, 3.0
+"""s below and above which the threshold stays: what is known of s is a mean over minutes, and Siegmund's mean time is
+an approximation for steps up to some 2 standard deviations. Steps of more need even less, which is not used."""
 
 _LEAST_INFORMATION = 1.0
 """D^T R D nu^2 below which nothing can be said about a change."""
@@ -59,7 +74,10 @@ AT_ZERO = Page(0.0, 0.0, 0, 0)
 
 
 class Finding(NamedTuple):
-    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1]."""
+    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1].
+
+    ``other``: the change that explains the blocks nearly as well, -1 for none.
+    """
 
     change: int
     blocks: int
@@ -67,6 +85,7 @@ class Finding(NamedTuple):
     standard_error: float
     evidence: float
     z: float
+    other: int = -1
 
 
 NOTHING = Finding(-1, 0, 0.0, 0.0, 0.0, 0.0)
@@ -118,8 +137,14 @@ def projected(block: Block, direction: Direction) -> tuple[float, float]:
 
 
 def threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
-    """Return the threshold [1] of each of ``tests``; times [s]."""
+    """Return ln(M T / block) [1], the threshold of each of ``tests`` by Lorden's bound; times [s]."""
     return log(tests * false_alarm_time / block_time)
+
+
+def lowered(limit: float, information: float) -> float:
+    """Return the threshold [1] of one test: ``limit`` is Lorden's, ``information`` s of a block [1]."""
+    s = min(max(information, _LEAST_PER_BLOCK), _MOST_PER_BLOCK)
+    return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
 
 
 def paged(pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes: tuple[float, ...]) -> tuple[Page, ...]:
@@ -140,15 +165,21 @@ def paged(pages: tuple[Page, ...], seen: tuple[tuple[float, float], ...], sizes:
     return tuple(result)
 
 
-def longest_run(pages: tuple[Page, ...], limit: float) -> int:
-    """Return the blocks since the sum that exceeds ``limit`` was zero: the longest of them, 0 if none does."""
-    longest = 0
-    for up, down, up_run, down_run in pages:
+def alarm_of(pages: tuple[Page, ...], limits: tuple[float, ...]) -> tuple[float, int]:
+    """Return the largest of Page's sums over its limit [1], and the blocks since the sums beyond theirs were zero.
+
+    The longest time counts; it is 0 without an alarm.
+    """
+    largest, longest = 0.0, 0
+    for number in range(len(pages)):
+        up, down, up_run, down_run = pages[number]
+        limit = limits[number]
+        largest = max(largest, up / limit, down / limit)
         if up > limit:
             longest = max(longest, up_run)
         if down > limit:
             longest = max(longest, down_run)
-    return longest
+    return largest, longest
 
 
 def measured(

@@ -24,7 +24,10 @@ WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
     STOPPED,
     FROZEN,
     BACK,
-) = range(14)
+    INSIGNIFICANT,
+    IMPOSSIBLE,
+    CONTRADICTED,
+) = range(17)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
     "this change explains the innovations at least 100 times better than any other",
@@ -40,6 +43,9 @@ WHY = (
     "nothing has come in for more than 0.2 s; corrections rest",
     "an encoder stands still although the rig moves; corrections rest",
     "samples come in again",
+    "the change that explains the innovations best is smaller than four of its standard errors",
+    "no change that is physically possible explains the innovations",
+    "the on-line identifier's estimate has moved the other way since, by more than three standard errors",
 )  # fmt: skip
 """Sentences of the reasons."""
 
@@ -49,7 +55,8 @@ class Event(NamedTuple):
 
     ``time`` [s]; ``what`` and ``why`` as places in :data:`WHAT` and :data:`WHY`; ``change`` by number, -1 for none;
     ``value`` of the parameter after the change and its ``standard_error`` [its unit]; ``axis``: 0 to 2, 3 the rotors,
-    -1 none; ``since``: when the change took place, as estimated [s].
+    -1 none; ``since``: when the change took place, as estimated [s]; ``other``: the change that it may be as well, by
+    number, -1 for none.
     """
 
     time: float
@@ -60,6 +67,7 @@ class Event(NamedTuple):
     why: int
     axis: int
     since: float
+    other: int = -1
 
 
 def event_document(event: Event, bank: tuple[Change, ...]) -> dict[str, Any]:
@@ -69,6 +77,7 @@ def event_document(event: Event, bank: tuple[Change, ...]) -> dict[str, Any]:
         "time_s": event.time,
         "what": WHAT[event.what],
         "name": bank[event.change].name if event.change >= 0 else "",
+        "or": bank[event.other].name if event.other >= 0 else "",
         "axis": axis,
         "value": event.value,
         "standard_error": event.standard_error,

@@ -20,6 +20,7 @@ from .. import (
     step,
 )
 from .corrector import correct, start_correcting
+from .hearing import HEARD
 from .plan import FollowPlan, parameters_of, prepare_following
 from .settings import FollowSettings
 from .state import CorrectorOutput, CorrectorState, Sample, Told
@@ -76,7 +77,13 @@ def start_following(plan: Follower, now: Sample) -> FollowState:
 
 def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, FollowOutput]:
     """Take in the next sample."""
-    told = Told(state.estimates.excitation, tuple([score.score for score in state.estimates.scores]))
+    said = state.estimates
+    told = Told(
+        said.excitation,
+        tuple([score.score for score in said.scores]),
+        tuple([getattr(said.parameters, field) for field in HEARD]),
+        tuple([getattr(said.standard_errors, field) for field in HEARD]),
+    )
     corrector, output = correct(state.corrector, now, told, plan.corrector)
     identifier, estimates = step(
         state.identifier, now.v_front, now.v_rear, now.pitch, now.elevation, now.travel, plan.identifier

@@ -7,7 +7,7 @@ from math import inf
 
 from .blocks import PROVED, Block, Colour, coloured, kappa
 from .changes import ROTORS
-from .detection import Direction, Finding, began, directions, measured, projected
+from .detection import Direction, Finding, began, directions, lowered, measured, projected
 from .events import ALARM, PASSED, Event
 from .plan import FollowPlan, limits
 from .state import FOLLOWING, CorrectorState
@@ -25,14 +25,14 @@ def compass_of(state: CorrectorState, plan: FollowPlan) -> tuple[Direction, ...]
 
 def proved_colours(state: CorrectorState, compass: tuple[Direction, ...]) -> tuple[Colour, ...]:
     """Return the colours with the block that has become old enough without an alarm."""
-    at = len(state.blocks) - 1 - PROVED
+    at = len(state.tested) - 1 - PROVED
     if at < 2 or state.mode != FOLLOWING:
         return state.colours
     result = []
     for number in range(len(compass)):
-        u, information = projected(state.blocks[at], compass[number])
-        u_1, _ = projected(state.blocks[at - 1], compass[number])
-        u_2, _ = projected(state.blocks[at - 2], compass[number])
+        u, information = projected(state.tested[at], compass[number])
+        u_1, _ = projected(state.tested[at - 1], compass[number])
+        u_2, _ = projected(state.tested[at - 2], compass[number])
         result.append(coloured(state.colours[number], u, u_1, u_2, information))
     return tuple(result)
 
@@ -40,6 +40,18 @@ def proved_colours(state: CorrectorState, compass: tuple[Direction, ...]) -> tup
 def shares_of(colours: tuple[Colour, ...]) -> list[float]:
     """Return 1/kappa of every change, for a test of each."""
     return [1.0 / kappa(colour) for colour in colours]
+
+
+def limits_of(colours: tuple[Colour, ...], plan: FollowPlan) -> tuple[float, ...]:
+    """Return the threshold of every change's tests."""
+    result = []
+    for number in range(len(colours)):
+        c, nu = colours[number], plan.sizes[number]
+        if c.blocks > 0.0:
+            result.append(lowered(plan.threshold, nu * nu * c.information / (c.blocks * kappa(c))))
+        else:
+            result.append(plan.threshold)
+    return tuple(result)
 
 
 def _common_shares(colours: tuple[Colour, ...]) -> list[float]:
@@ -138,7 +150,7 @@ def event_of(state: CorrectorState, what: int, why: int, finding: Finding, time:
         * plan.coarse
         * plan.settings.sample_time
     )
-    return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since)
+    return Event(time, what, finding.change, value, error, why, plan.changes[finding.change].axis, since, finding.other)
 
 
 def axes_of(number: int, plan: FollowPlan) -> tuple[int, ...]:

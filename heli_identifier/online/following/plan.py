@@ -13,7 +13,8 @@ from heli_plant.specialised import specialised
 
 from .. import Candidate
 from .ahead import APART, COARSE, HORIZON
-from .changes import COMMON, FRONT, REAR, ROTORS, Change, changes, laws
+from .baseline import deviations
+from .changes import FRONT, REAR, ROTORS, Change, changes, laws
 from .detection import threshold
 from .settings import FollowSettings
 
@@ -32,6 +33,7 @@ class FollowPlan(NamedTuple):
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``places``: of each change, which value it changes (-1: the rotors).
+    ``columns``: regressors of each axis; ``deviations``: by how much the twin's coefficients of them may err.
     ``step``, ``arriving``, ``thrusts``: the plant's, in which everything that cannot change is a constant.
     """
 
@@ -44,6 +46,7 @@ class FollowPlan(NamedTuple):
     times_gain: tuple[bool, ...]
     sizes: tuple[float, ...]
     columns: tuple[int, int, int]
+    deviations: tuple[tuple[float, ...], ...]
     laws: tuple[tuple[Candidate, ...], ...]
     gains: ObserverGains
     gains_travel: ObserverGains
@@ -76,7 +79,7 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     per_block = max(1, round(BLOCK_TIME / coarse_time))
     by_field = {law.name + "_" + law.axis: law.times_gain for own in of_laws for law in own}
     values = tuple(getattr(p, field) for field in fields)
-    columns = (COMMON + len(of_laws[0]), COMMON + len(of_laws[1]), COMMON + len(of_laws[2]))
+    errs = deviations(p, of_laws)
     launches = max(1, round(APART * COARSE / coarse_time))
     return FollowPlan(
         settings,
@@ -87,7 +90,8 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         tuple(fields.index(change.field) if change.axis != ROTORS else -1 for change in bank),
         tuple(by_field.get(change.field, False) for change in bank),
         tuple(change.size * (abs(getattr(p, change.field)) if change.relative else 1.0) for change in bank),
-        columns,
+        (len(errs[0]), len(errs[1]), len(errs[2])),
+        errs,
         of_laws,
         observer_gains(settings.observer_bandwidth, h),
         observer_gains(TRAVEL_BANDWIDTH * settings.observer_bandwidth, h),

@@ -8,7 +8,7 @@ from .. import Candidate, Motion, candidate_value
 
 
 def acting(
-    state: PlantState, mu_diff: float, mu_sum: float, laws: tuple[tuple[Candidate, ...], ...]
+    state: PlantState, mu_diff: float, mu_sum: float, laws: tuple[tuple[Candidate, ...], ...], theta0: float
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the regressors' accelerations on pitch, elevation and travel [rad/s^2 per unit of their coefficients].
 
@@ -20,6 +20,8 @@ def acting(
         Difference and sum of the rotors' thrust voltages [V].
     laws : tuple of three tuples
         From :func:`.changes.laws`.
+    theta0 : float
+        Pitch at which gravity has no torque [rad].
     """
     th, ep, la, w1, w2, w3, nu_front, nu_rear, _, _, _, rest = state
     up, aside = cos(th), sin(th)
@@ -34,4 +36,6 @@ def acting(
         on_elevation.append(candidate_value(law, motion))
     for law in of_travel:
         on_travel.append(candidate_value(law, motion))
+    on_pitch.append(-sin(th - theta0))
+    on_elevation.append(-ep)
     return on_pitch, on_elevation, on_travel

@@ -6,11 +6,15 @@ from heli_plant.communication import PlantMemory
 from heli_plant.observer import Torque
 from heli_plant.state import PlantState
 
+from .baseline import Baseline, Coefficients
 from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
 from .plan import FollowPlan, parameters_of
 from .sensitivity import Sensitivity
-from .state import CorrectorState, Stream, Twins, Values
+from .state import CorrectorState
+from .stream import Stream
+from .twins import Twins
+from .values import Values
 
 
 def frozen_state(state: CorrectorState) -> list[Any]:
@@ -35,6 +39,11 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     fields["sensitivities"] = _each(Sensitivity, fields["sensitivities"])
     fields["sums"] = _each(Sums, fields["sums"])
     fields["levels"] = _each(Level, fields["levels"])
+    now, coming, proved, age = fields["baseline"]
+    fields["baseline"] = Baseline(
+        _each(Coefficients, now), _each(Coefficients, coming), _each(Coefficients, proved), age
+    )
+    fields["tested"] = _each(Block, fields["tested"])
     fields["colours"] = _each(Colour, fields["colours"])
     fields["blocks"] = _each(Block, fields["blocks"])
     fields["pages"] = _each(Page, fields["pages"])
@@ -47,6 +56,7 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     fields["values"] = values._replace(
         parameters=parameters_of(values.now, plan), rival_parameters=parameters_of(values.rival or values.now, plan)
     )
+    fields["heard"] = _tuples(fields["heard"])
     for name in ("voltages", "arrived", "scored"):
         fields[name] = tuple(fields[name])
     return CorrectorState(**fields)

@@ -4,14 +4,16 @@ from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory
 from heli_plant.observer import Torque
-from heli_plant.parameters import PlantParameters
-from heli_plant.state import PlantState
 
+from .baseline import Baseline
 from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
 from .errors import Row
 from .events import Event
 from .sensitivity import Sensitivity
+from .stream import Stream
+from .twins import Twins
+from .values import Values
 
 STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
@@ -31,70 +33,27 @@ class Sample(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What the on-line identifier says: the excitation of the axes [1] and the scores [1] of the effects in order."""
+    """What the on-line identifier says.
+
+    The ``excitation`` of the axes [1] and the ``scores`` [1] of the effects in order; ``estimates`` and their
+    ``standard_errors`` in the order of :data:`.hearing.HEARD`, empty if nobody says them.
+    """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
     scores: tuple[float, ...] = ()
-
-
-class Stream(NamedTuple):
-    """How the samples come in.
-
-    ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
-    not moved, and the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped;
-    whether it is ``broken``.
-    """
-
-    unseen: int
-    angles: Row
-    still: tuple[int, int, int]
-    rates: Row
-    torques: Row
-    broken: bool
-
-
-class Twins(NamedTuple):
-    """Running copies and errors of the twins: in use, left alone, rival (empty without one).
-
-    ``used``, ``alone``: errors of the last window [rad]; ``against`` and ``rival``: pairs of errors since a rival runs;
-    the last predictions that fell due [rad].
-    """
-
-    copies: tuple[PlantState, ...]
-    copies_alone: tuple[PlantState, ...]
-    copies_rival: tuple[PlantState, ...]
-    used: tuple[Row, ...]
-    alone: tuple[Row, ...]
-    against: tuple[Row, ...]
-    rival: tuple[Row, ...]
-    predicted: Row
-    predicted_alone: Row
-
-
-class Values(NamedTuple):
-    """Values in use, and where a ramp leads them.
-
-    ``now``, ``begin`` and ``end`` of the ramp, the sample at which it began; ``rival``: values of the rival, empty
-    without one; standard errors of what was adopted; the plant's parameters for ``now`` and for the rival.
-    """
-
-    now: tuple[float, ...]
-    begin: tuple[float, ...]
-    end: tuple[float, ...]
-    ramp: int
-    rival: tuple[float, ...]
-    errors: tuple[float, ...]
-    parameters: PlantParameters
-    rival_parameters: PlantParameters
+    estimates: tuple[float, ...] = ()
+    standard_errors: tuple[float, ...] = ()
 
 
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
     ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
-    ``steps``: coarse steps so far; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums
-    count; ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the
-    score of each effect has been beyond its threshold.
+    ``steps``: coarse steps so far; ``blocks``: the last ones; ``tested``: the last few of them as the tests see them
+    (:mod:`.baseline`); ``alarm``: the largest of Page's sums over its threshold; ``since``: sample at which ``mode``
+    began; ``settled``: sample from which sums count; ``run``: blocks for which the sum that gave the alarm had been
+    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold; ``heard``:
+    what the identifier has said after each block.
     """
 
     samples: int
@@ -104,12 +63,15 @@ class CorrectorState(NamedTuple):
     sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
     sums: tuple[Sums, Sums, Sums]
     levels: tuple[Level, Level, Level]
+    baseline: Baseline
     colours: tuple[Colour, ...]
     arrived: tuple[float, float]
     steps: int
     twins: Twins
     blocks: tuple[Block, ...]
+    tested: tuple[Block, ...]
     pages: tuple[Page, ...]
+    alarm: float
     values: Values
     mode: int
     since: int
@@ -117,6 +79,7 @@ class CorrectorState(NamedTuple):
     finding: Finding
     run: int
     scored: tuple[int, ...]
+    heard: tuple[tuple[float, ...], ...]
     stream: Stream
 
 

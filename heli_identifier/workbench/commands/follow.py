@@ -238,7 +238,15 @@ def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
     told += [f"the rig started anew {counts.restarted} times"] if counts.restarted else []
     if told:
         why = f"of {counts.received + counts.lost} samples " + ", ".join(told)
-        event = {"time_s": time, "what": "stream", "name": "", "axis": "", "value": 0.0, "standard_error": 0.0}
+        event = {
+            "time_s": time,
+            "what": "stream",
+            "name": "",
+            "or": "",
+            "axis": "",
+            "value": 0.0,
+            "standard_error": 0.0,
+        }
         yield {**event, "since_s": 0.0, "why": why}
 
 

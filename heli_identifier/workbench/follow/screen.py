@@ -93,11 +93,12 @@ def stream_line(status: Status) -> str:
 def event_line(event: Any) -> str:
     """Say an event in one line."""
     name = f" {event['name']}" if event["name"] else ""
+    other = f" (or {event['or']})" if event["or"] else ""
     value = ""
     if event["name"]:
         error = event["standard_error"]
         value = f" = {significant(event['value'])}" + (f" ± {significant(1.96 * error)}" if error else "")
-    return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}: {event['why']}"
+    return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
 
 
 def _axes(view: View) -> Table:

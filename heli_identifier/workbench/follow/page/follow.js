@@ -109,7 +109,8 @@ function events(list) {
     item.className = event.what.split(" ")[0];
     const band = event.standard_error ? ` ± ${shown(1.96 * event.standard_error)}` : "";
     const value = event.name ? ` ${event.name} = ${shown(event.value)}${band}` : "";
-    item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}: ${event.why}`;
+    const other = event.or ? ` (or ${event.or})` : "";
+    item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}${other}: ${event.why}`;
     return item;
   }));
 }

@@ -1,0 +1,223 @@
+"""What the values of a twin are off by while nothing changes: learned in flight, and allowed for by every test.
+
+No twin is exact. Its gains and stiffnesses err by a percent, its offset by a hundredth of a rad/s^2; in large motions
+that is as much as a change that matters. The coefficients theta that the regressors of an axis lack are therefore no
+zero but N(m, P), with the prior N(0, P_0). In a block with R and b (:mod:`.blocks`), b = R theta + noise of the
+covariance R, so that given everything before
+
+    b ~ N(R m, R + R P R)   without a change,     b ~ N(R (m + delta D), R + R P R)   with one.
+
+The log-likelihood ratio of the two is that of a block with
+
+    W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b,
+
+and its exponential has mean one given the past, which is all that Page's test asks for (:mod:`.detection`): the
+prequential likelihood ratio (Dawid, Journal of the Royal Statistical Society A 147, 1984). Afterwards
+
+    m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
+
+the last because values wander within P_0 over a time of _WANDERING: a baseline never becomes certain.
+
+It is learned while the twin follows, not while a change is named or on trial. A change is far larger than P_0 allows,
+so that little of it is learned before the alarm: with z^2 = 28 needed for an alarm and values that err by a tenth of
+nu, at most 28/(100 + 28) of it.
+"""
+
+from math import exp, sqrt
+from typing import NamedTuple
+
+from heli_plant.effects import AXES, effect
+from heli_plant.parameters import BY_FIELD, PlantParameters
+
+from .. import Candidate
+from .blocks import Block
+from .changes import ELEVATION, PITCH, smallest_of
+from .detection import Direction
+
+_SHARE, _MISMATCH = 0.01, 0.003
+"""Standard deviations of gains and stiffnesses, and of what a rotor has more thrust than the other, as shares."""
+
+_OFFSET, _DAMPING, _OF_EFFECT = 0.004, 0.01, 0.1
+"""Standard deviations of the balance of torques in hover [rad/s^2] and of a damping [1/s]; of an effect, as a share of
+the smallest change that matters. All three lines are the errors of diagnoses from a few minutes of flight."""
+
+_HOVER = 5.0
+"""Sum of the voltages in hover, about [V]: there the offset of the elevation balances the gain, and errs with it."""
+
+_WANDERING = 1800.0
+"""Blocks, of about 1 s, in which values wander: half an hour, in which motors and bearings warm up."""
+
+_AGE = 20
+"""Blocks after which what was learned counts as learned without a change."""
+
+Packed = tuple[float, ...]
+"""A symmetric matrix as its upper triangle by rows."""
+
+
+class Coefficients(NamedTuple):
+    """theta of one axis: ``mean`` m (n), ``covariance`` P by rows (n * n)."""
+
+    mean: tuple[float, ...]
+    covariance: tuple[float, ...]
+
+
+Axes = tuple[Coefficients, Coefficients, Coefficients]
+
+
+class Baseline(NamedTuple):
+    """theta of pitch, elevation and travel: ``now``, and as it was a while ago.
+
+    ``proved`` is from one to two times _AGE blocks old, ``coming`` follows it in _AGE blocks less ``age``.
+    """
+
+    now: Axes
+    coming: Axes
+    proved: Axes
+    age: int
+
+
+def deviations(p: PlantParameters, laws: tuple[tuple[Candidate, ...], ...]) -> tuple[tuple[float, ...], ...]:
+    """Return the square roots of P_0's diagonal for pitch, elevation and travel; the regressors are uncorrelated."""
+    gains, stiffnesses = (p.k_x, p.k_z, p.k_y), (p.a_th, p.a_e, 0.0)
+    found = []
+    for axis in range(3):
+        k = abs(gains[axis])
+        balance = _SHARE * k * _HOVER if axis == ELEVATION else 0.0
+        own = [_SHARE * k, _MISMATCH * k, sqrt(_OFFSET * _OFFSET + balance * balance), _DAMPING]
+        for law in laws[axis]:
+            row = BY_FIELD[effect(law.name, AXES[axis]).field]
+            own.append(_OF_EFFECT * smallest_of(law.name, row.unit) * (k if law.times_gain else 1.0))
+        if axis in (PITCH, ELEVATION):
+            own.append(_SHARE * abs(stiffnesses[axis]))
+        found.append(tuple(own))
+    return tuple(found)
+
+
+def first_baseline(deviation: tuple[tuple[float, ...], ...]) -> Baseline:
+    """Return the baseline before anything is known; ``deviation`` from :func:`deviations`."""
+    a, b, c = deviation
+    axes = _first(a), _first(b), _first(c)
+    return Baseline(axes, axes, axes, 0)
+
+
+def _first(deviation: tuple[float, ...]) -> Coefficients:
+    n = len(deviation)
+    return Coefficients((0.0,) * n, tuple([deviation[i] ** 2 if i == j else 0.0 for i in range(n) for j in range(n)]))
+
+
+def allowed_for(
+    block: Block, baseline: Baseline, learns: bool, deviation: tuple[tuple[float, ...], ...]
+) -> tuple[Block, Baseline]:
+    """Return a block as the tests see it, W and u in place of R and b, and the baseline after it.
+
+    ``learns``: whether the twin follows; ``deviation`` from :func:`deviations`.
+    """
+    information: list[tuple[float, ...]] = []
+    response: list[tuple[float, ...]] = []
+    axes: list[Coefficients] = []
+    for axis in range(3):
+        own = baseline.now[axis]
+        w, u = discounted(block.information[axis], block.response[axis], own)
+        information.append(w)
+        response.append(u)
+        axes.append(learned_from(w, u, own, deviation[axis]) if learns else own)
+    tested = Block((information[0], information[1], information[2]), (response[0], response[1], response[2]))
+    now = axes[0], axes[1], axes[2]
+    if not learns:
+        return tested, baseline
+    if baseline.age + 1 < _AGE:
+        return tested, Baseline(now, baseline.coming, baseline.proved, baseline.age + 1)
+    return tested, Baseline(now, now, baseline.coming, 0)
+
+
+def forgotten(baseline: Baseline) -> Baseline:
+    """Return the baseline without what was learned last, which may have come from a change or a fault."""
+    return Baseline(baseline.proved, baseline.proved, baseline.proved, 0)
+
+
+def discounted(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed, tuple[float, ...]]:
+    """Return W (packed) and u of a block with ``r`` (packed) and ``b``."""
+    m, p = own.mean, own.covariance
+    n = len(m)
+    rows = _square(r, n)
+    # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
+    table: list[list[float]] = []
+    for i in range(n):
+        left = [0.0] * n
+        rest = b[i]
+        for k in range(n):
+            value = rows[i][k]
+            rest -= value * m[k]
+            for j in range(n):
+                left[j] += value * p[k * n + j]
+        left[i] += 1.0
+        table.append([*left, *rows[i], rest])
+    for i in range(n):
+        pivot = 1.0 / table[i][i]
+        scaled = [pivot * x for x in table[i]]
+        table[i] = scaled
+        for k in range(n):
+            factor = table[k][i]
+            if k != i and factor != 0.0:
+                table[k] = [x - factor * y for x, y in zip(table[k], scaled, strict=True)]
+    w: list[float] = []
+    for i in range(n):
+        for j in range(i, n):
+            w.append(0.5 * (table[i][n + j] + table[j][n + i]))
+    return tuple(w), tuple([table[i][2 * n] for i in range(n)])
+
+
+def learned_from(w: Packed, u: tuple[float, ...], own: Coefficients, deviation: tuple[float, ...]) -> Coefficients:
+    """Return theta of an axis after a block with W ``w`` and ``u``; ``deviation``: of P_0."""
+    p = own.covariance
+    n = len(u)
+    rows = _square(w, n)
+    kept = exp(-1.0 / _WANDERING)
+    fresh = 1.0 - kept * kept
+    mean: list[float] = []
+    seen: list[list[float]] = []
+    for i in range(n):
+        value = own.mean[i]
+        product = [0.0] * n
+        for k in range(n):
+            weight = p[i * n + k]
+            value += weight * u[k]
+            for j in range(n):
+                product[j] += weight * rows[k][j]
+        mean.append(kept * value)
+        seen.append(product)
+    covariance: list[float] = []
+    for i in range(n):
+        for j in range(n):
+            value = p[i * n + j]
+            for k in range(n):
+                value -= seen[i][k] * p[k * n + j]
+            covariance.append(kept * kept * value + (fresh * deviation[i] ** 2 if i == j else 0.0))
+    return Coefficients(tuple(mean), tuple(covariance))
+
+
+def uncertain(baseline: Baseline, direction: Direction, error: float, size: float) -> Baseline:
+    """Return the baseline after an adoption along ``direction`` D: P + (error^2 + (.1 nu)^2) D D^T.
+
+    ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
+    """
+    square = error * error + _OF_EFFECT * _OF_EFFECT * size * size
+    axes: list[Coefficients] = []
+    for axis in range(3):
+        own, row = baseline.now[axis], direction[axis]
+        n = len(row)
+        more = [square * row[i] * row[j] for i in range(n) for j in range(n)]
+        axes.append(own._replace(covariance=tuple([a + b for a, b in zip(own.covariance, more, strict=True)])))
+    now = axes[0], axes[1], axes[2]
+    return Baseline(now, now, now, 0)
+
+
+def _square(packed: Packed, n: int) -> list[list[float]]:
+    """Return a packed symmetric matrix by rows."""
+    rows = [[0.0] * n for _ in range(n)]
+    k = 0
+    for i in range(n):
+        for j in range(i, n):
+            rows[i][j] = rows[j][i] = packed[k]
+            k += 1
+    return rows
