@@ -41,6 +41,10 @@ _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 100
 """Counts a turn that encoders have."""
 _SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
+_MIRRORED = (
+    "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
+    "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
+)
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 
 
@@ -109,6 +113,8 @@ def guess(path: str | PathLike[str]) -> Guess:
     ]  # fmt: skip
     if abs(pitch.score) <= PITCH_SURE:
         doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
+    if not known.keys() & {*VOLTAGES, "v_difference"}:
+        doubts.append(_MIRRORED)
     shares = {"pitch": pitch.share, "elevation": elevation.share, "travel": travel.share}
     by_physics = [signal for signal in chosen if signal != "time" and f"columns.{signal}" not in reasons]
     for signal in by_physics:
