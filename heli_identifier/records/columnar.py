@@ -3,15 +3,14 @@
 Units that such a file states beside a name are written behind it in brackets, as in a header.
 """
 
-import io
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.archives import check_size
 from heli_identifier.errors import LogError
 from heli_identifier.records.apart import check_survives
 from heli_identifier.records.table import Table, as_numbers, needed
@@ -19,11 +18,21 @@ from heli_identifier.records.table import Table, as_numbers, needed
 _TRIED_BY_OTHERS = (".parquet",)
 """Endings whose reader needs no process of its own: Arrow's is fuzzed all the time, and its threads survive no fork."""
 
+_BATCH, _RECORDS = 100_000, 500_000
+"""Rows of a Parquet file, and of an MDF file, that are held besides the columns."""
+
 _Columns = dict[str, NDArray[Any]]
 
 
-def read_columnar(path: Path, data: bytes, file: str) -> Table:
+def read_columnar(path: Path, file: str) -> Table:
     """Read a file by its ending.
+
+    Parameters
+    ----------
+    path : Path
+        Where it is.
+    file : str
+        Name of the file for messages.
 
     Raises
     ------
@@ -33,11 +42,11 @@ def read_columnar(path: Path, data: bytes, file: str) -> Table:
     what, module, package, read = FORMATS[path.suffix.lower()]
     library = needed(module, package, "formats", file, what)
     if path.suffix.lower() not in _TRIED_BY_OTHERS:
-        check_survives(lambda: read(library, data), len(data), file)
+        check_survives(lambda: read(library, path), path.stat().st_size, file)
     try:
-        columns = read(library, data)
+        columns = read(library, path)
     except Exception as error:  # each library raises what its parser does on a damaged file
-        said = re.sub(r"<_io\.BytesIO[^>]*>", file, str(error)).strip().splitlines() or [type(error).__name__]
+        said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {what} ({said[0][:200]}); save it again.") from error
     if len(columns) < 2:
         raise LogError(f"{file} holds {len(columns)} columns, a log has six.")
@@ -45,45 +54,103 @@ def read_columnar(path: Path, data: bytes, file: str) -> Table:
     return Table(file, tuple(columns), values, 1, lambda sample, column: str(values[column][sample]))
 
 
-def _parquet(library: Any, data: bytes) -> _Columns:
-    table = library.read_table(io.BytesIO(data))
-    return {name: _numbers(table.column(name).to_numpy()) for name in table.column_names}
-
-
-def _tdms(library: Any, data: bytes) -> _Columns:
-    """Channels of all groups; a time from the waveform's increment where no channel is one."""
+def _parquet(library: Any, path: Path) -> _Columns:
+    """Columns, filled batch by batch; those that hold no numbers are objects."""
+    with library.ParquetFile(path, pre_buffer=False) as file:
+        schema, rows = file.schema_arrow, file.metadata.num_rows
+        check_size(8 * rows * len(schema.names), path.stat().st_size)  # runs of equal values take no room in the file
+    if len({*schema.names}) < len(schema.names):
+        raise ValueError("two of its columns have the same name")
+    texts = [field.name for field in schema if str(field.type) in ("string", "large_string")]
     found: _Columns = {}
-    file = library.TdmsFile.read(io.BytesIO(data))
-    groups = [group for group in file.groups() if group.channels()]
-    for group in groups:
-        for channel in group.channels():
-            name = channel.name if len(groups) == 1 else f"{group.name}.{channel.name}"
-            unit = str(channel.properties.get("unit_string", "")).strip()
-            found[_named(name, unit)] = _numbers(channel[:])
-        first = group.channels()[0]
-        if not any("time" in channel.name.lower() for channel in group.channels()) and (
-            "wf_increment" in first.properties
-        ):
-            prefix = "" if len(groups) == 1 else f"{group.name}."
-            found[f"{prefix}time [s]"] = np.asarray(first.time_track(), dtype=float)
+    begin = 0
+    with library.ParquetFile(path, pre_buffer=False, read_dictionary=texts) as file:
+        for batch in file.iter_batches(_BATCH, use_threads=False):
+            for name in schema.names:
+                values = _of_arrow(batch.column(name))
+                if name not in found:
+                    found[name] = np.empty(rows, values.dtype)
+                elif found[name].dtype != values.dtype:
+                    found[name] = found[name].astype(object)
+                found[name][begin : begin + len(values)] = values
+            begin += len(batch)
     return found
 
 
-def _mdf(library: Any, data: bytes) -> _Columns:
-    """Channels of the group with the most of them, and its master as the time."""
-    with library.MDF(io.BytesIO(data)) as file:
+def _of_arrow(column: Any) -> NDArray[Any]:
+    """Values of a column of Arrow: floats, instants, or objects."""
+    kind = str(column.type)
+    if kind.startswith("dictionary"):  # a text that is repeated is held once
+        places = column.indices.fill_null(len(column.dictionary)).to_numpy(zero_copy_only=False)
+        return np.array([*column.dictionary.to_pylist(), None], dtype=object)[places]
+    if kind.startswith("decimal"):
+        column = column.cast("float64")
+    elif kind.startswith(("list", "large_list", "fixed_size_list", "struct", "map")):
+        return np.full(len(column), None)
+    return _numbers(column.to_numpy(zero_copy_only=False))
+
+
+def _tdms(library: Any, path: Path) -> _Columns:
+    """Channels of all groups; a time from the waveform's increment where no channel is one."""
+    found: _Columns = {}
+    with library.TdmsFile.open(path) as file:
+        groups = [group for group in file.groups() if group.channels()]
+        for group in groups:
+            for channel in group.channels():
+                name = channel.name if len(groups) == 1 else f"{group.name}.{channel.name}"
+                unit = str(channel.properties.get("unit_string", "")).strip()
+                found[_named(name, unit)] = _numbers(channel[:])
+            first = group.channels()[0]
+            if not any("time" in channel.name.lower() for channel in group.channels()) and (
+                "wf_increment" in first.properties
+            ):
+                prefix = "" if len(groups) == 1 else f"{group.name}."
+                found[f"{prefix}time [s]"] = np.asarray(first.time_track(), dtype=float)
+    return found
+
+
+def _mdf(library: Any, path: Path) -> _Columns:
+    """Channels of the group with the most of them, and its master as the time; an invalid sample is not a number."""
+    with library.MDF(path) as file:
         groups = [list(file.virtual_groups[index].groups) for index in file.virtual_groups]
         members = max(groups, key=lambda group: sum(len(file.groups[index].channels) for index in group))
         found: _Columns = {}
         for index in members:
-            for number, channel in enumerate(file.groups[index].channels):
+            group = file.groups[index]
+            rows = int(group.channel_group.cycles_nr)
+            starts = range(0, rows, _RECORDS)
+            masters = (file.get_master(index, record_offset=at, record_count=_RECORDS) for at in starts)
+            for number, channel in enumerate(group.channels):
                 if number == file.masters_db.get(index):
                     continue
-                signal = file.get(group=index, index=number)
                 if "time [s]" not in found:
-                    found["time [s]"] = np.asarray(signal.timestamps, dtype=float)
-                found[_named(channel.name, signal.unit.strip())] = _numbers(signal.samples)
+                    found["time [s]"] = _joined(masters, rows)
+                unit = file.get(group=index, index=number, record_offset=0, record_count=1).unit
+                parts = (_valid(file, index, number, at) for at in starts)
+                found[_named(channel.name, unit.strip())] = _joined(parts, rows)
     return found
+
+
+def _valid(file: Any, group: int, number: int, begin: int) -> NDArray[Any]:
+    """Some samples of a channel of an MDF file."""
+    where = {"group": group, "index": number, "record_offset": begin, "record_count": _RECORDS}
+    samples, invalid = file.get(**where, samples_only=True)
+    values = _numbers(samples)
+    if invalid is not None and invalid.any():
+        values = np.where(invalid, np.nan, values)
+    return values
+
+
+def _joined(parts: Iterator[NDArray[Any]], rows: int) -> NDArray[Any]:
+    """Put parts of a column into one array, one after the other."""
+    out = np.empty(rows)
+    begin = 0
+    for part in parts:
+        if out.dtype == float and part.dtype.kind not in "iuf":
+            out = out.astype(object)
+        out[begin : begin + len(part)] = part
+        begin += len(part)
+    return out[:begin]
 
 
 def _numbers(values: NDArray[Any]) -> NDArray[Any]:
@@ -95,7 +162,7 @@ def _named(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit and "[" not in name else name
 
 
-FORMATS: dict[str, tuple[str, str, str, Callable[[Any, bytes], _Columns]]] = {
+FORMATS: dict[str, tuple[str, str, str, Callable[[Any, Path], _Columns]]] = {
     ".parquet": ("a Parquet file", "pyarrow.parquet", "pyarrow", _parquet),
     ".tdms": ("a TDMS file", "nptdms", "npTDMS", _tdms),
     ".mf4": ("an MDF file", "asammdf", "asammdf", _mdf),

@@ -23,6 +23,8 @@ _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _LOOKED_AT = 400
 """Lines from the beginning among which the table has to begin."""
+HEAD = 200_000
+"""Bytes from the beginning among which it has to begin."""
 _LABVIEW_UNITS = "Y_Unit_Label"
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""
@@ -56,7 +58,7 @@ def found_layout(data: bytes, file: str, decimal: str, mapped: frozenset[str] = 
     Parameters
     ----------
     data : bytes
-        The text in UTF-8.
+        The text in UTF-8, or its first `HEAD` bytes and more.
     file : str
         Name of the file for messages.
     decimal : str
@@ -126,8 +128,8 @@ def is_number(text: str, decimal: str) -> bool:
 
 
 def _first_lines(data: bytes) -> list[str]:
-    part = data[:200_000].decode("utf-8-sig", errors="replace").splitlines()
-    if len(data) > 200_000 and len(part) > 1:
+    part = data[:HEAD].decode("utf-8-sig", errors="replace").splitlines()
+    if len(data) > HEAD and len(part) > 1:
         part.pop()  # it may be cut
     return part[:_LOOKED_AT]
 

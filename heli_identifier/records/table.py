@@ -45,7 +45,12 @@ class Table:
 
     def place(self, sample: int) -> str:
         """Name the row of a sample as an editor shows it."""
-        return f"{self.file}, row {sample + self.first_row}"
+        return self.places(0)(sample)
+
+    def places(self, first: int) -> Callable[[int], str]:
+        """Give what names the row of a sample that is counted from ``first``; it does not hold the columns."""
+        file, row = self.file, self.first_row + first
+        return lambda sample: f"{file}, row {sample + row}"
 
     def numbers(self, column: Column, kept: slice) -> NDArray[np.float64]:
         """Give the kept cells of a signal in SI units, with the file's sign.
@@ -60,6 +65,7 @@ class Table:
         Returns
         -------
         NDArray, shape (N,)
+            The table's own where nothing is converted: not to be changed.
 
         Raises
         ------
@@ -78,7 +84,7 @@ class Table:
             if _DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}"
             raise LogError(f"{self.place(sample)}, column {self.headers[column.index]!r}: {what}; {advice}.")
-        return values * column.factor
+        return values if column.factor == 1.0 else values * column.factor
 
     def instants(self, column: Column) -> NDArray[np.float64]:
         """Give the whole time column [s], shape (N,), with NaN where a cell is not a number.
