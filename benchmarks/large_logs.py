@@ -111,7 +111,8 @@ def measured(kind: str, rows: int) -> tuple[str, ...]:
     short, long = found
     assert long["rows"] == rows
     own, trial = ((long[key] - short[key]) / (48.0 * rows) for key in ("peak", "trial"))
-    return kind, f"{size / 1e6:.0f}", f"{48e-6 * rows:.0f}", f"{own:.2f}", f"{max(trial, 0.0):.2f}" if trial > 0.01 else ""
+    sizes = (f"{size / 1e6:.0f}", f"{48e-6 * rows:.0f}", f"{own:.2f}")
+    return kind, *sizes, f"{trial:.2f}" if trial > 0.01 else ""
 
 
 def main(words: list[str]) -> None:

@@ -3,7 +3,7 @@
 Units that such a file states beside a name are written behind it in brackets, as in a header.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,8 @@ from heli_identifier.records.table import Table, as_numbers, needed
 _TRIED_BY_OTHERS = (".parquet",)
 """Endings whose reader needs no process of its own: Arrow's is fuzzed all the time, and its threads survive no fork."""
 
-_BATCH, _RECORDS = 100_000, 500_000
-"""Rows of a Parquet file, and of an MDF file, that are held besides the columns."""
+_BATCH = 100_000
+"""Rows of a Parquet file that are held besides the columns."""
 
 _Columns = dict[str, NDArray[Any]]
 
@@ -116,41 +116,18 @@ def _mdf(library: Any, path: Path) -> _Columns:
         members = max(groups, key=lambda group: sum(len(file.groups[index].channels) for index in group))
         found: _Columns = {}
         for index in members:
-            group = file.groups[index]
-            rows = int(group.channel_group.cycles_nr)
-            starts = range(0, rows, _RECORDS)
-            masters = (file.get_master(index, record_offset=at, record_count=_RECORDS) for at in starts)
-            for number, channel in enumerate(group.channels):
+            for number, channel in enumerate(file.groups[index].channels):
                 if number == file.masters_db.get(index):
                     continue
                 if "time [s]" not in found:
-                    found["time [s]"] = _joined(masters, rows)
+                    found["time [s]"] = np.array(file.get_master(index), dtype=float)
                 unit = file.get(group=index, index=number, record_offset=0, record_count=1).unit
-                parts = (_valid(file, index, number, at) for at in starts)
-                found[_named(channel.name, unit.strip())] = _joined(parts, rows)
+                samples, invalid = file.get(group=index, index=number, samples_only=True)
+                values = _numbers(np.array(samples))  # a copy: the samples may be a part of all records
+                if invalid is not None:
+                    values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+                found[_named(channel.name, unit.strip())] = values
     return found
-
-
-def _valid(file: Any, group: int, number: int, begin: int) -> NDArray[Any]:
-    """Some samples of a channel of an MDF file."""
-    where = {"group": group, "index": number, "record_offset": begin, "record_count": _RECORDS}
-    samples, invalid = file.get(**where, samples_only=True)
-    values = _numbers(samples)
-    if invalid is not None and invalid.any():
-        values = np.where(invalid, np.nan, values)
-    return values
-
-
-def _joined(parts: Iterator[NDArray[Any]], rows: int) -> NDArray[Any]:
-    """Put parts of a column into one array, one after the other."""
-    out = np.empty(rows)
-    begin = 0
-    for part in parts:
-        if out.dtype == float and part.dtype.kind not in "iuf":
-            out = out.astype(object)
-        out[begin : begin + len(part)] = part
-        begin += len(part)
-    return out[:begin]
 
 
 def _numbers(values: NDArray[Any]) -> NDArray[Any]:

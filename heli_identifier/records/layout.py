@@ -21,6 +21,7 @@ _SEPARATORS = (",", ";", "\t")
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
+_LINE_END = re.compile("\r\n|\n|\r")
 _LOOKED_AT = 400
 """Lines from the beginning among which the table has to begin."""
 HEAD = 200_000
@@ -119,16 +120,17 @@ def cells_of(line: str, separator: str) -> list[str]:
 
 
 def is_number(text: str, decimal: str) -> bool:
-    """Whether a cell holds a number."""
+    """Whether a cell holds a number; unlike Python no logger writes digits with underscores."""
     try:
         float(text.replace(decimal, "."))
     except ValueError:
         return False
-    return True
+    return "_" not in text
 
 
 def _first_lines(data: bytes) -> list[str]:
-    part = data[:HEAD].decode("utf-8-sig", errors="replace").splitlines()
+    # Only these end a line where the table is read: not form feeds and the other marks of str.splitlines.
+    part = _LINE_END.split(data[:HEAD].decode("utf-8-sig", errors="replace"))
     if len(data) > HEAD and len(part) > 1:
         part.pop()  # it may be cut
     return part[:_LOOKED_AT]

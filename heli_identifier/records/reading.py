@@ -150,13 +150,16 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     count = len(table.columns[column.index])
     if start is None and end is None:
         return slice(0, count), ()
+    for option, instant in (("start", start), ("end", end)):
+        if instant is not None and not np.isfinite(instant):
+            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
     if start is not None and end is not None and end <= start:
         raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
     time = table.instants(column)
     if not np.isfinite(time).any():
         return slice(0, count), ()  # there is no instant to cut at; reading the cells reports what they hold
     # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
-    slack = 1e-9 * max(1.0, abs(start or 0.0), abs(end or 0.0))
+    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
     late_enough = time >= (-np.inf if start is None else start - slack)
     if not late_enough.any():
         raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")

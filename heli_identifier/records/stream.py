@@ -42,7 +42,7 @@ class LogFile:
         Where it is.
     size : int
         Its size when it was looked at first [bytes].
-    largest : int
+    largest : float
         Bytes up to which it may be unpacked.
     sha256 : str
         Hash of its bytes; empty until they have been read to the end.
@@ -50,7 +50,7 @@ class LogFile:
 
     path: Path
     size: int
-    largest: int
+    largest: float
     sha256: str = field(default="", init=False)
 
     def pieces(self) -> Iterator[bytes]:
@@ -118,7 +118,7 @@ def log_file(path: Path, largest: float) -> LogFile:
     if path.is_dir():
         raise LogError(f"{path} is a folder; name the log files in it.")
     try:
-        return LogFile(path, regular_size(path, largest), int(1e6 * largest))
+        return LogFile(path, regular_size(path, largest), 1e6 * largest)
     except FileNotFoundError:
         raise LogError(f"{path} does not exist; check the path.") from None
     except OSError as error:

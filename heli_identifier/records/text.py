@@ -89,6 +89,9 @@ def read_text_table(source: Pieces, file: str, decimal: str, mapped: frozenset[s
     except pandas.errors.EmptyDataError as error:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.") from error
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
+        if quoted := re.search(r"EOF inside string starting at row (\d+)", str(error)):
+            row = int(quoted[1]) + 1
+            raise LogError(f"{file}, row {row}: a quotation mark is opened and never closed; correct it.") from error
         found = re.search(r"line (\d+), saw (\d+)", str(error))
         if found is None:
             longest = _longest(survey.pieces, layout.separator, layout.above)
