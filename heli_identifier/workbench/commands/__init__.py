@@ -17,6 +17,7 @@ def main() -> None:
     # each other's way (measured: five times slower). They read this when they are first imported.
     for name in _SINGLE_THREADED:
         os.environ.setdefault(name, "1")
+    os.environ["MPLBACKEND"] = "agg"  # a command draws into files; another one, or one that there is not, may be set
     # At its end the interpreter looks for cycles in everything that was ever imported: half a second for nothing.
     atexit.register(gc.freeze)
     if not sys.warnoptions:  # remarks of libraries to programmers; `python -W` shows them

@@ -20,9 +20,7 @@ def design(
         str | None, typer.Option(metavar="A", help="One effect to make visible, NAME or NAME:AXIS.", show_default=False)
     ] = None,
     parameters: Parameters = None,
-    duration: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Length of the experiment.", min=20.0, max=3600.0)
-    ] = 90.0,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the experiment, 20 to 3600.")] = 90.0,
     pitch_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest pitch either way.")] = 1.2,
     elevation_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest elevation either way.")] = 0.8,
     voltage_limit: Annotated[float, typer.Option(metavar="VOLT", help="Largest voltage either way.")] = 5.0,
@@ -52,12 +50,13 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller or --set, as --set pitch.proportional=6.
     """
-    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.errors import ConfigurationError, require_range
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.workbench.design.naming import effects_named
     from heli_identifier.workbench.design.separation import Limits, designs
     from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
 
+    require_range("duration", duration, "s", 20.0, 3600.0)
     if [separate is not None, show is not None, closed_loop].count(True) != 1:
         raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
     if closed_loop:

@@ -48,20 +48,30 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
                 _keep_what_is_read(options)
                 return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
-            raise fail(str(error)) from error
+            raise fail(_without_folder() or str(error)) from error
         except (typer.Exit, typer.Abort):
             raise
         except MemoryError as error:
             raise fail("there is not enough memory for this; give less data or ask for less of it") from error
         except OSError as error:
             said = error.strerror or str(error) or type(error).__name__
-            raise fail(said if error.filename is None else f"{error.filename}: {said}") from error
+            named = said if error.filename is None else f"{error.filename}: {said}"
+            raise fail(_without_folder() or named) from error
         except Exception as error:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
 
     return run
+
+
+def _without_folder() -> str:
+    """Say so if the folder in which the command runs is gone, which is behind every other error then."""
+    try:
+        os.getcwd()
+    except OSError:
+        return "the folder in which this command runs is gone; change to another one"
+    return ""
 
 
 _WRITTEN = ("output", "junit", "plot")
