@@ -1,6 +1,7 @@
 """The closed loop for a day: excited for 40 minutes of each hour, with a jump of the plant in each of them.
 
-Usage: python -m benchmarks.soak_run CASE HOURS (native|python), which prints its figures as JSON. The plant jumps in
+Usage: python -m benchmarks.soak_run CASE HOURS (native|python|FORGETTING), which prints its figures as JSON. With a
+forgetting [1/s] native units fly another flight, on which the forgetting of the cases is chosen. The plant jumps in
 the tenth minute of an hour, in turn: the gain of the thrust on pitch and elevation by a fifth (the plant's unit is
 replaced by another one in the same state), and the mass by .15 m along the arm, by its input. In the last 20 minutes of
 an hour nothing excites the loop. Encoders are on.
@@ -43,14 +44,32 @@ weighed by their variance, which a jump of this plant without noise raises ten t
 constants of forgetting pass before new samples outweigh old ones."""
 
 PLANT = {"encoder.enabled": True}
-CONTROL = {"reference.elevation": 0.25, "travel.enabled": True}
-EXCITER = {
-    "excitation.experiment": 3, "excitation.base": 0.0, "multisine.period": PERIOD, "multisine.lowest": 0.1,
-    "multisine.highest": 1.5, "multisine.rms_difference": 0.8, "multisine.rms_sum": 1.6,
-}  # fmt: skip
+
+
+def _excited(period: float, lowest: float, highest: float, difference: float, total: float) -> dict[str, float]:
+    return {
+        "excitation.experiment": 3, "excitation.base": 0.0, "multisine.period": period, "multisine.lowest": lowest,
+        "multisine.highest": highest, "multisine.rms_difference": difference, "multisine.rms_sum": total,
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What is flown: elevation held [rad], excitation, factor of the gains after a jump, way of the mass [m]."""
+
+    elevation: float
+    exciter: dict[str, float]
+    factor: float
+    mass: float
+
+
+REPORTED = Flight(0.25, _excited(PERIOD, 0.1, 1.5, 0.8, 1.6), 1.2, 0.15)
+CHOSEN_ON = Flight(0.1, _excited(25.0, 0.08, 1.2, 0.6, 1.2), 0.75, -0.1)
+"""The flight that is reported, and one that shares neither its excitation nor its jumps."""
+
 TABLE_2_GAINS = {"pitch.gain": 0.293, "elevation.gain": 0.157}
-OFFSET, STIFFNESS, MASS = 1.2, 4.0, 0.15
-"""What a metre of the mass' way adds to a_1 [rad/s^2/m] and a_e [1/s^2/m], and its way [m]."""
+OFFSET, STIFFNESS = 1.2, 4.0
+"""What a metre of the mass' way adds to a_1 [rad/s^2/m] and a_e [1/s^2/m]."""
 
 RECORDED = (*(f"plant.{name}" for name in (
     "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")),
@@ -116,14 +135,23 @@ class Loop:
         self.take = played
 
 
-def soak(case: str, hours: int, native: bool) -> dict[str, Any]:
+def soak(case: str, hours: int, native: bool, forgetting: float | None = None) -> dict[str, Any]:
     """Fly for a number of hours; return the figures."""
+    flight = REPORTED if forgetting is None else CHOSEN_ON
     mass = Connection("exciter", "v_front", "plant", "mass_position")  # led elsewhere by Loop.excite
     wiring = replace(CLOSED_LOOP, connections=(*CLOSED_LOOP.connections, mass))
     identifier = {"adaptation.gain_limit": GAIN_LIMIT, **CASES[case]}
+    if forgetting is not None:
+        identifier["adaptation.forgetting"] = forgetting
+    control = {"reference.elevation": flight.elevation, "travel.enabled": True}
     gains = dict(TABLE_2_GAINS)
     arm = {"ado.offset_per_metre": OFFSET, "ado.stiffness_per_metre": STIFFNESS}
-    first = {"plant": {**PLANT, **gains, **arm}, "controller": CONTROL, "exciter": EXCITER, "identifier": identifier}
+    first = {
+        "plant": {**PLANT, **gains, **arm},
+        "controller": control,
+        "exciter": flight.exciter,
+        "identifier": identifier,
+    }
     with TemporaryDirectory(prefix="heli-soak-") as name:
         folder = Path(name)
         fmus = {unit: (build_native if native else build)(unit, folder) for _, unit in wiring.units}
@@ -137,17 +165,17 @@ def soak(case: str, hours: int, native: bool) -> dict[str, Any]:
         for one in loop.units.values():
             one.finish_initialisation(0.0)
             Tape(one.fetches, Clock(STEP), loop.alarm).play(0.0)
-        figures = _flown(loop, hours, gains, {**PLANT, **arm})
+        figures = _flown(loop, flight, hours, gains, {**PLANT, **arm})
         for one in loop.units.values():
             one.close()
     return figures
 
 
-def _flown(loop: Loop, hours: int, gains: dict[str, float], plant: dict[str, Any]) -> dict[str, Any]:
+def _flown(loop: Loop, flight: Flight, hours: int, gains: dict[str, float], plant: dict[str, Any]) -> dict[str, Any]:
     """Take all steps, a minute at a time."""
     minute = round(60.0 / STEP)
     record = np.empty((minute, len(loop.shown)))
-    period = round(PERIOD / STEP)
+    period = round(flight.exciter["multisine.period"] / STEP)
     of_exciter = [loop.at(f"exciter.v_{rotor}") for rotor in ("front", "rear")]
     at = {short: loop.at(f"identifier.{short}") for short in ("k_x", "k_z", "a_e", "determined.k_x", "determined.k_z")}
     truth = {"k_x": gains["pitch.gain"], "k_z": gains["elevation.gain"], "a_e": 2.59}
@@ -160,13 +188,13 @@ def _flown(loop: Loop, hours: int, gains: dict[str, float], plant: dict[str, Any
         if of_hour == 10:
             before = dict(truth)
             if (k // 60) % 2 == 0:
-                factor = 1.2 if (k // 60) % 4 == 0 else 1.0
+                factor = flight.factor if (k // 60) % 4 == 0 else 1.0
                 changed = {name: factor * value for name, value in gains.items()}
                 _replace_plant(loop, {**plant, **changed}, time)
                 truth |= {"k_x": changed["pitch.gain"], "k_z": changed["elevation.gain"]}
                 stretch = [(short, before[short], truth[short], []) for short in ("k_x", "k_z")]
             else:
-                place = MASS if (k // 60) % 4 == 1 else 0.0
+                place = flight.mass if (k // 60) % 4 == 1 else 0.0
                 loop.shown[-1] = place
                 truth["a_e"] = 2.59 + STIFFNESS * place
                 stretch = [("a_e", before["a_e"], truth["a_e"], [])]
@@ -237,6 +265,7 @@ def _resident() -> float:
 
 
 if __name__ == "__main__":
-    print(json.dumps(soak(sys.argv[1], int(sys.argv[2]), sys.argv[3] == "native")))
+    chosen = None if sys.argv[3] in ("native", "python") else float(sys.argv[3])
+    print(json.dumps(soak(sys.argv[1], int(sys.argv[2]), sys.argv[3] != "python", chosen)))
     sys.stdout.flush()
     os._exit(0)  # pythonfmu's library may abort while the interpreter ends

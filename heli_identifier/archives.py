@@ -7,10 +7,6 @@ the directory of a zip is read first, and a compressed stream is read only up to
 import stat
 import zipfile
 from pathlib import Path, PurePosixPath
-from typing import IO, TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from gzip import GzipFile
 
 LARGEST = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -23,8 +19,6 @@ SMALL = 50_000_000
 
 MOST_ENTRIES = 20_000
 """Entries that an archive may have."""
-
-_CHUNK = 1 << 20
 
 
 class ArchiveError(ValueError):
@@ -79,30 +73,3 @@ def check_size(unpacked: int, packed: int) -> None:
             f"it holds {unpacked / 1e6:.3g} MB packed {unpacked / max(packed, 1):.0f} times, "
             f"at most {LARGEST_RATIO:g} times are unpacked"
         )
-
-
-def unpacked(stream: "IO[bytes] | GzipFile", packed: int, largest: int) -> bytes:
-    """Read a stream that is unpacked while it is read.
-
-    Parameters
-    ----------
-    stream : binary file
-        As ``gzip.open`` gives it.
-    packed : int
-        Size of the packed file [bytes].
-    largest : int
-        Bytes that are accepted.
-
-    Raises
-    ------
-    ArchiveError
-        It holds more than `largest` bytes, or is packed more than `LARGEST_RATIO` times.
-    """
-    parts, size = [], 0
-    while part := stream.read(_CHUNK):
-        parts.append(part)
-        size += len(part)
-        check_size(size, packed)
-        if size > largest:
-            raise ArchiveError(f"it holds more than {largest / 1e6:g} MB unpacked")
-    return b"".join(parts)

@@ -64,8 +64,19 @@ def regular_bytes(path: Path, largest: float) -> bytes:
     FileNotFoundError
         There is no such file.
     OSError
-        It is a folder, a device or a pipe, is larger than `largest`, or cannot be read. Nothing was read then.
+        It is a folder, a device or a pipe, is larger than `largest`, or cannot be read.
     """
+    regular_size(path, largest)
+    bound = int(1e6 * largest)
+    with open(path, "rb") as file:
+        data = file.read(bound + 1)  # a file of /proc has no size and no end
+    if len(data) > bound:
+        raise OSError(errno.EFBIG, f"it has more than {largest:g} MB", str(path))
+    return data
+
+
+def regular_size(path: Path, largest: float) -> int:
+    """Give the size [bytes] of a file that may be anything; the errors are those of :func:`regular_bytes`."""
     # Looked at before it is opened: a pipe without a writer would be waited for without end.
     status = path.stat()
     if not stat.S_ISREG(status.st_mode):
@@ -73,7 +84,7 @@ def regular_bytes(path: Path, largest: float) -> bytes:
         raise OSError(errno.EINVAL, f"it is {kind}", str(path))
     if status.st_size > largest * 1e6:
         raise OSError(errno.EFBIG, f"it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB", str(path))
-    return path.read_bytes()
+    return status.st_size
 
 
 _KINDS = (

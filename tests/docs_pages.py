@@ -33,7 +33,7 @@ VARYING = {
 }
 """Lines whose figures are not compared, and why."""
 
-PATIENCE = 300.0
+PATIENCE = 1200.0
 """Seconds that a page may take before it is given up: commands that hang must not hang the tests."""
 
 _FENCE = re.compile(

@@ -78,7 +78,8 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     assert found.format.columns == {signal: f"ans({row},:)" for signal, row in places.items()}
     assert {found.format.units[angle] for angle in ("pitch", "elevation", "travel")} == {unit}
     assert (found.format.signs, found.format.swap_rotors) == (signs, swapped)
-    assert found.doubts == ()
+    (doubt,) = found.doubts
+    assert "mirror image" in doubt
     log = read_log(tmp_path / "log.mat", found.format)
     assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
     # An encoder of 4096 counts is off by half a count at most.

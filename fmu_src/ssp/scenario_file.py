@@ -8,6 +8,7 @@ from the connector before it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -15,6 +16,7 @@ from heli_identifier.drafts import draft_folder
 from heli_identifier.files import write_atomically
 
 from ..builder import build, scenario_fmus, unit_class
+from ..errors import BuildError
 from ..native import build_native
 from ..packaging import AUTHOR, DATE, LICENSE, xml_text, zip_bytes
 from ..variables import Value
@@ -54,8 +56,10 @@ def write_ssp(
     Raises
     ------
     WiringError, BuildError
-        An unknown scenario, unit or parameter, a value out of range, a missing FMU.
+        An unknown scenario, unit or parameter, a value out of range, an endless duration, a missing FMU.
     """
+    if not 0.0 < duration < inf:
+        raise BuildError(f"duration = {duration:g} s must be positive and finite.")
     wiring = scenario(scenario_name)
     by_unit = wiring.parameters_by_unit(parameters or {})
     entries = {"SystemStructure.ssd": xml_text(system_structure(wiring, duration))}

@@ -16,6 +16,9 @@ ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"
 _SAMPLES_PER_RADIAN = 5.0
 """Samples per 1/omega_f that the discretisation needs: with fewer, (h^2/12) omega_f^2 exceeds .3 %."""
 
+_SLOWEST = 1e-3
+"""Lowest bandwidth omega_f [rad/s]: a quarter of an hour, longer than a rig flies."""
+
 
 def default_settings() -> "IdentifierSettings":
     """Return the settings that :class:`IdentifierSettings` has by default."""
@@ -93,8 +96,7 @@ class IdentifierSettings:
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
         fastest = 1.0 / (_SAMPLES_PER_RADIAN * self.sample_time)
-        require_positive("filter.frequency", self.filter_frequency, "rad/s")
-        require_range("filter.frequency", self.filter_frequency, "rad/s", upper=fastest)
+        require_range("filter.frequency", self.filter_frequency, "rad/s", _SLOWEST, fastest)
         require_range("filter.damping", self.filter_damping, "1", 0.1, 10.0)
         require_positive("adaptation.initial_gain", self.initial_gain, "1")
         if self.gain_limit != inf:

@@ -8,6 +8,9 @@ from math import isfinite
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 
+LOWEST_LIMIT = 0.1
+"""Limit of an amplifier [V] below which no rotor turns."""
+
 
 @dataclass(frozen=True)
 class LogFormat:
@@ -89,8 +92,10 @@ class LogFormat:
             raise ConfigurationError(
                 f"rig.encoder_counts = {self.encoder_counts} must be counts per turn > 0 of {', '.join(ANGLES)}."
             )
-        if not self.voltage_limit > 0.0:
-            raise ConfigurationError(f"rig.voltage_limit = {self.voltage_limit:g} V must be positive.")
+        if not self.voltage_limit >= LOWEST_LIMIT:
+            raise ConfigurationError(
+                f"rig.voltage_limit = {self.voltage_limit:g} V must be at least {LOWEST_LIMIT:g} V."
+            )
         if not self.largest_file > 0.0:
             raise ConfigurationError(f"log.largest_file = {self.largest_file:g} MB must be positive.")
 

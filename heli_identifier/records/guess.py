@@ -20,8 +20,9 @@ from heli_identifier.records.columns import name_and_unit
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.guess_time import is_clock, take_off, time_column
 from heli_identifier.records.layout import NUMBERED
-from heli_identifier.records.opening import log_bytes, table_of
+from heli_identifier.records.opening import table_of
 from heli_identifier.records.response import Gain, coarse
+from heli_identifier.records.stream import log_file
 from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
 from heli_identifier.records.table import Table
 from heli_identifier.records.timing import check_extent
@@ -41,6 +42,10 @@ _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 100
 """Counts a turn that encoders have."""
 _SURE = 4.0
 """Score from which the sign of the travel's gain is known."""
+_MIRRORED = (
+    "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
+    "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
+)
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 
 
@@ -109,6 +114,8 @@ def guess(path: str | PathLike[str]) -> Guess:
     ]  # fmt: skip
     if abs(pitch.score) <= PITCH_SURE:
         doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
+    if not known.keys() & {*VOLTAGES, "v_difference"}:
+        doubts.append(_MIRRORED)
     shares = {"pitch": pitch.share, "elevation": elevation.share, "travel": travel.share}
     by_physics = [signal for signal in chosen if signal != "time" and f"columns.{signal}" not in reasons]
     for signal in by_physics:
@@ -157,14 +164,14 @@ def guess(path: str | PathLike[str]) -> Guess:
 
 def _table(path: Path) -> tuple[Table, str]:
     """Read a file as a table, with the decimal mark that makes numbers of its cells."""
-    data = log_bytes(path, CONTRACT.largest_file)
+    source = log_file(path, CONTRACT.largest_file)
     numbered = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
-    table = table_of(path, data, numbered)
+    table = table_of(source, numbered)
     texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
     commas = [v for v in texts if re.fullmatch(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", str(v[len(v) // 2]), re.IGNORECASE)]
     if len(commas) < 3:
         return table, "."
-    return table_of(path, data, LogFormat(columns=numbered.columns, decimal=",")), ","
+    return table_of(source, LogFormat(columns=numbered.columns, decimal=",")), ","
 
 
 def _by_name(headers: Sequence[str]) -> dict[str, int]:

@@ -21,8 +21,11 @@ _SEPARATORS = (",", ";", "\t")
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
+_LINE_END = re.compile("\r\n|\n|\r")
 _LOOKED_AT = 400
 """Lines from the beginning among which the table has to begin."""
+HEAD = 200_000
+"""Bytes from the beginning among which it has to begin."""
 _LABVIEW_UNITS = "Y_Unit_Label"
 NUMBERED = "column {}"
 """Name of a column in a file without headers; counts from 1."""
@@ -56,7 +59,7 @@ def found_layout(data: bytes, file: str, decimal: str, mapped: frozenset[str] = 
     Parameters
     ----------
     data : bytes
-        The text in UTF-8.
+        The text in UTF-8, or its first `HEAD` bytes and more.
     file : str
         Name of the file for messages.
     decimal : str
@@ -117,17 +120,18 @@ def cells_of(line: str, separator: str) -> list[str]:
 
 
 def is_number(text: str, decimal: str) -> bool:
-    """Whether a cell holds a number."""
+    """Whether a cell holds a number; unlike Python no logger writes digits with underscores."""
     try:
         float(text.replace(decimal, "."))
     except ValueError:
         return False
-    return True
+    return "_" not in text
 
 
 def _first_lines(data: bytes) -> list[str]:
-    part = data[:200_000].decode("utf-8-sig", errors="replace").splitlines()
-    if len(data) > 200_000 and len(part) > 1:
+    # Only these end a line where the table is read: not form feeds and the other marks of str.splitlines.
+    part = _LINE_END.split(data[:HEAD].decode("utf-8-sig", errors="replace"))
+    if len(data) > HEAD and len(part) > 1:
         part.pop()  # it may be cut
     return part[:_LOOKED_AT]
 

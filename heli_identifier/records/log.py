@@ -12,7 +12,13 @@ from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS
 
 
 def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only."""
+    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only.
+
+    An array that is so already is returned itself: of a large log there is no room for a copy.
+    """
+    if isinstance(values, np.ndarray) and values.dtype == float and values.flags.c_contiguous:
+        if not values.flags.writeable and values.base is None:
+            return values
     array = np.array(values, dtype=float, order="C")
     array.flags.writeable = False
     return array

@@ -14,13 +14,12 @@ A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or 
 headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 """
 
-import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import LogError
 from heli_identifier.records.apart import check_survives
 from heli_identifier.records.table import Table, as_numbers, needed
@@ -34,13 +33,13 @@ _DEPTH = 6
 """Structs within structs that are looked into."""
 
 
-def read_matlab_table(data: bytes, file: str) -> Table:
-    """Read the bytes of a MATLAB file.
+def read_matlab_table(path: Path, file: str) -> Table:
+    """Read a MATLAB file.
 
     Parameters
     ----------
-    data : bytes
-        Content of the file.
+    path : Path
+        Where it is.
     file : str
         Name of the file for messages.
 
@@ -54,7 +53,7 @@ def read_matlab_table(data: bytes, file: str) -> Table:
     LogError
         If the bytes are not a MATLAB file, hold no vector, or need a package that is not installed.
     """
-    variables = _variables(data, file)
+    variables = _variables(path, file)
     found = {name: value for name, value in variables.items() if not str(name).startswith("__")}
     vectors: dict[str, NDArray[Any]] = {}
     objects: list[str] = []
@@ -73,24 +72,24 @@ def read_matlab_table(data: bytes, file: str) -> Table:
     return Table(file, tuple(vectors), columns, 1, lambda sample, column: str(columns[column][sample]))
 
 
-def _variables(data: bytes, file: str) -> dict[str, Any]:
+def _variables(path: Path, file: str) -> dict[str, Any]:
     from scipy.io import loadmat
 
-    hdf5 = _HDF5 in (data[:4], data[512:516])  # MATLAB puts a header of its own before it
+    size = path.stat().st_size
+    with open(path, "rb") as stream:
+        head = stream.read(516)
+    hdf5 = _HDF5 in (head[:4], head[512:])  # MATLAB puts a header of its own before it
     try:
         if not hdf5:
-            check_survives(lambda: loadmat(io.BytesIO(data), squeeze_me=True), len(data), file)
-            variables = loadmat(io.BytesIO(data), squeeze_me=True)
+            check_survives(lambda: loadmat(path, squeeze_me=True, appendmat=False), size, file)
+            variables = loadmat(path, squeeze_me=True, appendmat=False)
             if "__function_workspace__" not in variables:
                 return variables
         matio = needed(
             "matio", "mat-io", "formats", file, "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
         )
-        with draft_folder() as folder:  # it reads files only
-            path = folder / "log.mat"
-            path.write_bytes(data)
-            check_survives(lambda: matio.load_from_mat(str(path)), len(data), file)
-            return matio.load_from_mat(str(path))
+        check_survives(lambda: matio.load_from_mat(str(path)), size, file)
+        return matio.load_from_mat(str(path))
     except LogError:
         raise
     except Exception as error:  # the readers raise whatever their parsers do on foreign or truncated bytes

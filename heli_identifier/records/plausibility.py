@@ -89,6 +89,8 @@ def unwrapped(
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
         jumps = np.diff(angle)
+        if max(jumps.max(), -jumps.min()) <= EXCURSION:
+            return angle, None
         large = np.abs(jumps) > _JUMP
         off_turn = np.abs(jumps - _TURN * np.round(jumps / _TURN))
     _check_excursions(angle, jumps, signal, place)
@@ -220,8 +222,8 @@ def value_notes(voltages: NDArray[np.float64], angles: NDArray[np.float64], limi
     """
     notes = []
     for name, values in zip(VOLTAGES, voltages.T, strict=True):
-        beyond = np.abs(values) > limit * (1.0 + 1e-9)
-        if beyond.any():
+        if max(values.max(), -values.min()) > limit * (1.0 + 1e-9):
+            beyond = np.abs(values) > limit * (1.0 + 1e-9)
             notes.append(
                 f"{name} exceeds +-{limit:g} V in {beyond.sum()} of {len(values)} samples (up to "
                 f"{np.abs(values).max():.3g} V) and is kept unchanged"

@@ -1,6 +1,5 @@
 """From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
 
-import hashlib
 import os
 from collections.abc import Sequence
 from dataclasses import replace
@@ -15,8 +14,9 @@ from heli_identifier.records.columns import Column, find_columns, name_and_unit
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
-from heli_identifier.records.opening import log_bytes, table_of
+from heli_identifier.records.opening import table_of
 from heli_identifier.records.plausibility import check_plausible, unwrapped, value_notes
+from heli_identifier.records.stream import log_file
 from heli_identifier.records.table import Table, stamped
 from heli_identifier.records.timing import Sampling, check_extent, check_forward, find_sampling, mean_of_held
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES
@@ -53,10 +53,8 @@ def read_log(
     if isinstance(format, RigConfiguration):
         format = format.format
     file = Path(path)
-    data = log_bytes(file, format.largest_file)
-    sha256 = hashlib.sha256(data).hexdigest()
-    table = table_of(file, data, format)
-    del data  # of a large log it is as large as all that follows
+    source = log_file(file, format.largest_file)
+    table = table_of(source, format)
     columns = find_columns(table.headers, with_stamps(table, format), table.file)
     _check_lengths(table, columns)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
@@ -64,36 +62,36 @@ def read_log(
 
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
-    first = kept.start
-
-    def place(sample: int) -> str:
-        return table.place(sample + first)
+    extra, left_out = _extra(table, columns, kept)
+    of_table, place = table.notes, table.places(kept.start)
+    name = table.file
+    del table  # each of its columns is let go of when it has been taken over
 
     if len(time) < 2:
-        raise LogError(f"{table.file}: {len(time)} sample is not a log; log at least 5 s.")
+        raise LogError(f"{name}: {len(time)} sample is not a log; log at least 5 s.")
     check_forward(time, place)
     sampling = find_sampling(time, place)
-    check_extent(sampling.rate_hz, sampling.samples, table.file)
+    check_extent(sampling.rate_hz, sampling.samples, name)
 
-    extra, left_out = _extra(table, columns, kept)
     turns = []
     for signal in ANGLES:
         values[signal], note = unwrapped(values[signal], signal, place)
         turns += [note] if note else []
     summed = COMBINED[0] in values
     for signal in values:
-        values[signal] = values[signal] * format.sign(signal)
+        if format.sign(signal) < 0:
+            values[signal] = -values[signal]
     if summed:
         total, difference = (values.pop(signal) for signal in COMBINED)
         values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
     if format.swap_rotors:
         values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
     clipped = _clipped(values, format)
-    check_plausible(columns[1:], values, sampling.rate_hz, table.file)
-    voltages = _uniform(time, np.column_stack([values[name] for name in VOLTAGES]), sampling, held=True)
-    angles = _uniform(time, np.column_stack([values[name] for name in ANGLES]), sampling)
+    check_plausible(columns[1:], values, sampling.rate_hz, name)
+    voltages = _together(time, [values.pop(signal) for signal in VOLTAGES], sampling, held=True)
+    angles = _together(time, [values.pop(signal) for signal in ANGLES], sampling)
     notes = (
-        *table.notes,
+        *of_table,
         *cut,
         *([f"time counts from 0, which the file calls {time[0]:g} s"] if time[0] != 0.0 else []),
         *_conversions(columns, format),
@@ -107,11 +105,11 @@ def read_log(
     return Log(
         name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
         path=str(path),
-        sha256=sha256,
+        sha256=source.sha256,
         rate_hz=sampling.rate_hz,
         voltages=voltages,
         angles=angles,
-        extra={name: _uniform(time, column[:, None], sampling)[:, 0] for name, column in extra.items()},
+        extra={header: _together(time, [column], sampling)[:, 0] for header, column in extra.items()},
         notes=notes,
         start=float(time[0]),
     )
@@ -152,13 +150,16 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     count = len(table.columns[column.index])
     if start is None and end is None:
         return slice(0, count), ()
+    for option, instant in (("start", start), ("end", end)):
+        if instant is not None and not np.isfinite(instant):
+            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
     if start is not None and end is not None and end <= start:
         raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
     time = table.instants(column)
     if not np.isfinite(time).any():
         return slice(0, count), ()  # there is no instant to cut at; reading the cells reports what they hold
     # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
-    slack = 1e-9 * max(1.0, abs(start or 0.0), abs(end or 0.0))
+    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
     late_enough = time >= (-np.inf if start is None else start - slack)
     if not late_enough.any():
         raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
@@ -215,13 +216,16 @@ def _extra(
     return extra, (f"left out {dropped}: not one number per sample",) if dropped else ()
 
 
-def _uniform(
-    time: NDArray[np.float64], values: NDArray[np.float64], sampling: Sampling, held: bool = False
+def _together(
+    time: NDArray[np.float64], columns: list[NDArray[np.float64]], sampling: Sampling, held: bool = False
 ) -> NDArray[np.float64]:
-    """Resample columns, shape (N, k), to the uniform grid."""
-    if not sampling.resample:
-        return values
-    grid = time[0] + np.arange(sampling.samples) / sampling.rate_hz
-    if held:
-        return np.column_stack([mean_of_held(time, column, grid) for column in values.T])
-    return np.column_stack([np.interp(grid, time, column) for column in values.T])
+    """Put signals side by side, shape (N, k), resampled to the uniform grid; ``columns`` is empty afterwards."""
+    out = np.empty((sampling.samples, len(columns)))
+    grid = time[0] + np.arange(sampling.samples) / sampling.rate_hz if sampling.resample else None
+    for index in range(len(columns)):
+        column = columns.pop(0)
+        if grid is not None:
+            column = mean_of_held(time, column, grid) if held else np.interp(grid, time, column)
+        out[:, index] = column
+    out.flags.writeable = False
+    return out

@@ -12,11 +12,12 @@ from typing import Any
 
 from heli_identifier.archives import ArchiveError, check_zip
 from heli_identifier.errors import LogError
+from heli_identifier.records.stream import in_memory
 from heli_identifier.records.table import Table, needed
 from heli_identifier.records.text import read_text_table
 
 
-def read_spreadsheet(path: Path, data: bytes, file: str, mapped: frozenset[str]) -> Table:
+def read_spreadsheet(path: Path, file: str, mapped: frozenset[str]) -> Table:
     """Read a workbook.
 
     Raises
@@ -27,17 +28,23 @@ def read_spreadsheet(path: Path, data: bytes, file: str, mapped: frozenset[str])
     openpyxl = needed("openpyxl", "openpyxl", "formats", file, "an Excel workbook")
     try:
         check_zip(path)
-        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
-        sheets = {sheet.title: _text(sheet) for sheet in book.worksheets}
+        with path.open("rb") as stream:
+            book = openpyxl.load_workbook(stream, read_only=True, data_only=True, keep_links=False)
+            found = next(
+                ((sheet.title, text) for sheet in book.worksheets if (text := _text(sheet)).count("\n") > 2), None
+            )
+            titles = [sheet.title for sheet in book.worksheets]
     except ArchiveError as error:
         raise LogError(f"{file} is not a readable Excel workbook: {error}.") from error
     except Exception as error:  # the reader raises whatever its parsers do on a damaged workbook
         said = str(error).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not a readable Excel workbook ({said[0][:200]}); save it again.") from error
-    for title, text in sheets.items():
-        if text.count("\n") > 2:
-            return read_text_table(text.encode(), file if len(sheets) == 1 else f"{file}, sheet {title!r}", ".", mapped)
-    raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
+    if found is None:
+        raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, titles))}).")
+    title, text = found
+    source = in_memory(text.encode())
+    del found, text
+    return read_text_table(source, file if len(titles) == 1 else f"{file}, sheet {title!r}", ".", mapped)
 
 
 def _text(sheet: Any) -> str:

@@ -24,7 +24,8 @@ _SHORTEST = 50
 
 def suspicions(log: Log) -> tuple[str, ...]:
     """Give what is probably wrong with a log's columns or signs, one sentence each."""
-    values, step = coarse(np.column_stack((log.voltages, log.angles)), log.rate_hz)
+    voltages, step = coarse(log.voltages, log.rate_hz)
+    values = np.column_stack((voltages, coarse(log.angles, log.rate_hz)[0]))
     if len(values) < _SHORTEST:
         return ()
     pitch, elevation, _ = responses(values, step, {name: i for i, name in enumerate((*VOLTAGES, *ANGLES))})

@@ -13,6 +13,10 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
 from heli_identifier.records.units import STAMP
 
+_LONGEST = 60
+"""Characters of a cell that a message shows."""
+_WHOLE = 1e-6
+"""What a whole number may be off, as a print or an interpolation leaves it."""
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 
@@ -45,7 +49,12 @@ class Table:
 
     def place(self, sample: int) -> str:
         """Name the row of a sample as an editor shows it."""
-        return f"{self.file}, row {sample + self.first_row}"
+        return self.places(0)(sample)
+
+    def places(self, first: int) -> Callable[[int], str]:
+        """Give what names the row of a sample that is counted from ``first``; it does not hold the columns."""
+        file, row = self.file, self.first_row + first
+        return lambda sample: f"{file}, row {sample + row}"
 
     def numbers(self, column: Column, kept: slice) -> NDArray[np.float64]:
         """Give the kept cells of a signal in SI units, with the file's sign.
@@ -60,11 +69,12 @@ class Table:
         Returns
         -------
         NDArray, shape (N,)
+            The table's own where nothing is converted: not to be changed.
 
         Raises
         ------
         LogError
-            At the first cell that is empty, not a number or not finite.
+            At the first cell that is empty, not a number or not finite; counts of an encoder are no whole numbers.
         """
         if column.unit == STAMP:
             return self.instants(column)[kept]
@@ -73,12 +83,18 @@ class Table:
         if broken.any():
             sample = int(broken.argmax()) + (kept.start or 0)
             text = self.cell(sample, column.index)
-            what = f"the cell holds {text!r}, which is not a finite number" if text else "the cell is empty"
+            what = f"the cell holds {shortened(text)!r}, which is not a finite number" if text else "the cell is empty"
             advice = "correct the cell, or cut the stretch away with --from and --to"
             if _DECIMAL_COMMA.fullmatch(text):
-                advice = f"set decimal = ',' under [log] of {HELI_TOML}"
+                advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
             raise LogError(f"{self.place(sample)}, column {self.headers[column.index]!r}: {what}; {advice}.")
-        return values * column.factor
+        if column.unit == "counts" and np.mean(np.abs(values - np.round(values)) > _WHOLE) > 0.5:
+            raise LogError(
+                f"{self.file}, column {self.headers[column.index]!r}: counts are whole numbers, and most of these are "
+                f"not, {self.cell(kept.start or 0, column.index)!r} for one; state another unit under [log.units] of "
+                f"{HELI_TOML}."
+            )
+        return values if column.factor == 1.0 else values * column.factor
 
     def instants(self, column: Column) -> NDArray[np.float64]:
         """Give the whole time column [s], shape (N,), with NaN where a cell is not a number.
@@ -96,7 +112,8 @@ class Table:
             sample = int(wrong.argmax())
             raise LogError(
                 f"{self.place(sample)}, column {self.headers[column.index]!r}: the cell holds "
-                f"{self.cell(sample, column.index)!r}, which is no time stamp like 2026-03-01T12:00:00.010; correct it."
+                f"{shortened(self.cell(sample, column.index))!r}, which is no time stamp like 2026-03-01T12:00:00.010; "
+                "correct it."
             )
         return seconds
 
@@ -138,12 +155,17 @@ def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:
     return np.where(np.isnat(stamps) | np.isnat(stamps[0]), np.nan, seconds)
 
 
+def shortened(text: str) -> str:
+    """Give a text as a message can hold it."""
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 def _floats(cells: NDArray[Any]) -> NDArray[np.float64]:
     return cells if cells.dtype.kind == "f" else np.array([_number(cell) for cell in cells], dtype=float)
 
 
 def _number(cell: object) -> float:
-    if isinstance(cell, bool):
+    if isinstance(cell, bool) or (isinstance(cell, str) and "_" in cell):  # 1_0 is ten in Python only
         return np.nan
     try:
         return float(cell)  # type: ignore[arg-type]

@@ -27,6 +27,8 @@ GAP_STEPS = 5
 """Longest gap that is bridged, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
 _RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz logger
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
+_BLOCK = 100_000
+"""Samples that are looked at together, where a large log would need several copies of its time."""
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
 
@@ -103,7 +105,10 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         )
     duration = float(time[-1] - time[0])
     mean = duration / (len(time) - 1)
-    off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
+    off_grid = max(
+        float(np.abs(time[k : k + _BLOCK] - time[0] - mean * np.arange(k, min(k + _BLOCK, len(time)))).max())
+        for k in range(0, len(time), _BLOCK)
+    )
     if off_grid <= _UNIFORM_STEPS * mean:
         return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time), False, None)
     digit = _last_digit(time)
@@ -147,8 +152,8 @@ def _rounded_rate(rate: float, uncertainty: float) -> float:
 def _last_digit(time: NDArray[np.float64]) -> float:
     """Give the coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if none is."""
     for digits in range(7):
-        scaled = time * 10.0**digits
-        if np.abs(scaled - np.round(scaled)).max() < 1e-3:
+        scaled = (time[k : k + _BLOCK] * 10.0**digits for k in range(0, len(time), _BLOCK))
+        if all(np.abs(part - np.round(part)).max() < 1e-3 for part in scaled):
             return 10.0**-digits
     return 0.0
 

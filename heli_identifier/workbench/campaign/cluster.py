@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from logging import CRITICAL
 from typing import TYPE_CHECKING
 
+from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.workbench.campaign.key import code_digest
 
@@ -22,7 +23,7 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment of a worker process; linear-algebra libraries read it once, when they are loaded."""
 
-CONNECTING = 20.0
+CONNECTING = 60.0
 """Time limit [s] for a scheduler to answer, and then for its first worker."""
 
 
@@ -83,9 +84,15 @@ def _local(workers: int) -> "Iterator[Client]":
     with (
         dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD}),
         # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
+        draft_folder() as scratch,
         # Any free port for Dask's own pages: two campaigns may run at once.
         LocalCluster(
-            n_workers=workers, threads_per_worker=1, memory_limit=0, dashboard_address=":0", silence_logs=CRITICAL
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=0,
+            dashboard_address=":0",
+            silence_logs=CRITICAL,
+            local_directory=str(scratch),
         ) as cluster,
         Client(cluster) as connected,
     ):

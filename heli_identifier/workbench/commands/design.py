@@ -1,11 +1,14 @@
 """``heli design``: the experiment that would show an effect, or separate two."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from heli_identifier.workbench.commands.options import Json, Parameters, Settings
+
+if TYPE_CHECKING:
+    from heli_plant.parameters import PlantParameters
 
 
 def design(
@@ -17,7 +20,7 @@ def design(
         str | None, typer.Option(metavar="A", help="One effect to make visible, NAME or NAME:AXIS.", show_default=False)
     ] = None,
     parameters: Parameters = None,
-    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the experiment.", min=20.0)] = 90.0,
+    duration: Annotated[float, typer.Option(metavar="SECONDS", help="Length of the experiment, 20 to 3600.")] = 90.0,
     pitch_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest pitch either way.")] = 1.2,
     elevation_limit: Annotated[float, typer.Option(metavar="RAD", help="Largest elevation either way.")] = 0.8,
     voltage_limit: Annotated[float, typer.Option(metavar="VOLT", help="Largest voltage either way.")] = 5.0,
@@ -47,14 +50,13 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller or --set, as --set pitch.proportional=6.
     """
-    from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.errors import ConfigurationError, require_range
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.workbench.design.naming import effects_named
     from heli_identifier.workbench.design.separation import Limits, designs
     from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
-    from heli_plant.parameters import PlantParameters, from_names
 
+    require_range("duration", duration, "s", 20.0, 3600.0)
     if [separate is not None, show is not None, closed_loop].count(True) != 1:
         raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
     if closed_loop:
@@ -64,10 +66,7 @@ def design(
     if controller is not None or settings:
         raise ConfigurationError("--controller and --set are the controller's; give them with --closed-loop.")
     entries = effects_named(separate if separate is not None else (show or "",))
-    values = by_unit(parameters).get("HelicopterPlant", {})
-    plant = from_names(values, PlantParameters()) if values else PlantParameters()
-    if not values:
-        note("no --parameters given: the published model, Table 2, stands in for the rig")
+    plant = _plant(parameters)
     with progress_bar() as progress:
         limits = Limits(voltage_limit, pitch_limit, elevation_limit)
         ranked = designs(plant, entries, duration, limits, progress=progress)
@@ -95,6 +94,28 @@ def design(
         note(f"voltages of the best: {output}")
 
 
+def _plant(file: Path | None) -> "PlantParameters":
+    """Give the plant of a parameters.json; without one the published model, and say so.
+
+    Raises
+    ------
+    ConfigurationError
+        The file holds no plant.
+    """
+    from heli_identifier.errors import ConfigurationError
+    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.workbench.commands.terminal import note
+    from heli_plant.parameters import PlantParameters, from_names
+
+    if file is None:
+        note("no --parameters given: the published model, Table 2, stands in for the rig")
+        return PlantParameters()
+    of_file = by_unit(file)
+    if "HelicopterPlant" not in of_file:
+        raise ConfigurationError(f"{file} holds parameters of {', '.join(of_file)}, not of the HelicopterPlant.")
+    return from_names(of_file["HelicopterPlant"], PlantParameters())
+
+
 def _controller(file: Path | None, words: list[str]) -> dict[str, float]:
     """Give the parameters of the PidController from a file and from words ``name=value``, which outrank it."""
     from heli_identifier.errors import ConfigurationError
@@ -117,8 +138,7 @@ def _in_closed_loop(
     json: bool,
 ) -> None:
     """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
-    from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import by_unit
+    from heli_identifier.errors import ConfigurationError, require_range
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.design.closed_loop import (
         flight_documents,
@@ -126,14 +146,13 @@ def _in_closed_loop(
         flight_rows,
         pid_settings,
     )
-    from heli_plant.parameters import PlantParameters, from_names
+    from heli_identifier.workbench.design.separation import Limits
 
     if output is not None:
         raise ConfigurationError("--output writes voltages of an open loop; with --closed-loop there are none.")
-    values = by_unit(parameters).get("HelicopterPlant", {})
-    if not values:
-        note("no --parameters given: the published model, Table 2, stands in for the rig")
-    plant = from_names(values, PlantParameters()) if values else PlantParameters()
+    plant = _plant(parameters)
+    Limits(plant.v_max, *limits)  # refuses limits that are none
+    require_range("hover", hover, "rad", -1.5, 1.5)
     with progress_bar() as progress:
         ranked = flight_outlooks(plant, pid_settings(gains, plant.v_max), hover, duration, limits, progress)
     if not ranked:

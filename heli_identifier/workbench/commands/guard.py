@@ -8,17 +8,18 @@ import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import wraps
 from multiprocessing import parent_process
+from pathlib import Path
 from threading import current_thread, main_thread
 from typing import NoReturn, ParamSpec, TypeVar
 
 import typer
 
 from fmu_src.errors import FmuError
-from heli_identifier.errors import IdentifierError
+from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_plant.errors import PlantError
 
 P = ParamSpec("P")
@@ -44,22 +45,54 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
     def run(*arguments: P.args, **options: P.kwargs) -> R:
         try:
             with terminable():
+                _keep_what_is_read(options)
                 return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
-            raise fail(str(error)) from error
+            raise fail(_without_folder() or str(error)) from error
         except (typer.Exit, typer.Abort):
             raise
         except MemoryError as error:
             raise fail("there is not enough memory for this; give less data or ask for less of it") from error
         except OSError as error:
             said = error.strerror or str(error) or type(error).__name__
-            raise fail(said if error.filename is None else f"{error.filename}: {said}") from error
+            named = said if error.filename is None else f"{error.filename}: {said}"
+            raise fail(_without_folder() or named) from error
         except Exception as error:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
 
     return run
+
+
+def _without_folder() -> str:
+    """Say so if the folder in which the command runs is gone, which is behind every other error then."""
+    try:
+        os.getcwd()
+    except OSError:
+        return "the folder in which this command runs is gone; change to another one"
+    return ""
+
+
+_WRITTEN = ("output", "junit", "plot")
+"""Options that name a file to write."""
+
+
+def _keep_what_is_read(options: Mapping[str, object]) -> None:
+    """Refuse to write over a file that the same command reads, such as a measured log.
+
+    Raises
+    ------
+    ConfigurationError
+        Names the file.
+    """
+    paths = {key: value if isinstance(value, list) else [value] for key, value in options.items()}
+    read = [path for key, given in paths.items() if key not in _WRITTEN for path in given if isinstance(path, Path)]
+    for written in (path for key in _WRITTEN for path in paths.get(key, ()) if isinstance(path, Path)):
+        for path in read:
+            with suppress(OSError):  # one of them is not there
+                if written.is_file() and written.samefile(path):
+                    raise ConfigurationError(f"{written} is read by this command and not written over; name another.")
 
 
 @contextmanager

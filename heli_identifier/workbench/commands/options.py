@@ -1,11 +1,14 @@
 """Arguments and options that several commands share, with one wording for their help."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
+
+from heli_identifier.workbench.commands.guard import fail
 
 Logs = Annotated[
     list[Path],
@@ -88,7 +91,12 @@ class Spreading(TyperCommand):
     """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Give each of its values the option's name before the parser sees them."""
+        """Give each of its values the option's name before the parser sees them.
+
+        An empty word is refused: it would name this folder, where a variable of the shell was meant that is not set.
+        """
+        if not ctx.resilient_parsing and any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args):
+            raise fail("an argument is empty; name the file, or set the variable that should name it")
         return super().parse_args(ctx, spread(args))
 
 

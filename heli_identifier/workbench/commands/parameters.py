@@ -23,13 +23,15 @@ def assignments(words: Sequence[str]) -> dict[str, str]:
     Raises
     ------
     ConfigurationError
-        A word has no ``=``.
+        A word has no ``=``, or two name the same parameter.
     """
     values: dict[str, str] = {}
     for word in words:
         name, mark, text = word.partition("=")
         if not mark or not name.strip():
             raise ConfigurationError(f"--set {word} must read NAME=VALUE, as plant.effects.dry_friction.pitch=0.02.")
+        if name.strip() in values:
+            raise ConfigurationError(f"--set {name.strip()} is given twice; keep one.")
         values[name.strip()] = text.strip()
     return values
 

@@ -68,6 +68,7 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
 
 
 Finite = Annotated[float, msgspec.Meta(ge=-float_info.max, le=float_info.max)]
+NotNegative = Annotated[float, msgspec.Meta(ge=0.0, le=float_info.max)]
 """What Python reads as JSON may hold NaN and Infinity."""
 
 
@@ -102,19 +103,19 @@ class _Document(msgspec.Struct):
 
 class _Value(msgspec.Struct):
     value: Finite
-    standard_error: Annotated[float, msgspec.Meta(ge=0.0, le=float_info.max)] | None
+    standard_error: NotNegative | None
     unit: str
 
 
 class _Figure(msgspec.Struct):
-    value: Finite
-    low: Finite
-    high: Finite
+    value: NotNegative
+    low: NotNegative
+    high: NotNegative
 
 
 class _Expected(msgspec.Struct):
     prediction_1s_rad: _Figure
-    noise_floor_rad: Finite
+    noise_floor_rad: NotNegative
 
 
 def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:

@@ -22,7 +22,7 @@ from heli_identifier.tracing import Diagnosis, ErrorFigure
 from heli_identifier.workbench.delivery.diagnosis_document import document_text, plain
 from heli_identifier.workbench.report.rounding import unit_text, with_interval
 from heli_identifier.workbench.report.small_table import Tabular
-from heli_plant.effects import CATALOGUE
+from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
 
@@ -112,10 +112,16 @@ class ParameterSet(Tabular):
         Raises
         ------
         ConfigurationError
-            These parameters come with no error on held-out logs, or the factor is not positive.
+            These parameters come with no error on held-out logs, or not of every axis, or the factor is not positive.
         """
         if not self.expected:
             raise ConfigurationError("these parameters come with no error on held-out logs; take those of a diagnosis.")
+        missing = [axis for axis in AXES if axis not in self.expected]
+        if missing:
+            raise ConfigurationError(
+                f"these parameters state no expected error of {', '.join(missing)}, so nothing can be held to it; take "
+                "the parameters.json of a diagnosis."
+            )
         require_positive("factor", factor, "1")
         return {
             axis: factor * max(expected.prediction.value, expected.noise_floor)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heli_identifier.errors import require_range
 from heli_identifier.records import Log
 from heli_identifier.tracing import Problem, Scan, candidates, fit, scan, stepping_at
 from heli_identifier.workbench.design.rehearsal import STEP, Proposal, proposals, rehearsed, rehearsed_voltages
@@ -25,6 +26,11 @@ class Limits:
     voltage: float = 5.0
     pitch: float = 1.2
     elevation: float = 0.8
+
+    def __post_init__(self) -> None:
+        require_range("voltage limit", self.voltage, "V", 0.1, 100.0)
+        require_range("pitch limit", self.pitch, "rad", 0.01, 1.57)
+        require_range("elevation limit", self.elevation, "rad", 0.01, 1.57)
 
 
 @dataclass(frozen=True)

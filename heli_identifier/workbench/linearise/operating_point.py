@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, require_range
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, rigid_start
@@ -17,6 +17,10 @@ from heli_plant.state import PlantState, start_state
 
 BALANCED = 1e-9
 """Largest acceleration [rad/s^2] at which a point counts as an equilibrium."""
+
+
+FURTHEST = 1.5
+"""Largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back."""
 
 
 @dataclass(frozen=True)
@@ -41,8 +45,10 @@ def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: 
     Raises
     ------
     ConfigurationError
-        There is no equilibrium, or it needs more than the motors' voltages.
+        An angle is beyond `FURTHEST`, there is no equilibrium, or it needs more than the motors' voltages.
     """
+    require_range("pitch", pitch, "rad", -FURTHEST, FURTHEST)
+    require_range("elevation", elevation, "rad", -FURTHEST, FURTHEST)
     switches = switched_on(parameters)
 
     def residual(unknown: np.ndarray) -> tuple[float, float, float]:
