@@ -33,7 +33,8 @@ def drawn_beside() -> Iterator[Draw]:
     finally:
         if process is not None:
             process.kill()
-            process.wait()
+            with process:  # closes its pipes and waits for its end
+                pass
 
 
 def _started() -> "subprocess.Popen[bytes] | None":
