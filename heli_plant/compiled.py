@@ -93,12 +93,24 @@ def _entry_for(function, general: bool, tables: bool):
     return _entry(specialised(function, known))
 
 
-@cache
-def _entry(function):
-    """Dispatcher of a function that Python calls, kept on disk."""
-    directory = _cache_directory(function)
-    dispatcher = _jit(function)
-    outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(directory)
+def kept_on_disk(dispatcher: Any, key: str) -> Any:
+    """Let a function of numba keep its machine code on the disk, sealed; return it.
+
+    Parameters
+    ----------
+    dispatcher : numba dispatcher
+        Without ``cache=True``, which would keep unsealed pickles. A plain function (``NUMBA_DISABLE_JIT``) stays one.
+    key : str
+        Names everything that the machine code depends on.
+
+    Raises
+    ------
+    PlantError
+        ``HELI_CACHE_DIR`` names a folder that cannot be made.
+    """
+    if not hasattr(dispatcher, "py_func"):
+        return dispatcher
+    outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(cache_folder() / f"numba-{key}")
     try:
         dispatcher._cache = SealedCache(dispatcher.py_func)
         return dispatcher
@@ -106,6 +118,12 @@ def _entry(function):
         return dispatcher
     finally:
         _CONFIG.CACHE_DIR = outer
+
+
+@cache
+def _entry(function):
+    """Dispatcher of a function that Python calls, kept on disk."""
+    return kept_on_disk(_jit(function), _digest(function))
 
 
 @cache
@@ -161,8 +179,3 @@ def _digest(function) -> str:
     for ingredient in sorted(_ingredients(function)):
         digest.update(hashlib.sha256(ingredient).digest())
     return digest.hexdigest()[:16]
-
-
-def _cache_directory(function) -> Path:
-    """Folder of the disk cache, named by everything that the machine code depends on."""
-    return cache_folder() / f"numba-{_digest(function)}"

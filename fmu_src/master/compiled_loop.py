@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from ctypes import addressof, c_uint
+from functools import cache
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -17,6 +20,8 @@ from llvmlite import ir
 from numba.core import cgutils, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
+
+from heli_plant.compiled import kept_on_disk
 
 from .instance import Instance
 from .layout import Layout
@@ -58,7 +63,7 @@ _transfer: Any = intrinsic(_transfer_call)
 _do_step: Any = intrinsic(_do_step_call)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(nogil=True)
 def _loop(units, sources, fed, shown, record, step, first):
     """Take len(record) steps from ``first`` on; return (step, unit, call, status) of the first refusal, or -1, zeros.
 
@@ -81,6 +86,12 @@ def _loop(units, sources, fed, shown, record, step, first):
                     return first + k, u, 2, status
         record[k] = shown
     return -1, 0, 0, 0
+
+
+@cache
+def _kept_loop() -> Any:
+    """Give the loop, whose machine code is kept sealed on the disk."""
+    return kept_on_disk(_loop, sha256(Path(__file__).read_bytes()).hexdigest()[:16])
 
 
 def compiled_loop(
@@ -116,10 +127,11 @@ def compiled_loop(
         rows.append(row)
         first_in, first_out = first_in + len(layout.inputs[name]), first_out + len(layout.outputs[name])
     table = np.array(rows, dtype=np.int64)
-    _loop(table[:0], layout.sources, fed, shown, np.empty((0, len(shown))), 1.0, 0)  # compiled, or loaded, here
+    loop = _kept_loop()
+    loop(table[:0], layout.sources, fed, shown, np.empty((0, len(shown))), 1.0, 0)  # compiled, or loaded, here
 
     def run(record: NDArray[np.float64], step: float, first: int) -> None:
-        k, u, call, status = _loop(table, layout.sources, fed, shown, record, step, first)
+        k, u, call, status = loop(table, layout.sources, fed, shown, record, step, first)
         if k >= 0:
             everyone[u].log.check(_CALLS[call], k * step, status)
 

@@ -29,8 +29,8 @@ class Limits:
 
     def __post_init__(self) -> None:
         require_range("voltage limit", self.voltage, "V", 0.1, 100.0)
-        require_range("pitch limit", self.pitch, "rad", 0.01, 1.57)
-        require_range("elevation limit", self.elevation, "rad", 0.01, 1.57)
+        require_range("pitch limit", self.pitch, "rad", 0.01, 100.0)
+        require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
 
 @dataclass(frozen=True)
