@@ -110,6 +110,8 @@ class Effect:
         Whether c is a share of the axis's lift, so that a regression finds c times the axis's gain.
     coupled : bool
         Whether the effect is expected on its other axes once it is found on one.
+    certain : bool
+        Whether every rig has it, as a term of rigid-body mechanics with c = 1; only how much of it shows is open.
     difference_step : float or None
         Width of the numerical derivative by c where the response has corners.
     """
@@ -131,6 +133,7 @@ class Effect:
     watchable: bool = False
     share_of_lift: bool = False
     coupled: bool = False
+    certain: bool = False
     difference_step: float | None = None
 
     @property

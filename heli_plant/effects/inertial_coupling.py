@@ -47,6 +47,7 @@ EFFECTS = tuple(
         shapes=(HORIZONTAL_OFFSET,),
         watchable=True,
         coupled=True,
+        certain=True,
     )
     for axis, function, law in (
         ("elevation", on_elevation, "-c/2 sin(2 eps_h) lambda'^2"),

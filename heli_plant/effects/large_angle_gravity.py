@@ -33,5 +33,6 @@ EFFECTS = (
         family="gravity at large angles",
         experiment="Let the elevation visit angles above .5 rad on either side.",
         drawn_against="elevation",
+        certain=True,
     ),
 )

@@ -172,7 +172,7 @@ def named_trials(model: Model, scanned: Scan, noise_scan: Scan, threshold: float
         few = [c for c in left[:SHORTLIST] if c.likelihood_ratio >= CONTENDING_SHARE * left[0].likelihood_ratio]
         passing = [t for t in refitted(model, scanned, few, trials) if passes(t, threshold)]
         if passing:
-            return simplest_first(sorted(passing, key=lambda t: -t.likelihood_ratio))
+            return certain_first(simplest_first(sorted(passing, key=lambda t: -t.likelihood_ratio)))
         left = left[len(few) :]
     return []
 
@@ -181,6 +181,15 @@ def simplest_first(ranked: list[Trial]) -> list[Trial]:
     """Put the trial with the fewest shape parameters first, of those that differ by less than :data:`LAW_SHARE`."""
     equal = [t for t in ranked if t.likelihood_ratio >= (1.0 - LAW_SHARE) * ranked[0].likelihood_ratio]
     return sorted(ranked, key=lambda t: (t not in equal, len(shape_fields(t.effect)) if t in equal else 0))
+
+
+def certain_first(ranked: list[Trial]) -> list[Trial]:
+    """Put a term of mechanics that every rig has first, of those that act on an axis of the winner.
+
+    Another law that explains more in its place is left to show what it explains beside it.
+    """
+    axes = set(ranked[0].effect.axes)
+    return sorted(ranked, key=lambda t: not (t.effect.certain and axes & set(t.effect.axes)))
 
 
 def passes(candidate: Trial, threshold: float) -> bool:
