@@ -34,6 +34,8 @@ class NormalEquations:
         J' W e of each block.
     prior : NDArray, shape (P + 4 L, P + 4 L)
         D.
+    offsets : NDArray, shape (L, 4)
+        o, where N and g were taken.
     """
 
     matrix: NDArray[np.float64]
@@ -41,6 +43,7 @@ class NormalEquations:
     count: int
     scores: NDArray[np.float64]
     prior: NDArray[np.float64]
+    offsets: NDArray[np.float64]
 
     def step(
         self, damping: float, at_lower: NDArray[np.bool_], at_upper: NDArray[np.bool_]
@@ -84,12 +87,17 @@ class NormalEquations:
     def _unheld(self) -> NDArray[np.float64]:
         """The priors' precision without the hold on the offsets' mean.
 
-        The mean of a few logs' offsets is not that of the rig: what it leaves uncertain, tau^2 / L, belongs to the
-        parameters that act as the offsets do.
+        The mean of a few logs' offsets is not that of the rig: what it leaves uncertain, the variance of the offsets
+        over their number, belongs to the parameters that act as the offsets do. A single log tells nothing of that
+        variance; the spread that was assumed for it stands.
         """
-        unheld = self.prior.copy()
-        own, logs = slice(self.count, None), (len(self.gradient) - self.count) // 4
-        unheld[own, own] = np.diag(np.diag(self.prior)[own] / (1.0 + HELD_MEAN / logs))
+        unheld, logs = self.prior.copy(), len(self.offsets)
+        own = slice(self.count, None)
+        precision = np.diag(self.prior)[own] / (1.0 + HELD_MEAN / logs)
+        if logs > 1:
+            variances = (self.offsets**2 + self.offset_variances).sum(axis=0) / (logs - 1)
+            precision = np.tile(1.0 / variances, logs)
+        unheld[own, own] = np.diag(precision)
         return unheld
 
 
@@ -123,7 +131,7 @@ def normal_equations(
     prior[:common, :common] = np.eye(common)
     prior[common:, common:] = offset_precision(spreads, len(offsets))
     gradient += prior @ np.concatenate((x, offsets.ravel()))
-    return NormalEquations(matrix + prior, gradient, common, scores, prior)
+    return NormalEquations(matrix + prior, gradient, common, scores, prior, offsets)
 
 
 def offset_precision(spreads: NDArray[np.float64], logs: int) -> NDArray[np.float64]:
