@@ -210,7 +210,7 @@ KINDS = (
         "a .tdms that is none",
         write("no", "log.tdms"),
         "heli identify log.tdms -o out",
-        "is not readable as a TDMS file",
+        "log.tdms holds 0 columns, a log has six",
     ),
     Fault(
         "an .mf4 that is none", write("no", "log.mf4"), "heli identify log.mf4 -o out", "is not readable as an MDF file"
@@ -223,7 +223,7 @@ KINDS = (
     ),
     Fault(
         "a .csv.gz that holds 200 MB of zeros",
-        lambda f: (f / "log.csv.gz").write_bytes(gzip.compress(bytes(200_000_000), 1)),
+        lambda f: (f / "log.csv.gz").write_bytes(gzip.compress(b"0" * 200_000_000, 1)),
         "heli identify log.csv.gz -o out",
         "packed",
     ),
