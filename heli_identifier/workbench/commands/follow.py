@@ -224,6 +224,8 @@ def first_interrupt() -> Iterator[Callable[[], bool]]:
 
 def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
     """Give the event that says how the samples came in, if any was lost, late, doubled, damaged or somebody else's."""
+    from heli_identifier.workbench.commands.terminal import counted
+
     counts = status.counts
     names = {
         "lost": "were lost",
@@ -235,7 +237,7 @@ def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
     told = [f"{getattr(counts, name)} {said}" for name, said in names.items() if getattr(counts, name)]
     told += [f"{status.refused} datagrams held no sample"] if status.refused else []
     told += [f"{status.foreign} datagrams came from others"] if status.foreign else []
-    told += [f"the rig started anew {counts.restarted} times"] if counts.restarted else []
+    told += [f"the rig started anew {counted(counts.restarted, 'time')}"] if counts.restarted else []
     if told:
         why = f"of {counts.received + counts.lost} samples " + ", ".join(told)
         event = {
