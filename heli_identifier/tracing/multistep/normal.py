@@ -7,7 +7,8 @@ With J_l = [J, J_o] the derivatives of log l's errors by coordinates x and its o
 the unit matrix and T the precisions of the coordinates' and the offsets' priors. With the scores g_b = J_b' W e_b of B
 independent blocks b and k = tr(N^-1 (N - D)) effective parameters, M = B / (B - k) sum_b g_b g_b' is the scores'
 covariance (Hansen 2007) and phi = tr(N^-1 M) / k the dispersion of the errors over what W says. The variances of x are
-the larger of the posterior's, ((N - D) / phi + D)^-1, and the sandwich's, N^-1 M N^-1.
+the larger of the posterior's, ((N - D) / phi + D)^-1 with what differs from log to log, and the sandwich's,
+N^-1 M N^-1.
 """
 
 from collections.abc import Sequence
@@ -78,27 +79,24 @@ class NormalEquations:
         # scores at the optimum are too small by the share that the fit took from each block
         meat = self.scores.T @ self.scores * blocks / max(blocks - parameters, 1.0)
         dispersion = float(np.trace(inverse @ meat)) / parameters
-        posterior = np.linalg.inv(of_data / dispersion + self._unheld)[: self.count, : self.count]
+        posterior = np.linalg.inv(of_data / dispersion + self.prior)[: self.count, : self.count] + self._between_logs
         robust = np.diag(inverse @ meat @ inverse)[: self.count]
         widen = np.sqrt(np.maximum(robust / np.diag(posterior), 1.0))
         return posterior * np.outer(widen, widen)
 
     @property
-    def _unheld(self) -> NDArray[np.float64]:
-        """The priors' precision without the hold on the offsets' mean.
+    def _between_logs(self) -> NDArray[np.float64]:
+        """Covariance (P, P) of the coordinates by offsets that differ from log to log.
 
-        The mean of a few logs' offsets is not that of the rig: what it leaves uncertain, the variance of the offsets
-        over their number, belongs to the parameters that act as the offsets do. A single log tells nothing of that
-        variance; the spread that was assumed for it stands.
+        Without offsets log l would move the coordinates by N_xx^-1 N_xo o_l. The mean over a few logs is not that of
+        the rig: it varies by the sum of the squares of these moves. A single log tells nothing of that.
         """
-        unheld, logs = self.prior.copy(), len(self.offsets)
-        own = slice(self.count, None)
-        precision = np.diag(self.prior)[own] / (1.0 + HELD_MEAN / logs)
-        if logs > 1:
-            variances = (self.offsets**2 + self.offset_variances).sum(axis=0) / (logs - 1)
-            precision = np.tile(1.0 / variances, logs)
-        unheld[own, own] = np.diag(precision)
-        return unheld
+        logs = len(self.offsets)
+        if logs == 1:
+            return np.zeros((self.count, self.count))
+        blocks = self.matrix[: self.count, self.count :].reshape(self.count, logs, -1)
+        moves = np.linalg.solve(self.matrix[: self.count, : self.count], np.einsum("plo,lo->pl", blocks, self.offsets))
+        return np.asarray(moves @ moves.T * logs / (logs - 1), dtype=np.float64)
 
 
 def normal_equations(
