@@ -51,7 +51,7 @@ def test_the_readme_shows_what_the_demonstration_prints(tmp_path):
     (shown,) = (block.text for block in blocks(PAGES["README.md"]) if block.text.startswith("$ make demo\n"))
     heli = Path(sys.executable).parent / "heli"
     done = subprocess.run([heli, "demo"], capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert unlike(shown.partition("$ make test\n")[0].partition("\n")[2], done.stdout) == []
+    assert unlike(shown.partition("$ make test")[0].partition("\n")[2], done.stdout) == []
 
 
 @pytest.mark.parametrize("name", PAGES)

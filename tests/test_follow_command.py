@@ -444,7 +444,7 @@ def test_the_controller_of_the_rig_is_taken_from_its_file(tmp_path, flight):
         (("--listen", "127.0.0.1:0", "--layout", "pitch"), "lacks v_front"),
         (("log.csv", "--speed", "-1"), "--speed"),
         (("log.csv", "--output", "used"), "is there already and is not replaced"),
-        (("log.csv", "--output", "log.csv"), "is a file, a folder is needed there"),
+        (("log.csv", "--output", "log.csv"), "is read by this command and not written over"),
         (("log.csv", "--serve", "--serve-at", "here"), "--serve-at"),
     ],
 )

@@ -174,7 +174,11 @@ def test_a_log_that_cannot_be_played_is_refused_when_the_initialisation_ends(tmp
         ("AdaptiveIdentifier", {"watch.pitch": "dry_fricton"}, "effect 'dry_fricton' cannot be watched on pitch"),
         ("AdaptiveIdentifier", {"watch.travel": "a,b,c,d"}, "names 4 effects; at most 3 can be watched"),
         ("AdaptiveIdentifier", {"method": "guess"}, "method 'guess' must be one of adaptation, prediction_error"),
-        ("AdaptiveIdentifier", {"filter.frequency": 100.0}, "filter.frequency = 100.0 rad/s must lie in [-inf, 20]"),
+        (
+            "AdaptiveIdentifier",
+            {"filter.frequency": 100.0},
+            "filter.frequency = 100.0 rad/s must lie in [0.001, 20] rad/s",
+        ),
         ("HelicopterPlant", {"effects.motor_lag.rotors": -0.07, "motor.time_constant": 0.05}, "must not be negative"),
     ],
 )

@@ -149,7 +149,7 @@ def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_flo
     parameters = corrected_parameters(_named_effects_only(), ORIGIN)
     expected = parameters.expected["pitch"]
     assert parameters.limits(1.5)["pitch"] == 1.5 * expected.prediction.value
-    quiet = replace(parameters, expected={"pitch": replace(expected, noise_floor=1.0)})
+    quiet = replace(parameters, expected={**parameters.expected, "pitch": replace(expected, noise_floor=1.0)})
     assert quiet.limits(1.5)["pitch"] == 1.5
 
 

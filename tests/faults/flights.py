@@ -30,8 +30,8 @@ SECTIONS = {
         Fault(
             "a folder of a flight where a file stands",
             parameters(),
-            f"{FOLLOW} log.csv -o log.csv",
-            "log.csv is a file, a folder is needed there",
+            f"{FOLLOW} log.csv -o parameters.json",
+            "parameters.json is read by this command and not written over; name another.",
         ),
         Fault(
             "a twin with a parameter missing",
