@@ -82,8 +82,9 @@ def trial(model: Model, candidate: Candidate, coefficient: float, changes: NDArr
         width = len(known.free)
         moved = clipped(known.parameters, known.free, changes[:width])
         begin = likelier(model, begin, (started(moved, candidate, coefficient), known.linear + changes[width:]))
-    # a law about another horizontal than the encoder's zero has that offset as one more free shape
-    offset = begin[0].horizontal_offset != known.parameters.horizontal_offset
+    # a law about another horizontal than the model's has that offset as one more free shape
+    known_offset = HORIZONTAL_OFFSET in model.base
+    offset = not known_offset and begin[0].horizontal_offset != known.parameters.horizontal_offset
     base = (*model.base, HORIZONTAL_OFFSET) if offset else model.base
     fitted = fit(known.problem, begin[0], free_fields((*model.effects, effect), base), model.extra, begin[1], known)
     price = SHAPE_PRICE * (len(shape_fields(effect)) + offset)
