@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from functools import cache
-from math import exp, log
+from math import exp, isfinite, log
 
 import numpy as np
 import pytest
@@ -252,3 +252,16 @@ def test_what_is_determined_follows_from_value_and_error():
     assert determined(1.0, 0.051, "1/s")
     assert not determined(1.0, 0.052, "1/s")
     assert determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
+
+
+def test_a_gain_that_was_forgotten_to_nothing_is_no_divisor():
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.1))
+    state = start_identifier(plan, 1.0, 1.0, 0.0, 0.0, 0.0)
+    for _ in range(plan.hold_samples):
+        state, _ = identifier_step(state, 1.0, 1.0, 0.0, 0.0, 0.0, plan)
+    # an hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds
+    tiny = tuple(1e-170 for _ in state.pitch.omega[:-2])
+    state = state._replace(pitch=state.pitch._replace(omega=(*tiny, *state.pitch.omega[-2:])))
+    for _ in range(5 * plan.report_samples):
+        state, _ = identifier_step(state, 1.0, 1.0, 0.0, 0.0, 0.0, plan)
+    assert all(isfinite(value) for value in state.pitch.omega)

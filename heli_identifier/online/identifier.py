@@ -228,6 +228,9 @@ def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(1.0 if i == j else 0.0 for j in range(n)) for i in range(n))
 
 
+_NOTHING = 1e-100
+"""Value of a gain [rad/s^2/V] or torque [rad/s^2] that has been forgotten: the square of a smaller one may be zero."""
+
 _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
@@ -236,7 +239,8 @@ def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
     rows: tuple[tuple[float, ...], ...] = _ALL_THREE
     if not plan.rest_angle_is_known:
         p, q = axis.omega[1:3]
-        a = hypotenuse(p, q) or 1.0
+        a = hypotenuse(p, q)
+        a = a if a > _NOTHING else 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
             (0.0, p / a, q / a, 0.0),
@@ -251,6 +255,6 @@ def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
 def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
     """Return ``rows`` for an Omega that ends with k and k Delta, and the gradient of Delta."""
     gain, product = omega[-2], omega[-1]
-    gain = gain if gain != 0.0 else 1.0
+    gain = gain if abs(gain) > _NOTHING else 1.0
     slope = (*([0.0] * (len(omega) - 2)), -product / (gain * gain), 1.0 / gain)
     return (*[(*row, 0.0) for row in rows], slope)
