@@ -3,6 +3,8 @@
 A draft is removed when its block ends, however it ends. Only SIGKILL and a loss of power leave one. So each draft is
 locked (flock) by the process that made it, and whoever makes the next draft in the same folder removes those that
 nobody holds. The system drops a lock when its process ends, in containers and after a reuse of process ids as well.
+Signals that ask the process to end wait while a draft is made: between a folder's birth and the block that removes it
+they would leave the folder.
 """
 
 import fcntl
@@ -15,6 +17,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
+from heli_identifier.signals import deferred
+
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
 
@@ -23,17 +27,15 @@ PREFIX = ".heli-draft-"
 def draft_file(folder: Path) -> Iterator[tuple[Path, IO[bytes]]]:
     """Give path and file object of a new file in ``folder``; it is removed unless the block renames it."""
     sweep(folder)
-    while True:
-        path = folder / _name()
-        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        if _lock(descriptor, path) is not False:
-            break
-        os.close(descriptor)
+    path = None
     try:
+        with deferred():
+            path, descriptor = _new_file(folder)
         with open(descriptor, "wb") as file:
             yield path, file
     finally:
-        path.unlink(missing_ok=True)
+        if path is not None:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -45,24 +47,44 @@ def draft_folder(folder: str | os.PathLike[str] | None = None) -> Iterator[Path]
     OSError
         The folder cannot be made; it names the folder in which.
     """
+    path = descriptor = None
     try:
+        with deferred():
+            path, descriptor = _new_folder(folder)
+        yield path
+    finally:
+        if path is not None and descriptor is not None:
+            shutil.rmtree(path, ignore_errors=True)
+            os.close(descriptor)
+
+
+def _new_file(folder: Path) -> tuple[Path, int]:
+    """Make a file and lock it; give its path and descriptor."""
+    while True:
+        path = folder / _name()
+        descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
+        if _lock(descriptor, path) is not False:
+            return path, descriptor
+        os.close(descriptor)
+
+
+def _new_folder(folder: str | os.PathLike[str] | None) -> tuple[Path, int]:
+    """Make a folder and lock it; give its path and descriptor."""
+    try:
+        # the place of temporary files is looked for by writing one, and in vain where the disk is full
         parent = Path(tempfile.gettempdir() if folder is None else folder)
         sweep(parent)
         while True:
             path = parent / _name()
             path.mkdir(mode=0o700)
-            descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-            if _lock(descriptor, path) is not False:
-                break
-            os.close(descriptor)
+            with suppress(FileNotFoundError):  # another process has swept it, which was not locked yet
+                descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+                if _lock(descriptor, path) is not False:
+                    return path, descriptor
+                os.close(descriptor)
     except OSError as error:
         where = error.filename if folder is None and isinstance(error, FileNotFoundError) else parent
         raise OSError(error.errno, error.strerror, str(where)) from error
-    try:
-        yield path
-    finally:
-        shutil.rmtree(path, ignore_errors=True)
-        os.close(descriptor)
 
 
 def sweep(folder: Path) -> None:

@@ -178,8 +178,11 @@ def cache_folder() -> Path:
 @cache
 def _temporary_folder() -> Path:
     """Make a folder that ends with this process; processes that it starts use it too."""
-    folder = Path(tempfile.mkdtemp(prefix=_DRAFT))
-    held = os.open(folder, os.O_RDONLY)
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=_DRAFT))
+        with suppress(FileNotFoundError):  # a command has swept it, which was not locked yet
+            held = os.open(folder, os.O_RDONLY)
+            break
     with suppress(OSError):
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
     os.environ[VARIABLE] = str(folder)

@@ -15,7 +15,8 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+
+from heli_identifier.drafts import draft_folder
 
 from ..errors import BuildError
 
@@ -101,7 +102,7 @@ def compiled(
     command = compiler(target)
     if command is None:
         raise BuildError(f"there is no C compiler for {target.fmi2 or target.fmi3}; {ADVICE}")
-    with TemporaryDirectory(prefix="heli-native-") as folder:
+    with draft_folder() as folder:
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
         own = [*FLAGS, *target.flags, *flags]

@@ -85,7 +85,8 @@ def demo(
     from time import perf_counter
 
     from fmu_src import UNITS
-    from heli_identifier.workbench.commands.guard import bound_to_parent, unheard
+    from heli_identifier.signals import unheard
+    from heli_identifier.workbench.commands.guard import bound_to_parent
     from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build

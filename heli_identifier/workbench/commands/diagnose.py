@@ -72,15 +72,14 @@ def diagnose(
 
 def build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
-    from tempfile import TemporaryDirectory
-
     from fmu_src.native import build_native, runs_here
+    from heli_identifier.drafts import draft_folder
     from heli_identifier.workbench.commands.build import warn_of_missing_compilers
     from heli_identifier.workbench.commands.parameters import by_unit
     from heli_identifier.workbench.delivery.result_folder import check_free_run
 
     ((unit, values),) = by_unit(folder / "parameters.json").items()
-    with TemporaryDirectory(prefix="heli-native-") as apart:
+    with draft_folder() as apart:
         built = build_native(unit, apart, values)
         if runs_here():
             check_free_run(built, diagnosis)

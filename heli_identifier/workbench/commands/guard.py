@@ -20,6 +20,7 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.signals import ENDING
 from heli_plant.errors import PlantError
 
 P = ParamSpec("P")
@@ -30,9 +31,6 @@ BAD_INPUT = 2
 
 MISTAKE = 70
 """Exit code of a programming error: EX_SOFTWARE of sysexits.h."""
-
-ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
-"""Signals that ask a command to end. Its exit code is then 128 and the signal's number, as a shell gives it."""
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
@@ -120,16 +118,6 @@ def _leave(number: int, _frame: object) -> NoReturn:
     for child in processes.active_children() if processes else ():
         child.terminate()
     raise SystemExit(128 + number)
-
-
-@contextmanager
-def unheard(number: signal.Signals) -> Iterator[None]:
-    """Hold a signal back in the block; processes that are started in it never hear it."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, [number])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, [number])
 
 
 def bound_to_parent() -> None:

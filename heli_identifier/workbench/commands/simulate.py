@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from math import floor
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -169,6 +168,7 @@ def _played(
 ) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
     """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
     from fmu_src import scenario as wiring
+    from heli_identifier.drafts import draft_folder
     from heli_identifier.errors import ConfigurationError
 
     units = dict(wiring(scenario).units)
@@ -186,8 +186,8 @@ def _played(
 
     log = read_log(path, found_configuration(config).format, start, end)
     print_notes([log])
-    with TemporaryDirectory(prefix="heli-log-") as folder:
-        played: dict[str, Any] = {"player.log.path": str(write_log(log, Path(folder) / "log.csv"))}
+    with draft_folder() as folder:
+        played: dict[str, Any] = {"player.log.path": str(write_log(log, folder / "log.csv"))}
         if "plant" in units:
             state = observer_start(log)._asdict()
             played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}

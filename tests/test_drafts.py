@@ -1,0 +1,42 @@
+"""Drafts of processes that work in one folder, and of one that is asked to end."""
+
+import os
+import signal
+from multiprocessing import get_context
+
+import pytest
+
+from heli_identifier import drafts
+
+
+def drafts_made(folder, count):
+    """Make ``count`` drafts after each other."""
+    for _ in range(count):
+        with drafts.draft_folder(folder) as draft:
+            assert draft.is_dir()
+
+
+def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_path):
+    """Without care for it, one draft in some ten is swept between its birth and its lock."""
+    processes = [get_context("spawn").Process(target=drafts_made, args=(tmp_path, 500)) for _ in range(3)]
+    for process in processes:
+        process.start()
+    for process in processes:
+        process.join()
+    assert [process.exitcode for process in processes] == [0, 0, 0]
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("make", [drafts.draft_file, drafts.draft_folder])
+def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
+    lock = drafts._lock
+
+    def interrupted(descriptor, path):
+        os.kill(os.getpid(), signal.SIGINT)
+        return lock(descriptor, path)
+
+    monkeypatch.setattr(drafts, "_lock", interrupted)
+    with pytest.raises(KeyboardInterrupt), make(tmp_path):
+        pytest.fail("the signal was lost")
+    assert os.listdir(tmp_path) == []
