@@ -171,7 +171,7 @@ def fit(
     parameters, linear = start, np.zeros(columns[0].shape[2]) if weights is None else weights
     damping, converged, fresh = 0.0, False, near is None
     model = problem.residuals(parameters)
-    residuals = _explained(model, columns, linear)
+    residuals = explained(model, columns, linear)
 
     def linearised(known: Fit | None = None) -> Residuals:
         """Sensitivities at the current parameters, and the further columns."""
@@ -193,7 +193,7 @@ def fit(
             moved = clipped(parameters, free, step[: len(free)])
             moved_linear = linear + step[len(free) :]
             trial_model = problem.residuals(moved)
-            trial = _explained(trial_model, columns, moved_linear)
+            trial = explained(trial_model, columns, moved_linear)
             trial_white = whitener.apply(trial)
             if np.isfinite(trial_white).all() and float(trial_white @ trial_white) <= cost * (1.0 + 1e-9):
                 damping *= 0.1 if damping > 1e-6 else 0.0
@@ -228,8 +228,8 @@ def _apart(parameters: PlantParameters, others: PlantParameters, fields: Sequenc
     return np.array([getattr(parameters, field) - getattr(others, field) for field in fields])
 
 
-def _explained(model: Residuals, columns: Residuals, linear: NDArray[np.float64]) -> Residuals:
-    """Innovations less what the further columns explain."""
+def explained(model: Residuals, columns: Residuals, linear: NDArray[np.float64]) -> Residuals:
+    """Give the innovations less what the further columns explain."""
     return [r + c @ linear for r, c in zip(model, columns, strict=True)]
 
 

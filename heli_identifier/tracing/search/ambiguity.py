@@ -4,14 +4,14 @@ The model without the effect is scanned again; rivals are refitted in its place.
 within a few units of that of the chosen effect is an alternative that these data cannot rule out.
 """
 
-from heli_identifier.tracing.search.candidates import candidates, stepping_at
+from heli_identifier.tracing.search.candidates import candidates
 from heli_identifier.tracing.search.model import Model, without
 from heli_identifier.tracing.search.scan import Scan, scan, scored, subset
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.settings import SHORTLIST
-from heli_identifier.tracing.search.steps import step_times
+from heli_identifier.tracing.search.steps import ELEVATION, best_steps
 from heli_identifier.tracing.search.trials import Trials, contenders, refitted
-from heli_plant.effects import Effect
+from heli_plant.effects import AXES, Effect
 
 CLOSE = 6.0
 """Difference in twice the log-likelihood below which two models are not told apart (odds of 20 to 1)."""
@@ -47,9 +47,10 @@ def alternatives(model: Model, effect: Effect, selection: Selection) -> list[Eff
 
 def _scan_of_rivals(reduced: Model, effect: Effect, selection: Selection) -> Scan:
     """Score the entries that act on an axis of ``effect`` at the model without it."""
-    fit, noise = reduced.fit, selection.last.noise_whitener
-    times = sorted({t for whitener in (noise, fit.whitener) for t in step_times(fit, whitener)})
-    moves = (*candidates(fit.problem.records, fit.parameters), *stepping_at(times, fit.parameters))
+    fit = reduced.fit
+    moves = candidates(fit.problem.records, fit.parameters)
+    if AXES[ELEVATION] in effect.axes:
+        moves += best_steps(fit, selection.last.noise_whitener)
     return scan(fit, [move for move in moves if _rival(move.effect, effect)])
 
 

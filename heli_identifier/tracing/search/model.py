@@ -89,6 +89,12 @@ def unknown_columns(problem: Problem, unknowns: Sequence[Unknown]) -> Residuals 
     return joined
 
 
+def horizontal_columns(fit_: Fit, effect: Effect) -> list[int]:
+    """Columns of a fit that only tell where the horizontal of an effect's law is: one, or none."""
+    estimated = HORIZONTAL_OFFSET in fit_.free and needs_horizontal([effect])
+    return [fit_.free.index(HORIZONTAL_OFFSET)] if estimated else []
+
+
 def effect_score(fit_: Fit, effect: Effect) -> float:
     """Coefficient over its standard error, at the fitted horizontal where that is estimated along.
 
@@ -97,8 +103,7 @@ def effect_score(fit_: Fit, effect: Effect) -> float:
     """
     index, covariance = fit_.free.index(effect.field), fit_.covariance
     variance = float(covariance[index, index])
-    if HORIZONTAL_OFFSET in fit_.free and needs_horizontal([effect]):
-        offset = fit_.free.index(HORIZONTAL_OFFSET)
+    for offset in horizontal_columns(fit_, effect):
         variance -= float(covariance[index, offset]) ** 2 / float(covariance[offset, offset])
     return float(getattr(fit_.parameters, effect.field) / np.sqrt(variance))
 

@@ -19,7 +19,7 @@ from heli_identifier.online import CLOSED
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.search.candidates import candidates, companions, stepping_at
+from heli_identifier.tracing.search.candidates import candidates, companions
 from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
@@ -39,7 +39,7 @@ from heli_identifier.tracing.search.settings import (
     UNKNOWN_MARGIN,
     UNKNOWN_SHARE,
 )
-from heli_identifier.tracing.search.steps import step_times
+from heli_identifier.tracing.search.steps import best_steps
 from heli_identifier.tracing.search.threshold import largest_scores, quantile
 from heli_identifier.tracing.search.trials import Trial, Trials, named_trials, passes, trial
 from heli_identifier.tracing.search.unknown import Unknown, search
@@ -107,11 +107,9 @@ class Selection:
 
 def score_catalogue(model: Model) -> Round:
     """Score the catalogue at a model."""
-    problem, parameters = model.fit.problem, model.fit.parameters
-    scanned = scan(model.fit, candidates(problem.records, parameters))
+    scanned = scan(model.fit, candidates(model.fit.problem.records, model.fit.parameters))
     of_noise = noise_whitener(model.fit, scanned.raw)
-    times = {t for whitener in (of_noise, model.fit.whitener) for t in step_times(model.fit, whitener)}
-    scanned = extended(scanned, stepping_at(sorted(times), parameters))
+    scanned = extended(scanned, best_steps(model.fit, of_noise))
     surrogates = largest_scores(scanned)
     threshold, suggestive_level = (quantile(surrogates, p * SIGNIFICANCE) for p in (1.0, 10.0))
     return Round(model, scanned, of_noise, max(threshold, least_score(model.fit)), suggestive_level)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.covariance import block_membership
-from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, asked_score, needs_horizontal
+from heli_identifier.tracing.search.model import Model, asked_score, horizontal_columns
 from heli_identifier.tracing.search.scan import basis_of
 from heli_identifier.tracing.search.settings import UNKNOWN_LEVEL
 from heli_plant.effects import Effect
@@ -30,12 +30,10 @@ SEED = 0
 
 def effect_stability(model: Model, effect: Effect, threshold: float) -> float:
     """Share (0 to 1) of the halves that show an effect, which all of the data show from a score ``threshold`` on."""
-    own = [model.fit.free.index(effect.field)]
-    values = [getattr(model.fit.parameters, effect.field)]
-    if HORIZONTAL_OFFSET in model.fit.free and needs_horizontal([effect]):
-        own.append(model.fit.free.index(HORIZONTAL_OFFSET))
-        values.append(0.0)
-    return stability(model, own_response(model, own, np.array(values)), asked_score(model, effect, threshold) ** 2)
+    own = [model.fit.free.index(effect.field), *horizontal_columns(model.fit, effect)]
+    values = np.zeros(len(own))
+    values[0] = getattr(model.fit.parameters, effect.field)
+    return stability(model, own_response(model, own, values), asked_score(model, effect, threshold) ** 2)
 
 
 def unknown_stability(model: Model, index: int) -> float:

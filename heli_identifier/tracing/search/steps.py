@@ -12,7 +12,7 @@ from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING
 from heli_identifier.tracing.prediction.torque import torque_responses
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.search.candidates import STEP_SPACING
+from heli_identifier.tracing.search.candidates import STEP_SPACING, Candidate, stepping_at
 from heli_identifier.tracing.search.scan import basis_of
 from heli_plant.effects import AXES
 
@@ -20,6 +20,12 @@ ELEVATION = AXES.index("elevation")
 
 APART = 2.0
 """Least distance [s] of two steps from each other and from a record's end."""
+
+
+def best_steps(fit: Fit, of_noise: Whitener) -> list[Candidate]:
+    """Find the moves that step at the best times under the whitener of the fit or that of the noise."""
+    times = {t for whitener in (of_noise, fit.whitener) for t in step_times(fit, whitener)}
+    return stepping_at(sorted(times), fit.parameters)
 
 
 def step_times(fit: Fit, whitener: Whitener, count: int = 2) -> tuple[float, ...]:

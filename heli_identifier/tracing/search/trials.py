@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.tracing.prediction.fit import Fit, clipped, fit, log_likelihood
+from heli_identifier.tracing.prediction.fit import Fit, clipped, explained, fit, log_likelihood
 from heli_identifier.tracing.prediction.linear_refit import linear_refit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE
 from heli_identifier.tracing.prediction.whitening import fit_whitener
@@ -102,7 +102,7 @@ def likelier(model: Model, one: Start, other: Start) -> Start:
     def log_likelihood_at(start: Start) -> float:
         residuals = model.fit.problem.residuals(start[0])
         if model.extra is not None:
-            residuals = [r + c @ start[1] for r, c in zip(residuals, model.extra, strict=True)]
+            residuals = explained(residuals, model.extra, start[1])
         if not all(np.isfinite(r).all() for r in residuals):
             return -np.inf
         return log_likelihood(model.fit.problem, fit_whitener(residuals))
