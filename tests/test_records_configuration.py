@@ -32,7 +32,8 @@ def test_the_template_shows_every_key_and_all_of_them_can_be_switched_on(tmp_pat
     angles = {"pitch", "elevation", "travel"}
     signals = {"time", "v_front", "v_rear", "v_sum", "v_difference"} | angles
     assert set(content["rig"]) == {
-            "name", "motor_time_constant", "rest_pitch", "elevation_gain", "voltage_limit", "encoder_counts",
+            "name", "motor_time_constant", "rest_pitch", "elevation_gain", "horizontal", "voltage_limit",
+            "encoder_counts", "effects",
         }  # fmt: skip
     assert set(content["log"]) == {
         "start",
@@ -113,6 +114,18 @@ def test_every_key_arrives(configured):
         ("[rig]\nmotor_time_constant = -0.03", r"rig.motor_time_constant = -0.03 s must lie in"),
         ("[rig]\nmotor_time_constant = nan", r"rig.motor_time_constant = nan s must lie in"),
         ("[rig]\nrest_pitch = -7.8", r"rig.rest_pitch = -7.8 rad must lie in \[-1.6, 1.6\]"),
+        ("[rig]\nhorizontal = 30", r"rig.horizontal = 30.0 rad must lie in \[-1, 1\]"),
+        ("[rig.effects]\ninertia = [1.0, 0.1]", "rig.effects.inertia is no effect that can be given"),
+        ("[rig.effects]\nbreakaway_friction_pitch = [0.1, 0.1]", "did you mean 'dry_friction_pitch'"),
+        ("[rig.effects]\ndry_friction_pitch = [0.0, 0.1]", "coefficient 0: what is not there need not be given"),
+        ("[rig.effects]\ndry_friction_pitch = [0.1, 0.0]", "the standard deviation of rig.effects.dry_friction_pitch"),
+        ("[rig.effects]\ndry_friction_pitch = [-0.1, 0.1]", "the coefficient of rig.effects.dry_friction_pitch"),
+        (
+            "[rig.effects]\ndry_friction_pitch = 0.1",
+            "dry_friction_pitch = 0.1 must be the coefficient and its",
+        ),
+        ("[rig.effects]\ndry_friction_pitch = [0.1]", "rig.effects.dry_friction_pitch = .* must be"),
+        ("[rig.effects]\ndry_friction_pitch = ['a', 0.1]", r"dry_friction_pitch = \['a', 0.1\] must be"),
         ("[rig]\nvoltage_limit = 0", "voltage_limit = 0 V must be at least 0.1 V"),
         ("[rig]\nvoltage_limit = true", "rig.voltage_limit = True must be a number"),
         ("[rig]\nrest_pitch = 2026-01-01", "rig.rest_pitch = .* must be a number"),

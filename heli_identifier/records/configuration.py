@@ -8,7 +8,7 @@ key explained. The structures below are the file's schema: msgspec refuses unkno
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import reduce
 from operator import getitem
 from os import PathLike
@@ -19,7 +19,9 @@ import msgspec
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import regular_bytes
+from heli_identifier.online import Estimate
 from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 
 CONFIGURATION_NAME = "heli.toml"
@@ -30,6 +32,9 @@ _TIME_CONSTANT_BOUNDS = (5e-5, 5.0)
 is in another unit."""
 _REST_PITCH_BOUND = 1.6
 """Largest rest pitch [rad], a quarter of a turn. A larger value is in degrees."""
+
+_HORIZONTAL_BOUND = 1.0
+"""Largest elevation [rad] at which an arm can be horizontal: its travel is less. A larger value is in degrees."""
 
 _ELEVATION_GAIN_BOUNDS = (1e-3, 10.0)
 """Gains [rad/s^2/V]: a thousandth would not lift any bench helicopter, ten would throw it."""
@@ -51,6 +56,12 @@ class RigConfiguration:
     elevation_gain : float or None
         Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None if it is to be estimated.
         Under a controller the logs hardly determine it.
+    horizontal : float or None
+        What the elevation's encoder reads where the arm is horizontal [rad], for laws with a sine of the elevation;
+        None if it is to be estimated where such a law is found.
+    effects : Mapping[str, Estimate]
+        Effects that theory demands, by their field: the coefficient with its standard deviation, as the inertial
+        coupling's 1. They belong to the model before, and the logs move them as far as they know better.
     format : LogFormat
         How the rig writes its logs, with its encoder counts and voltage limit.
 
@@ -64,6 +75,8 @@ class RigConfiguration:
     motor_time_constant: float = 0.08
     rest_pitch: float | None = None
     elevation_gain: float | None = None
+    horizontal: float | None = None
+    effects: Mapping[str, Estimate] = field(default_factory=dict)
     format: LogFormat = CONTRACT
 
     def __post_init__(self) -> None:
@@ -72,6 +85,29 @@ class RigConfiguration:
             require_range("rig.rest_pitch", self.rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
         if self.elevation_gain is not None:
             require_range("rig.elevation_gain", self.elevation_gain, "rad/s^2/V", *_ELEVATION_GAIN_BOUNDS)
+        if self.horizontal is not None:
+            require_range("rig.horizontal", self.horizontal, "rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND)
+        for name, coefficient in self.effects.items():
+            _check_expected(name, coefficient)
+
+
+def _check_expected(name: str, coefficient: Estimate) -> None:
+    """Refuse an effect that the catalogue lacks or that depends on what only a search finds, and values out of range.
+
+    Raises
+    ------
+    ConfigurationError
+    """
+    key = f"rig.effects.{name}"
+    known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
+    if name not in known:
+        advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
+        raise ConfigurationError(f"{key} is no effect that can be given{advice}")
+    effect, width = effect_of(name), coefficient.standard_error or 0.0
+    require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
+    require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
+    if coefficient.value == 0.0:
+        raise ConfigurationError(f"{key} has the coefficient 0: what is not there need not be given; leave it out.")
 
 
 class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -107,8 +143,10 @@ class _Rig(_Section, frozen=True):
     motor_time_constant: float = RigConfiguration.motor_time_constant
     rest_pitch: float | None = None
     elevation_gain: float | None = None
+    horizontal: float | None = None
     voltage_limit: float = CONTRACT.voltage_limit
     encoder_counts: _EncoderCounts = _EncoderCounts()
+    effects: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
 class _Log(_Section, frozen=True):
@@ -174,12 +212,27 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
             clip=log.clip,
             largest_file=log.largest_file,
         )
-        return RigConfiguration(rig.name, rig.motor_time_constant, rig.rest_pitch, rig.elevation_gain, format)
+        expected = {name: _expected(name, given) for name, given in rig.effects.items()}
+        return RigConfiguration(
+            rig.name, rig.motor_time_constant, rig.rest_pitch, rig.elevation_gain, rig.horizontal, expected, format
+        )
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
 _TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false"}
+
+
+def _expected(name: str, given: Any) -> Estimate:
+    """Give an effect's coefficient in its unit; the name is checked where the value is."""
+    unit = next((effect.unit for effect in CATALOGUE if effect.field == name), "")
+    try:
+        coefficient, standard_deviation = msgspec.convert(given, tuple[float, float])
+    except msgspec.ValidationError:
+        raise ConfigurationError(
+            f"rig.effects.{name} = {given!r} must be the coefficient and its standard deviation, as [1.0, 0.1]."
+        ) from None
+    return Estimate(coefficient, standard_deviation, unit)
 
 
 def _explained(problem: str, content: Mapping[str, Any]) -> str:

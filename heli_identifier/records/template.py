@@ -56,9 +56,15 @@ motor_time_constant = {rig.motor_time_constant}  # lag of motor and propeller [s
 voltage_limit = {CONTRACT.voltage_limit}  # limit of the amplifiers [V]; a log that exceeds it is read with a note
 # rest_pitch = -0.14  # pitch at which gravity exerts no torque [rad]; without it, it is estimated
 # elevation_gain = 0.15  # elevation's acceleration per volt on both rotors' sum [rad/s^2/V], if geometry gives it
+# horizontal = 0.52  # what the elevation's encoder reads where the arm is horizontal [rad]; without it, it is estimated
 
 [rig.encoder_counts]
 {counts}
+
+# Effects that theory demands: the coefficient and its standard deviation. They belong to the model before.
+[rig.effects]
+# inertial_coupling_elevation = [1.0, 0.1]  # 1 is the torque of a rigid arm
+# inertial_coupling_travel = [1.0, 0.1]
 
 [log]
 {start}  # first instant kept [s] in the file's own time, to cut off take-off; --from overrides it{why.get("start", "")}

@@ -1,6 +1,7 @@
 """A diagnosis of measured data: checks, fit, search, validation on held-out logs, and the values that state it all."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 from time import perf_counter
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
@@ -97,7 +98,12 @@ def _diagnosed(
     slowest = min((settings.bandwidth, *settings.agreement))
     _check_long_enough((*training, *held_out_logs), slowest)
     used = without_events(training, held_out_logs, settings.voltage_limit, slowest, settings.keep_events)
-    problem = Problem(tuple(reduce_log(log) for log in used.training), settings.bandwidth)
+    problem = Problem(
+        tuple(reduce_log(log) for log in used.training),
+        settings.bandwidth,
+        settings.effects,
+        settings.horizontal is not None,
+    )
     held_out = hold_out(used.held_out, settings.bandwidth)
     progress("searching the catalogue", 0.05)
     start = first_estimate(problem.records, settings.base_parameters(), settings.free)
@@ -221,6 +227,8 @@ def _settings(settings: DiagnosisSettings, selection: Selection) -> dict[str, ob
         "voltage_limit_V": settings.voltage_limit,
         **({} if settings.rest_pitch is None else {"rest_pitch_rad": settings.rest_pitch}),
         **({} if settings.elevation_gain is None else {"elevation_gain_rad_s2_V": settings.elevation_gain}),
+        **({} if settings.horizontal is None else {"horizontal_rad": settings.horizontal}),
+        **({"effects": {name: asdict(given) for name, given in settings.effects.items()}} if settings.effects else {}),
         **({"keep_events": True} if settings.keep_events else {}),
         "significance": SIGNIFICANCE,
         "threshold": selection.threshold,

@@ -1,8 +1,9 @@
 """Settings of a diagnosis."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
-from heli_identifier.online import ModelParameters
+from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import RigConfiguration
 from heli_plant.parameters import PlantParameters
 
@@ -31,6 +32,10 @@ class DiagnosisSettings:
         Pitch theta_0 at rest [rad]; None lets every fit estimate it.
     elevation_gain : float or None
         Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it.
+    horizontal : float or None
+        What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it.
+    effects : mapping of str to Estimate
+        Effects that the model before has, by their field: the coefficient with its standard deviation.
     keep_events : bool
         Use also the passages in which something other than the plant acts; by default they are cut out. They are
         listed either way.
@@ -42,6 +47,8 @@ class DiagnosisSettings:
     voltage_limit: float = 5.0
     rest_pitch: float | None = None
     elevation_gain: float | None = None
+    horizontal: float | None = None
+    effects: Mapping[str, Estimate] = field(default_factory=dict)
     keep_events: bool = False
 
     @classmethod
@@ -65,6 +72,8 @@ class DiagnosisSettings:
             configuration.format.voltage_limit,
             configuration.rest_pitch,
             configuration.elevation_gain,
+            configuration.horizontal,
+            configuration.effects,
         )
 
     @property
@@ -80,4 +89,6 @@ class DiagnosisSettings:
             v_max=self.voltage_limit,
             theta0=self.rest_pitch or 0.0,
             k_z=self.elevation_gain or 0.0,
+            horizontal_offset=-(self.horizontal or 0.0),
+            **{name: given.value for name, given in self.effects.items()},
         )

@@ -119,7 +119,7 @@ def fit_multistep(
     ValueError
         Predictions diverge from every start.
     """
-    frame = coordinates(fields, problem.base)
+    frame = coordinates(fields, problem.base, problem.expected)
     beginnings = [np.array([c.coordinate(getattr(p, c.field)) for c in frame]) for p in starts or (problem.base,)]
     if not starts:
         beginnings.append(np.zeros(len(frame)))

@@ -12,13 +12,16 @@ pushes. The widths come from what can be built on a bench, not from any rig's lo
   mass on the same arm. The body's smaller inertia makes the pitch some three times faster. A factor of two is usual.
   That k_z and |k_y| are nearly one is no part of the prior: an effect that the travel lacks changes k_y by a factor of
   six, and would take k_z along.
-* Effects of the catalogue: nothing is known but the plausible range, whose end lies three widths from zero.
+* Effects of the catalogue: nothing is known but the plausible range, whose end lies three widths from zero; of those
+  that theory demands, centre and width are given.
 """
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import copysign, exp, inf, log
+from types import MappingProxyType
 
+from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_plant.effects import BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
 from heli_plant.parameters import BY_FIELD, PlantParameters
@@ -99,12 +102,17 @@ GAIN_WIDTH = log(2.0)
 """Width of a gain's logarithm."""
 
 
-def coordinates(fields: Iterable[str], start: PlantParameters) -> tuple[Coordinate, ...]:
-    """Give the coordinates of ``fields``; ``start`` tells the signs of the gains, the motors' lag and voltage limit."""
-    return tuple(_coordinate(field, start) for field in fields)
+def coordinates(
+    fields: Iterable[str], start: PlantParameters, expected: Mapping[str, Estimate] = MappingProxyType({})
+) -> tuple[Coordinate, ...]:
+    """Give the coordinates of ``fields``; ``start`` tells the signs of the gains, the motors' lag and voltage limit.
+
+    ``expected`` are coefficients of effects of which more is known than their plausible range.
+    """
+    return tuple(_coordinate(field, start, expected.get(field)) for field in fields)
 
 
-def _coordinate(field: str, start: PlantParameters) -> Coordinate:
+def _coordinate(field: str, start: PlantParameters, expected: Estimate | None) -> Coordinate:
     if field in _GAINS:
         sign = 1.0 if field == "k_z" else copysign(1.0, getattr(start, field))
         return Coordinate(field, _GAINS[field] / start.v_max, GAIN_WIDTH, sign=sign)
@@ -113,7 +121,10 @@ def _coordinate(field: str, start: PlantParameters) -> Coordinate:
         return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
     entry = effect_of(field)
     lower = max(entry.lower, SHORTEST_LAG - start.T_m) if entry.place == LAG else entry.lower
-    return Coordinate(field, 0.0, entry.upper / WIDTHS_IN_RANGE, lower, entry.upper)
+    centre, width = 0.0, entry.upper / WIDTHS_IN_RANGE
+    if expected is not None:
+        centre, width = expected.value, expected.standard_error or width
+    return Coordinate(field, centre, width, lower, entry.upper)
 
 
 ENTRIES: tuple[Effect, ...] = tuple(

@@ -5,12 +5,13 @@ encoder), e_l(x, o_l) are the errors of :mod:`heli_identifier.tracing.multistep.
 its rest angle and so acts as its constant torque does; the travel's zero acts on nothing.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.online import Estimate
 from heli_identifier.tracing.multistep.horizons import APART, HORIZONS, Starts, horizon_errors
 from heli_identifier.tracing.multistep.priors import Coordinate
 from heli_identifier.tracing.prediction.fit import difference_step
@@ -39,10 +40,13 @@ class Multistep:
     records : tuple of Starts
     base : PlantParameters
         Values of everything that is not fitted.
+    expected : mapping of str to Estimate
+        Effects that theory demands, by the field of their coefficient: the centre and width of its prior.
     """
 
     records: tuple[Starts, ...]
     base: PlantParameters
+    expected: Mapping[str, Estimate] = field(default_factory=dict)
 
     def parameters(self, fields: Sequence[Coordinate], x: NDArray[np.float64]) -> PlantParameters:
         """Parameter set at the coordinates ``x``; gains keep their sign."""

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import observe, observer_start
 from heli_identifier.tracing.prediction.workers import parallel
@@ -48,10 +49,16 @@ class Problem:
     records : tuple of Log
     bandwidth : float
         omega_f of the observer [rad/s].
+    expected : mapping of str to Estimate
+        Effects that every model of the rig has, by the field of their coefficient, which is known that well before.
+    horizontal_given : bool
+        Whether it is given, and not to be estimated, where the arm is horizontal.
     """
 
     records: tuple[Log, ...]
     bandwidth: float = 4.0
+    expected: Mapping[str, Estimate] = field(default_factory=dict)
+    horizontal_given: bool = False
     starts: tuple[PlantState, ...] = field(init=False)
 
     def __post_init__(self) -> None:

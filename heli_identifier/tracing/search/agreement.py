@@ -8,7 +8,6 @@ import numpy as np
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.model import (
     Model,
@@ -62,7 +61,7 @@ def agreement(
 
 def seen_at(model: Model, bandwidth: float) -> Model:
     """Refit a model under the observer of another filter frequency [rad/s]."""
-    problem, parameters = Problem(model.fit.problem.records, bandwidth), model.fit.parameters
+    problem, parameters = replace(model.fit.problem, bandwidth=bandwidth), model.fit.parameters
     unknowns = tuple(replace(u, columns=responses_in(u, problem, parameters)) for u in model.unknowns)
     columns = unknown_columns(problem, unknowns)
     fitted = fit(problem, parameters, model.fields, columns, model.fit.linear, tolerance=0.1, iterations=4)

@@ -4,7 +4,7 @@ The model without the effect is scanned again; rivals are refitted in its place.
 within a few units of that of the chosen effect is an alternative that these data cannot rule out.
 """
 
-from heli_identifier.tracing.search.candidates import candidates
+from heli_identifier.tracing.search.candidates import open_moves
 from heli_identifier.tracing.search.model import Model, without
 from heli_identifier.tracing.search.scan import Scan, scan, scored, subset
 from heli_identifier.tracing.search.selection import Selection
@@ -48,9 +48,9 @@ def alternatives(model: Model, effect: Effect, selection: Selection) -> list[Eff
 def _scan_of_rivals(reduced: Model, effect: Effect, selection: Selection) -> Scan:
     """Score the entries that act on an axis of ``effect`` at the model without it."""
     fit = reduced.fit
-    moves = candidates(fit.problem.records, fit.parameters)
+    moves = open_moves(fit)
     if AXES[ELEVATION] in effect.axes:
-        moves += best_steps(fit, selection.last.noise_whitener)
+        moves = [*moves, *best_steps(fit, selection.last.noise_whitener)]
     return scan(fit, [move for move in moves if _rival(move.effect, effect)])
 
 

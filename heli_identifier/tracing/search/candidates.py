@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from itertools import product
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.prediction.fit import Fit
 from heli_plant.effects import CATALOGUE, LAG, LOWEST_ELEVATION, STEP_TIMES, Effect, Shape
 from heli_plant.parameters import PlantParameters
 
@@ -45,6 +46,14 @@ def candidates(records: Sequence[Log], parameters: PlantParameters) -> list[Cand
         if getattr(parameters, entry.field) == 0.0 and not _steps(entry)
         for candidate in _moves(entry, parameters, lowest)
     ]
+
+
+def open_moves(fit: Fit) -> list[Candidate]:
+    """Every move of the catalogue that is open at a fit; where the horizontal is given, none moves it."""
+    offered, horizontal = candidates(fit.problem.records, fit.parameters), fit.parameters.horizontal_offset
+    if not fit.problem.horizontal_given:
+        return offered
+    return [move for move in offered if move.shapes.get("horizontal_offset", horizontal) == horizontal]
 
 
 def stepping_at(times: Sequence[float], parameters: PlantParameters) -> list[Candidate]:

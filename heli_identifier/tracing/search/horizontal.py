@@ -9,13 +9,17 @@ from dataclasses import replace
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, free_fields, needs_horizontal
 from heli_identifier.tracing.search.settings import SHAPE_PRICE
+from heli_plant.effects import effect_of
 
 
 def with_horizontal_offset(model: Model) -> Model:
     """Return ``model`` with the horizontal offset estimated, if its effects depend on it and the logs determine it."""
-    if not needs_horizontal(model.effects):
+    problem = model.fit.problem
+    if problem.horizontal_given or not needs_horizontal((*model.effects, *map(effect_of, problem.expected))):
         return model
-    fields = free_fields(model.effects, (*model.base, HORIZONTAL_OFFSET))
-    fitted = fit(model.fit.problem, model.fit.parameters, fields, model.extra, model.fit.linear, model.fit)
+    base = model.base if HORIZONTAL_OFFSET in model.base else (*model.base, HORIZONTAL_OFFSET)
+    fitted = fit(
+        problem, model.fit.parameters, free_fields(model.effects, base), model.extra, model.fit.linear, model.fit
+    )
     likelihood_ratio = 2.0 * (fitted.log_likelihood - model.fit.log_likelihood)
     return replace(model, fit=fitted) if likelihood_ratio > SHAPE_PRICE else model

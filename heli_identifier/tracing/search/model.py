@@ -11,7 +11,7 @@ from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.settings import COMPANION_SCORE
 from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
-from heli_plant.effects import AXES, Effect
+from heli_plant.effects import AXES, Effect, effect_of
 
 HORIZONTAL_OFFSET = "horizontal_offset"
 """Field of the elevation's offset from the horizontal arm, which several effects share."""
@@ -32,8 +32,12 @@ class Model:
 
     @property
     def base(self) -> tuple[str, ...]:
-        """Fields of the simplified model that its fit estimates, and the horizontal offset if it does."""
-        return tuple(name for name in (*BASE, HORIZONTAL_OFFSET) if name in self.fit.free)
+        """Fields that its fit estimates beside those of the effects found.
+
+        They are parameters of the simplified model, coefficients of expected effects, and the horizontal offset.
+        """
+        found = {name for effect in self.effects for name in (effect.field, *shape_fields(effect))}
+        return tuple(name for name in self.fit.free if name not in found)
 
     @property
     def extra(self) -> Residuals | None:
@@ -61,8 +65,8 @@ class Model:
 
 
 def free_fields(effects: Sequence[Effect], base: Sequence[str] = BASE) -> tuple[str, ...]:
-    """Fields ``base`` of the simplified model, and those of ``effects`` and of their shapes."""
-    fields = [name for name in base if name != HORIZONTAL_OFFSET or needs_horizontal(effects)]
+    """Fields ``base``, and those of ``effects`` and of their shapes."""
+    fields = list(base)
     for effect in effects:
         fields.append(effect.field)
         fields.extend(name for name in shape_fields(effect) if name not in fields)
@@ -128,9 +132,12 @@ def with_unknown(model: Model, unknown: Unknown) -> Model:
 def without(model: Model, effect: Effect) -> Model:
     """Refit ``model`` with one of its effects switched off."""
     rest = tuple(e for e in model.effects if e is not effect)
-    off = {effect.field: 0.0} if needs_horizontal(rest) else {effect.field: 0.0, HORIZONTAL_OFFSET: 0.0}
+    off, base, problem = {effect.field: 0.0}, model.base, model.fit.problem
+    if not problem.horizontal_given and not needs_horizontal((*rest, *map(effect_of, problem.expected))):
+        off[HORIZONTAL_OFFSET] = 0.0
+        base = tuple(name for name in base if name != HORIZONTAL_OFFSET)
     start = model.fit.parameters._replace(**off)
-    fitted = fit(model.fit.problem, start, free_fields(rest, model.base), model.extra, model.fit.linear, model.fit)
+    fitted = fit(problem, start, free_fields(rest, base), model.extra, model.fit.linear, model.fit)
     return Model(fitted, rest, model.unknowns)
 
 

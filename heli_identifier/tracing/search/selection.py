@@ -16,10 +16,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from heli_identifier.online import CLOSED
-from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
+from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
-from heli_identifier.tracing.search.candidates import candidates, companions
+from heli_identifier.tracing.search.candidates import companions, open_moves
+from heli_identifier.tracing.search.expected import null_model
 from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
@@ -107,7 +108,7 @@ class Selection:
 
 def score_catalogue(model: Model) -> Round:
     """Score the catalogue at a model."""
-    scanned = scan(model.fit, candidates(model.fit.problem.records, model.fit.parameters))
+    scanned = scan(model.fit, open_moves(model.fit))
     of_noise = noise_whitener(model.fit, scanned.raw)
     scanned = extended(scanned, best_steps(model.fit, of_noise))
     surrogates = largest_scores(scanned)
@@ -229,7 +230,7 @@ def select(problem: Problem, start: PlantParameters, free: Sequence[str] = BASE)
     free : sequence of str
         Parameters of the simplified model that every fit estimates.
     """
-    null = score_catalogue(Model(fit(problem, start, free)))
+    null = score_catalogue(null_model(problem, start, free))
     null_fit = null.model.fit
     named = current = add_named(null_fit, null)
     if (left := unknown_beside_named(null_fit, named)) is not None and named is not null:

@@ -40,6 +40,8 @@ class FittedPlant:
     disputed : tuple of Disagreement
         Fields whose estimates by errors and by likelihood differ by more than chance; their intervals span both.
     converged : bool
+    expected : tuple of str
+        Coefficients of effects that the model before has.
     fit : MultistepFit or None
         None where predictions diverge wherever a fit begins: the plant is then the likeliest one.
     """
@@ -49,17 +51,18 @@ class FittedPlant:
     undetermined: tuple[str, ...] = ()
     disputed: tuple[Disagreement, ...] = ()
     converged: bool = True
+    expected: tuple[str, ...] = ()
     fit: MultistepFit | None = None
 
     @property
     def base(self) -> dict[str, Estimate]:
-        """Parameters of the simplified model and the motors' time constant, by the paper's symbols."""
-        return {field: self.estimates[field] for field in (*BASE, "T_m")}
+        """Parameters of the model before: those of the simplified one by the paper's symbols, expected effects."""
+        return {field: self.estimates[field] for field in (*BASE, *self.expected, "T_m")}
 
     @property
     def of_effects(self) -> dict[str, Estimate]:
         """Coefficients and shapes of effects and tables of unknown curves, by the plant's fields."""
-        return {field: value for field, value in self.estimates.items() if field not in (*BASE, "T_m")}
+        return {field: value for field, value in self.estimates.items() if field not in self.base}
 
     @property
     def tables(self) -> dict[str, Estimate]:
@@ -104,7 +107,11 @@ class Plants:
 
     @property
     def _base(self) -> tuple[str, ...]:
-        return tuple(field for field in BASE if field in self.null.free)
+        return (*(field for field in BASE if field in self.null.free), *self._expected)
+
+    @property
+    def _expected(self) -> tuple[str, ...]:
+        return tuple(self.null.problem.expected)
 
     def _fitted(
         self, by_likelihood: Fit, fields: tuple[str, ...], tables: Mapping[str, Estimate] = MappingProxyType({})
@@ -112,7 +119,7 @@ class Plants:
         """Fit by multi-step errors; by likelihood where predictions diverge wherever the fit begins."""
         base = by_likelihood.parameters._replace(**{field: table.value for field, table in tables.items()})
         try:
-            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, base), fields)
+            found: MultistepFit | Fit = fit_multistep(Multistep(self.starts, base, self.null.problem.expected), fields)
         except ValueError:
             found = by_likelihood
         return self._plant(found, by_likelihood, fields, tables)
@@ -125,13 +132,16 @@ class Plants:
         tables: Mapping[str, Estimate],
     ) -> FittedPlant:
         likeliest = by_likelihood.parameters
-        given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in (*BASE, "T_m")}
+        model = (*BASE, *self._expected, "T_m")
+        given = {field: Estimate(getattr(likeliest, field), None, BY_FIELD[field].unit) for field in model}
         shapes = {field: by_likelihood.estimate(field) for field in by_likelihood.free if field not in BASE}
-        estimates = given | shapes | dict(tables) | {field: found.estimate(field) for field in fields}
+        estimates = given | shapes | dict(tables)
         if not isinstance(found, MultistepFit):
-            return FittedPlant(found.parameters, estimates, converged=found.converged)
+            estimates |= {field: found.estimate(field) for field in fields if field in found.free}
+            return FittedPlant(found.parameters, estimates, converged=found.converged, expected=self._expected)
+        estimates |= {field: found.estimate(field) for field in fields}
         undetermined = tuple(field for field in found.undetermined if field in BASE)
         pairs = [(f, estimates[f], by_likelihood.estimate(f)) for f in fields if f in by_likelihood.free]
         disputed = tuple(Disagreement(*pair) for pair in pairs if disagree(*pair[1:]))
         estimates |= {d.field: spanning(d.by_errors, d.by_likelihood) for d in disputed}
-        return FittedPlant(found.parameters, estimates, undetermined, disputed, found.converged, found)
+        return FittedPlant(found.parameters, estimates, undetermined, disputed, found.converged, self._expected, found)
