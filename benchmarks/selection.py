@@ -25,6 +25,7 @@ from benchmarks.page import ROOT
 from benchmarks.selection_rigs import Entries, Matrix, chosen, matrices
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, ratio, seconds_of
+from heli_identifier.tracing.search.expected import null_model
 from heli_identifier.tracing.search.selection import select
 
 ROUNDS = 2
@@ -93,7 +94,7 @@ def whole_answer(rigs: Sequence[Matrix]) -> Answer:
     selected: list[Entries] = []
 
     def search(rig: Matrix) -> None:
-        model = select(rig.problem, rig.start).model
+        model = select(null_model(rig.problem, rig.start)).model
         unknown = [("unknown", unknown.axis) for unknown in model.unknowns]
         selected.append(frozenset([*((effect.name, effect.axis) for effect in model.effects), *unknown]))
 

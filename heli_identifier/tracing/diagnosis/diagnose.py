@@ -2,12 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from functools import partial
 from time import perf_counter
 
 from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_apart, check_excitation, check_moving, named_apart
+from heli_identifier.tracing.alignment.aligned import aligned
 from heli_identifier.tracing.diagnosis.conclusions import (
     catalogue_verdicts,
     correlation,
@@ -27,13 +29,13 @@ from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, re
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import beside
 from heli_identifier.tracing.search.ambiguity import alternatives
+from heli_identifier.tracing.search.expected import null_model
 from heli_identifier.tracing.search.model import Model, without_unknown
 from heli_identifier.tracing.search.selection import Selection, select
 from heli_identifier.tracing.search.settings import SIGNIFICANCE
 from heli_identifier.tracing.validation.beyond import find_beyond
 from heli_identifier.tracing.validation.comparison import HeldOutRun, compared
 from heli_identifier.tracing.validation.confirmation import confirm
-from heli_identifier.tracing.validation.held_out import hold_out
 from heli_identifier.tracing.validation.plants import RATE
 from heli_identifier.tracing.validation.single_logs import values_of_logs
 from heli_plant.effects import Effect
@@ -98,17 +100,10 @@ def _diagnosed(
     slowest = min((settings.bandwidth, *settings.agreement))
     _check_long_enough((*training, *held_out_logs), slowest)
     used = without_events(training, held_out_logs, settings.voltage_limit, slowest, settings.keep_events)
-    problem = Problem(
-        tuple(reduce_log(log) for log in used.training),
-        settings.bandwidth,
-        settings.effects,
-        settings.horizontal is not None,
-    )
-    held_out = hold_out(used.held_out, settings.bandwidth)
     progress("searching the catalogue", 0.05)
-    start = first_estimate(problem.records, settings.base_parameters(), settings.free)
-    selection = select(problem, start, settings.free)
-    null = selection.null.model.fit
+    began_with = aligned(used.training, used.held_out, partial(model_before, settings=settings))
+    null, held_out = began_with.null.fit, began_with.held_out
+    selection = select(began_with.null)
     progress("checking at other filter frequencies and on the held-out logs", 0.6)
     checked = confirm(selection, settings.agreement, held_out)
     selection, validated, agreed, withdrawn = checked.selection, checked.validation, checked.agreed, checked.withdrawn
@@ -122,7 +117,7 @@ def _diagnosed(
         ()
         if plant_after.fit is None
         else values_of_logs(
-            plant_after.fit, (*validated.plants.starts, *(Starts(reduce_log(log, RATE)) for log in used.held_out))
+            plant_after.fit, (*validated.plants.starts, *(Starts(reduce_log(log, RATE)) for log in held_out.logs))
         )
     )
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
@@ -152,6 +147,7 @@ def _diagnosed(
         logs=logs_alone,
         notes=(
             *used.notes,
+            *began_with.notes,
             *stranger_notes(logs_alone),
             *left_out_notes(effects, validated.left_out),
             *diagnosis_notes(null, beyond, axes, settings),
@@ -159,6 +155,13 @@ def _diagnosed(
         seconds=perf_counter() - began,
         events=used.events,
     )
+
+
+def model_before(training: Sequence[Log], settings: DiagnosisSettings) -> Model:
+    """Fit the simplified model, and what the settings expect beside it, to the training logs."""
+    records, given = tuple(reduce_log(log) for log in training), settings.horizontal is not None
+    problem = Problem(records, settings.bandwidth, settings.effects, given)
+    return null_model(problem, first_estimate(records, settings.base_parameters(), settings.free), settings.free)
 
 
 def _check_long_enough(logs: Sequence[Log], bandwidth: float) -> None:

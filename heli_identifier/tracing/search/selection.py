@@ -16,11 +16,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from heli_identifier.online import CLOSED
-from heli_identifier.tracing.prediction.fit import BASE, Fit
-from heli_identifier.tracing.prediction.problem import Problem
+from heli_identifier.tracing.prediction.fit import Fit
 from heli_identifier.tracing.prediction.whitening import Whitener
 from heli_identifier.tracing.search.candidates import companions, open_moves
-from heli_identifier.tracing.search.expected import null_model
 from heli_identifier.tracing.search.feedback import feedback_score
 from heli_identifier.tracing.search.model import Model, eliminated, with_unknown
 from heli_identifier.tracing.search.noise import noise_whitener
@@ -45,7 +43,6 @@ from heli_identifier.tracing.search.threshold import largest_scores, quantile
 from heli_identifier.tracing.search.trials import Trial, Trials, named_trials, passes, trial
 from heli_identifier.tracing.search.unknown import Unknown, search
 from heli_plant.effects import AXES
-from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,18 +216,15 @@ def unknown_beside_named(null: Fit, current: Round) -> Unknown | None:
     return None
 
 
-def select(problem: Problem, start: PlantParameters, free: Sequence[str] = BASE) -> Selection:
-    """Search for what the records of a problem hold beyond the simplified model.
+def select(null_model: Model) -> Selection:
+    """Search for what the logs hold beyond the model before.
 
     Parameters
     ----------
-    problem : Problem
-    start : PlantParameters
-        Where the fit of the null model begins, with the values of what is given.
-    free : sequence of str
-        Parameters of the simplified model that every fit estimates.
+    null_model : Model
+        The model before, as :func:`heli_identifier.tracing.search.expected.null_model` fits it.
     """
-    null = score_catalogue(null_model(problem, start, free))
+    null = score_catalogue(null_model)
     null_fit = null.model.fit
     named = current = add_named(null_fit, null)
     if (left := unknown_beside_named(null_fit, named)) is not None and named is not null:
