@@ -1,6 +1,6 @@
 """Deals of a rig's logs at random: half to fit, a quarter held out, a quarter that nobody saw, several times.
 
-Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6]. A RIG is a folder of logs or a pattern of
+Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6] [--as-read]. A RIG is a folder of logs or a pattern of
 files ("logs/ntnu-*.csv"), with :data:`OPPOSITE` behind it if its pitch counts the other way. Every deal is diagnosed.
 Printed are the errors of its plants 1 s and 2 s ahead on the unseen quarter over those of the null model fitted by the
 one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of the families named, shown and
@@ -11,6 +11,7 @@ import argparse
 import glob
 import sys
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from time import perf_counter
@@ -20,6 +21,8 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect, PossibleEffect, diagnose
+from heli_identifier.tracing.alignment.aligned import aligned
+from heli_identifier.tracing.diagnosis.diagnose import model_before
 from heli_identifier.tracing.multistep.horizons import Starts, root_mean_squares
 from heli_identifier.tracing.prediction.ahead import SPACING
 from heli_identifier.tracing.prediction.fit import fit
@@ -63,15 +66,25 @@ def add_deal_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--from", dest="first", type=float, default=6.0, help="first instant kept [s]")
 
 
-def one_deal(logs: Sequence[Log], random: np.random.Generator) -> tuple[NDArray[np.float64], set[str], list[str]]:
-    """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the families named, and what to print."""
+def one_deal(
+    logs: Sequence[Log], random: np.random.Generator, as_read: bool = False
+) -> tuple[NDArray[np.float64], set[str], list[str]]:
+    """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the families named, and what to print.
+
+    An unseen log whose elevation was zeroed in another position is shifted as a held-out log is, unless ``as_read``.
+    """
     training, held_out, unseen = ([logs[i] for i in part] for part in deal(len(logs), random))
     limit = voltage_limit(logs)
     observed = Problem(tuple(reduce_log(log) for log in training))
     one_step = fit(observed, first_estimate(observed.records, PlantParameters(v_max=limit)))
+    settings = DiagnosisSettings(voltage_limit=limit)
+    notes: tuple[str, ...] = ()
+    if not as_read:
+        together = aligned(training, (*held_out, *unseen), partial(model_before, settings=settings))
+        notes, unseen = together.notes, list(together.held_out.logs[len(held_out) :])
     judges = [Starts(reduce_log(log), SPACING) for log in unseen]
     began = perf_counter()
-    found = diagnose(training, held_out=held_out, settings=DiagnosisSettings(voltage_limit=limit))
+    found = diagnose(training, held_out=held_out, settings=settings)
     seconds = perf_counter() - began
     plants = (found.plant_before, found.plant_shown, found.plant_after, found.plant_everything or found.plant_after)
     reference = root_mean_squares(judges, one_step.parameters)[1:]
@@ -82,6 +95,7 @@ def one_deal(logs: Sequence[Log], random: np.random.Generator) -> tuple[NDArray[
         f"    predictive: {_named(found.predictive)}",
         f"    possible: {_named(found.possible)}",
         f"    {seconds:.1f} s, logs that do not belong: {[log.log for log in found.logs if not log.belongs]}",
+        *(f"    {note}" for note in notes),
     ]
     return ratios, {_family(effect) for effect in (*found.effects, *found.predictive)}, lines
 
@@ -112,7 +126,7 @@ def main(arguments: Sequence[str]) -> None:
         logs = rig_logs(rig, asked.first)
         ratios, sets = [], []
         for number in range(asked.deals):
-            ratio, named, lines = one_deal(logs, np.random.default_rng((asked.seed, number)))
+            ratio, named, lines = one_deal(logs, np.random.default_rng((asked.seed, number)), asked.as_read)
             print(f"{rig}, deal {number}", *lines, sep="\n", flush=True)
             ratios.append(ratio)
             sets.append(named)
@@ -141,6 +155,7 @@ def _summary(rigs: Sequence[NDArray[np.float64]]) -> None:
 def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.deals", description=(__doc__ or "").split("\n")[0])
     add_deal_options(parser)
+    parser.add_argument("--as-read", action="store_true", help="shift no unseen log whose zero is in another position")
     return parser.parse_args(arguments)
 
 

@@ -43,7 +43,7 @@ ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "workbe
 
 INNER_ROOMS = tuple(
     f"{H}.tracing.{room}"
-    for room in ("prediction", "multistep", "predictive", "events", "search", "validation", "diagnosis")
+    for room in ("prediction", "multistep", "predictive", "events", "search", "validation", "alignment", "diagnosis")
 )
 """The same inside of ``tracing``."""
 
