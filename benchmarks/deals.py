@@ -3,7 +3,7 @@
 Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6] [--as-read]. A RIG is a folder of logs or a
 pattern of files ("logs/ntnu-*.csv"), with :data:`OPPOSITE` behind it if its pitch counts the other way. Every deal is
 diagnosed. Printed are the errors of its plants 1 s and 2 s ahead on the unseen quarter over those of the null model
-fitted by the one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of the families named,
+fitted by the one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of families named,
 shown and predictive together, over the pairs of deals of which at least one names something.
 """
 

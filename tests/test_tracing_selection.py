@@ -9,10 +9,11 @@ from scipy.stats import chi2
 from heli_identifier.records.log import Log
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem, reduce_log
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate, lagged_voltages
 from heli_identifier.tracing.search.candidates import companions
-from heli_identifier.tracing.search.model import Model, effect_score, free_fields
+from heli_identifier.tracing.search.expected import null_model
+from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields
 from heli_identifier.tracing.search.scan import admissible
 from heli_identifier.tracing.search.selection import (
     add_companions,
@@ -27,7 +28,7 @@ from heli_identifier.tracing.search.settings import (
     SHARE_BESIDE_SAME_MECHANISM,
     UNKNOWN_LEVEL,
 )
-from heli_identifier.tracing.search.trials import Trial, smallest, started
+from heli_identifier.tracing.search.trials import Trial, passes, smallest, started
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2
 from tests.blind.generator import NAMES, make_rig
@@ -41,7 +42,7 @@ def searched(kind, seed=SEED, scale=1.0):
     logs = [Log(n, 100.0, log[:, 1:3], log[:, 3:]) for n, log in zip(NAMES, blind.train, strict=False)]
     problem = Problem(tuple(reduce_log(log) for log in logs))
     start = first_estimate(problem.records, DiagnosisSettings().base_parameters())
-    return select(problem, start), blind.truth
+    return select(null_model(problem, start)), blind.truth
 
 
 def named(selection):
@@ -143,7 +144,7 @@ def test_a_voltage_that_the_encoder_reads_at_once_is_no_bending_mode():
         read_at_once = 3e-3 * lagged_voltages(log, TABLE_2.T_m).sum(axis=1)
         logs.append(replace(log, angles=log.angles + read_at_once[:, None] * np.array((0.0, 1.0, 0.0))))
     problem = Problem(tuple(reduce_log(log) for log in logs))
-    found = select(problem, first_estimate(problem.records, DiagnosisSettings().base_parameters()))
+    found = select(null_model(problem, first_estimate(problem.records, DiagnosisSettings().base_parameters())))
     assert ("arm_bending", "elevation") not in named(found)
 
 
@@ -203,3 +204,23 @@ def test_a_second_law_of_friction_must_be_more_than_what_the_first_one_idealises
     # drag is another mechanism, and friction of another axis another part
     assert material("quadratic_drag", "pitch", between)
     assert material("breakaway_friction", "elevation", between)
+
+
+def test_an_effect_that_turns_a_gain_of_the_voltages_around_is_none_of_the_rig(clean):
+    fitted = clean[0].model.fit
+    friction = effect("dry_friction", "pitch")
+    known = fitted.parameters._replace(dry_friction_pitch=0.02)
+    tried = Trial(friction, replace(fitted, parameters=known), 100.0, 10.0)
+    assert passes(tried, 5.0)
+    assert not passes(replace(tried, reverses=True), 5.0)
+
+
+def test_a_bending_mode_that_further_effects_make_too_fast_is_dropped():
+    """At 20 Hz the mode follows the voltages within a sample: the encoder would read them at once."""
+    bending = effect("arm_bending", "elevation")
+    truth = TABLE_2._replace(arm_bending_elevation=0.02, bending_frequency=20.0, bending_damping=0.3)
+    problem = Problem(tuple(noisy(truth, drive(40.0, seed), seed) for seed in (1, 2)))
+    fitted = fit(problem, truth, free_fields((bending,)))
+    assert fitted.parameters.bending_frequency > 0.5 * REDUCED_RATE
+    assert effect_score(fitted, bending) > 5.0
+    assert eliminated(Model(fitted, (bending,)), 5.0).effects == ()

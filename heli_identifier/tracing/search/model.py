@@ -7,11 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
-from heli_identifier.tracing.prediction.problem import Problem, Residuals
+from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.settings import COMPANION_SCORE
 from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
-from heli_plant.effects import AXES, Effect, effect_of
+from heli_plant.effects import AXES, BENDING, Effect, effect_of
 
 HORIZONTAL_OFFSET = "horizontal_offset"
 """Field of the elevation's offset from the horizontal arm, which several effects share."""
@@ -151,8 +151,18 @@ def without_unknown(model: Model, unknown: Unknown) -> Model:
     return Model(fitted, model.effects, rest)
 
 
+def is_resolved(fit_: Fit, effect: Effect) -> bool:
+    """Whether a bending mode is slow enough for the innovations to tell it from a voltage read by the encoder at once.
+
+    Under a controller the voltages answer the encoder's noise, and such a reading can be what the loop makes of it.
+    """
+    return effect.place != BENDING or fit_.parameters.bending_frequency < 0.5 * REDUCED_RATE
+
+
 def eliminated(model: Model, threshold: float) -> Model:
-    """Drop, weakest first, every effect whose score has fallen below ``threshold``."""
+    """Drop what further effects have left unresolved, and, weakest first, what scores below ``threshold``."""
+    while (unresolved := next((e for e in model.effects if not is_resolved(model.fit, e)), None)) is not None:
+        model = without(model, unresolved)
     while model.effects:
         weakest = min(model.effects, key=lambda e: abs(effect_score(model.fit, e)))
         if abs(effect_score(model.fit, weakest)) >= threshold:

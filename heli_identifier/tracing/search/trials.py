@@ -9,15 +9,17 @@ from numpy.typing import NDArray
 
 from heli_identifier.tracing.prediction.fit import Fit, clipped, explained, fit, log_likelihood
 from heli_identifier.tracing.prediction.linear_refit import linear_refit
-from heli_identifier.tracing.prediction.problem import REDUCED_RATE
 from heli_identifier.tracing.prediction.whitening import fit_whitener
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.candidates import Candidate, shape_fields
-from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, effect_score, free_fields
+from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, effect_score, free_fields, is_resolved
 from heli_identifier.tracing.search.scan import Scan, admissible
 from heli_identifier.tracing.search.settings import CONTENDING_SHARE, LAW_SHARE, SHAPE_PRICE, SHORTLIST
-from heli_plant.effects import AXES, BENDING, DELAY, LAG, Effect
+from heli_plant.effects import AXES, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
+
+GAINS = ("k_x", "k_z", "k_y")
+"""Gains of the voltages, whose signs are the rig's wiring."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +34,15 @@ class Trial:
         Likelihood-ratio statistic over the model without the effect, less the price of its shape parameters.
     score : float
         Coefficient over its standard error.
+    reverses : bool
+        Whether a gain of the voltages has another sign than without the effect.
     """
 
     effect: Effect
     fit: Fit
     likelihood_ratio: float
     score: float
+    reverses: bool = False
 
 
 def started(parameters: PlantParameters, candidate: Candidate, coefficient: float) -> PlantParameters:
@@ -89,7 +94,8 @@ def trial(model: Model, candidate: Candidate, coefficient: float, changes: NDArr
     fitted = fit(known.problem, begin[0], free_fields((*model.effects, effect), base), model.extra, begin[1], known)
     price = SHAPE_PRICE * (len(shape_fields(effect)) + offset)
     likelihood_ratio = 2.0 * (fitted.log_likelihood - known.log_likelihood) - price
-    return Trial(effect, fitted, likelihood_ratio, effect_score(fitted, effect))
+    reverses = any(getattr(fitted.parameters, gain) * getattr(known.parameters, gain) < 0.0 for gain in GAINS)
+    return Trial(effect, fitted, likelihood_ratio, effect_score(fitted, effect), reverses)
 
 
 Start = tuple[PlantParameters, NDArray[np.float64]]
@@ -194,20 +200,16 @@ def certain_first(ranked: list[Trial]) -> list[Trial]:
 
 
 def passes(candidate: Trial, threshold: float) -> bool:
-    """Whether a refitted effect is inside its range and large enough, and both score and likelihood ratio pass."""
+    """Whether a refitted effect is inside its range and large enough, and both score and likelihood ratio pass.
+
+    An effect beside which a gain of the voltages changes its sign is not of the rig: under a controller the inverse of
+    the controller explains the voltages, too, and a law that lets it in explains more than any law of the plant.
+    """
     effect = candidate.effect
     value = getattr(candidate.fit.parameters, effect.field)
     inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
-    possible = inside and is_resolved(candidate.fit, effect)
+    possible = inside and is_resolved(candidate.fit, effect) and not candidate.reverses
     return possible and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
-
-
-def is_resolved(fit_: Fit, effect: Effect) -> bool:
-    """Whether a bending mode is slow enough for the innovations to tell it from a voltage read by the encoder at once.
-
-    Under a controller the voltages answer the encoder's noise, and such a reading can be what the loop makes of it.
-    """
-    return effect.place != BENDING or fit_.parameters.bending_frequency < 0.5 * REDUCED_RATE
 
 
 def smallest(fit_: Fit, effect: Effect) -> float:
