@@ -13,7 +13,7 @@ from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, re
 from heli_identifier.tracing.prediction.start import first_estimate, lagged_voltages
 from heli_identifier.tracing.search.candidates import companions
 from heli_identifier.tracing.search.expected import null_model
-from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields
+from heli_identifier.tracing.search.model import Model, effect_score, eliminated, free_fields, without
 from heli_identifier.tracing.search.scan import admissible
 from heli_identifier.tracing.search.selection import (
     add_companions,
@@ -28,7 +28,7 @@ from heli_identifier.tracing.search.settings import (
     SHARE_BESIDE_SAME_MECHANISM,
     UNKNOWN_LEVEL,
 )
-from heli_identifier.tracing.search.trials import Trial, passes, smallest, started
+from heli_identifier.tracing.search.trials import Trial, holds_unaveraged, passes, smallest, started
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.parameters import TABLE_2
 from tests.blind.generator import NAMES, make_rig
@@ -224,3 +224,16 @@ def test_a_bending_mode_that_further_effects_make_too_fast_is_dropped():
     assert fitted.parameters.bending_frequency > 0.5 * REDUCED_RATE
     assert effect_score(fitted, bending) > 5.0
     assert eliminated(Model(fitted, (bending,)), 5.0).effects == ()
+
+
+@pytest.mark.slow
+def test_averaging_takes_nothing_from_a_bending_mode_that_is_there():
+    """The likelihood ratio of data cannot be less than that of a function of them."""
+    found = searched("arm_bending")[0].model
+    mode = effect("arm_bending", "elevation")
+    without_it = without(found, mode)
+    tried = Trial(mode, found.fit, 2.0 * (found.fit.log_likelihood - without_it.fit.log_likelihood), 10.0)
+    assert holds_unaveraged(without_it, tried)
+    # a gain that only the averages show is none
+    fitted = replace(found.fit, log_likelihood=without_it.fit.log_likelihood + 2.0 * 0.5 * tried.likelihood_ratio)
+    assert not holds_unaveraged(without_it, replace(tried, fit=fitted))

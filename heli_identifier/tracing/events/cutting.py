@@ -9,15 +9,11 @@ from heli_identifier.records import Log
 from heli_identifier.tracing.events.equation import WINDOW
 from heli_identifier.tracing.events.event import Event
 from heli_identifier.tracing.events.finding import find_events
-from heli_identifier.tracing.prediction.problem import REDUCED_RATE, SETTLING
-from heli_identifier.tracing.prediction.whitening import ORDER
+from heli_identifier.tracing.prediction.problem import MEMORY, SETTLING
 
 MARGIN = WINDOW
 """Time [s] that is cut beside an event: the residual that finds it is blurred by half of the window, and its edges are
 known to .2 s."""
-
-MEMORY = ORDER / REDUCED_RATE
-"""Memory [s] of the whitener."""
 
 LEFT_TO_FIT = 2.0
 """A piece holds this many times the memory of the whitener, beyond the observer's settling."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem
+from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.whitening import Whitener
 
 BLOCK_SECONDS = 4.0
@@ -36,7 +36,7 @@ def block_covariance(
 
 def block_labels(problem: Problem, order: int) -> NDArray[np.intp]:
     """Label each whitened sample with the number of its time block, shape (M,)."""
-    width = max(1, int(BLOCK_SECONDS * REDUCED_RATE))
+    width = max(1, int(BLOCK_SECONDS * problem.reduced_rate))
     labels, first = [], 0
     for length in problem.lengths:
         own = np.arange(length - order) // width

@@ -180,7 +180,7 @@ def fit(
     raw = linearised(near)
     taken_at = parameters if near is None else near.parameters
     for _ in range(iterations):
-        whitener = fit_whitener(residuals)
+        whitener = fit_whitener(residuals, problem.order)
         white = whitener.apply(residuals)
         jacobian = whitener.apply(raw)
         scale = np.linalg.norm(jacobian, axis=0)
@@ -213,7 +213,7 @@ def fit(
         if np.all(np.abs(actual) <= tolerance * errors):
             converged = True
             break
-    whitener = fit_whitener(residuals)
+    whitener = fit_whitener(residuals, problem.order)
     white = whitener.apply(residuals)
     jacobian = whitener.apply(raw)
     covariance = block_covariance(problem, whitener, jacobian, white)

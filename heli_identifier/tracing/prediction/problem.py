@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.observer import observe, observer_start
+from heli_identifier.tracing.prediction.whitening import ORDER
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
@@ -22,6 +23,9 @@ Residuals = list[NDArray[np.float64]]
 
 REDUCED_RATE = 25.0
 """Rate [Hz] of the innovations after block averaging: above the fastest bending mode that logs resolve."""
+
+MEMORY = ORDER / REDUCED_RATE
+"""Memory [s] of the autoregressions that whiten the innovations."""
 
 SETTLING = 10.0
 """The first SETTLING / omega_f seconds of a record still carry its unknown start and are left out."""
@@ -53,12 +57,15 @@ class Problem:
         Effects that every model of the rig has, by the field of their coefficient, which is known that well before.
     horizontal_given : bool
         Whether it is given, and not to be estimated, where the arm is horizontal.
+    reduced_rate : float
+        Rate [Hz] of the innovations after block averaging.
     """
 
     records: tuple[Log, ...]
     bandwidth: float = 4.0
     expected: Mapping[str, Estimate] = field(default_factory=dict)
     horizontal_given: bool = False
+    reduced_rate: float = REDUCED_RATE
     starts: tuple[PlantState, ...] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -66,7 +73,12 @@ class Problem:
 
     def factor(self, record: Log) -> int:
         """Count the samples of a record that are averaged into one."""
-        return max(1, round(1.0 / (record.step * REDUCED_RATE)))
+        return max(1, round(1.0 / (record.step * self.reduced_rate)))
+
+    @property
+    def order(self) -> int:
+        """Order of the autoregressions of the innovations, whose memory is the same at every rate."""
+        return round(self.reduced_rate * MEMORY)
 
     def reduce(self, record: Log, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Average blocks of a record's signal (N, ...) down to the reduced rate and drop the settling time."""

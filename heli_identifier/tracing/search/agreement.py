@@ -7,17 +7,16 @@ from functools import partial
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.search.model import (
     Model,
     effect_score,
-    unknown_columns,
+    refit_in,
     without,
     without_unknown,
 )
 from heli_identifier.tracing.search.stability import own_response
-from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent, responses_in
+from heli_identifier.tracing.search.unknown import Unknown, one_degree_equivalent
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_plant.effects import Effect
 
@@ -61,11 +60,7 @@ def agreement(
 
 def seen_at(model: Model, bandwidth: float) -> Model:
     """Refit a model under the observer of another filter frequency [rad/s]."""
-    problem, parameters = replace(model.fit.problem, bandwidth=bandwidth), model.fit.parameters
-    unknowns = tuple(replace(u, columns=responses_in(u, problem, parameters)) for u in model.unknowns)
-    columns = unknown_columns(problem, unknowns)
-    fitted = fit(problem, parameters, model.fields, columns, model.fit.linear, tolerance=0.1, iterations=4)
-    return Model(fitted, model.effects, unknowns)
+    return refit_in(model, replace(model.fit.problem, bandwidth=bandwidth), tolerance=0.1, iterations=4)
 
 
 def _failures(model: Model, other: Model, bandwidth: float) -> Iterator[tuple[float, Effect | Unknown, str]]:

@@ -1,7 +1,7 @@
 """A fitted model with the effects found so far, and the moves that change it: add, leave out, add an unknown torque."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ from heli_identifier.tracing.prediction.fit import BASE, Fit, fit
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, Residuals
 from heli_identifier.tracing.search.candidates import shape_fields
 from heli_identifier.tracing.search.settings import COMPANION_SCORE
-from heli_identifier.tracing.search.unknown import Unknown, refine_periodic
+from heli_identifier.tracing.search.unknown import Unknown, refine_periodic, responses_in
 from heli_plant.effects import AXES, BENDING, Effect, effect_of
 
 HORIZONTAL_OFFSET = "horizontal_offset"
@@ -116,6 +116,14 @@ def asked_score(model: Model, effect: Effect, threshold: float) -> float:
     """Score that an effect of a model has to have; a coupling that the model has on another axis too is expected."""
     expected = effect.coupled and any(e.name == effect.name and e is not effect for e in model.effects)
     return COMPANION_SCORE if expected else threshold
+
+
+def refit_in(model: Model, problem: Problem, iterations: int = 16, tolerance: float = 3e-2) -> Model:
+    """Refit ``model`` in another problem of the same records; iterations and tolerance are those of the fit."""
+    unknowns = tuple(replace(u, columns=responses_in(u, problem, model.fit.parameters)) for u in model.unknowns)
+    columns = unknown_columns(problem, unknowns)
+    fitted = fit(problem, model.fit.parameters, model.fields, columns, model.fit.linear, None, iterations, tolerance)
+    return Model(fitted, model.effects, unknowns)
 
 
 def with_unknown(model: Model, unknown: Unknown) -> Model:

@@ -1,7 +1,7 @@
 """Candidates that could win a round, refitted in the plant: likelihood ratio, score, and whether they pass."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,8 +15,13 @@ from heli_identifier.tracing.search.candidates import Candidate, shape_fields
 from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, effect_score, free_fields, is_resolved
 from heli_identifier.tracing.search.scan import Scan, admissible
 from heli_identifier.tracing.search.settings import CONTENDING_SHARE, LAW_SHARE, SHAPE_PRICE, SHORTLIST
-from heli_plant.effects import AXES, DELAY, LAG, Effect
+from heli_identifier.tracing.search.unaveraged import unaveraged
+from heli_plant.effects import AXES, BENDING, DELAY, LAG, Effect
 from heli_plant.parameters import PlantParameters
+
+KEPT = 0.8
+"""Share of an effect's gain in log-likelihood that is there without averaging; the rest is for the noise models, which
+are not the same."""
 
 GAINS = ("k_x", "k_z", "k_y")
 """Gains of the voltages, whose signs are the rig's wiring."""
@@ -111,7 +116,7 @@ def likelier(model: Model, one: Start, other: Start) -> Start:
             residuals = explained(residuals, model.extra, start[1])
         if not all(np.isfinite(r).all() for r in residuals):
             return -np.inf
-        return log_likelihood(model.fit.problem, fit_whitener(residuals))
+        return log_likelihood(model.fit.problem, fit_whitener(residuals, model.fit.problem.order))
 
     return max((one, other), key=log_likelihood_at)
 
@@ -177,7 +182,11 @@ def named_trials(model: Model, scanned: Scan, noise_scan: Scan, threshold: float
     left = contenders(scanned, noise_scan, 0.8 * threshold)
     while left:
         few = [c for c in left[:SHORTLIST] if c.likelihood_ratio >= CONTENDING_SHARE * left[0].likelihood_ratio]
-        passing = [t for t in refitted(model, scanned, few, trials) if passes(t, threshold)]
+        passing = [
+            tried
+            for tried in refitted(model, scanned, few, trials)
+            if passes(tried, threshold) and holds_unaveraged(model, tried)
+        ]
         if passing:
             return certain_first(simplest_first(sorted(passing, key=lambda t: -t.likelihood_ratio)))
         left = left[len(few) :]
@@ -210,6 +219,15 @@ def passes(candidate: Trial, threshold: float) -> bool:
     inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
     possible = inside and is_resolved(candidate.fit, effect) and not candidate.reverses
     return possible and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
+
+
+def holds_unaveraged(model: Model, tried: Trial) -> bool:
+    """Whether a bending mode gains as much in innovations that are not averaged: an average has no more information."""
+    if tried.effect.place != BENDING:
+        return True
+    with_it = replace(model, fit=tried.fit, effects=(*model.effects, tried.effect))
+    averaged = tried.fit.log_likelihood - model.fit.log_likelihood
+    return unaveraged(with_it).fit.log_likelihood - unaveraged(model).fit.log_likelihood >= KEPT * averaged
 
 
 def smallest(fit_: Fit, effect: Effect) -> float:
