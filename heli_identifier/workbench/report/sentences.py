@@ -15,6 +15,7 @@ from heli_identifier.tracing import (
     Withdrawal,
 )
 from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
 VARIABLES = {
@@ -58,6 +59,9 @@ def effect_name(name: str, axis: str) -> str:
 
 def meaning(field: str) -> str:
     """Give a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
+    known = next((effect for effect in CATALOGUE if effect.field == field), None)
+    if known is not None:
+        return effect_name(known.name, known.axis)
     return BY_FIELD[field].name.replace(".", " ").replace("_", " ")
 
 
