@@ -185,6 +185,7 @@ def example(logs=None):
             FoundEffect(
                 "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.NOT_SHOWN, (("input_delay", "rotors"),),
                 NamedShape(), 15.0, evidence=Evidence.PREDICTIVE, stability=0.94, worth=0.12,
+                by_likelihood=Estimate(0.028, 3e-3, "s"),
                 together="lag and delay of the rotors together: 110 ms",
             ),
         ),

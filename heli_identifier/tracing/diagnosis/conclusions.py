@@ -15,6 +15,7 @@ from heli_identifier.tracing.search.description import described
 from heli_identifier.tracing.search.experiments import separating
 from heli_identifier.tracing.search.found_effect import FoundEffect, NamedShape
 from heli_identifier.tracing.search.model import Model, effect_score
+from heli_identifier.tracing.search.one_step import one_step_estimate
 from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
 from heli_identifier.tracing.search.scan import Scan
 from heli_identifier.tracing.search.selection import Selection
@@ -75,6 +76,7 @@ def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
             continue
         effect, estimate = effect_of(finding.field), beyond.plant.estimates[finding.field]
         others = _others(finding)
+        shapes = {shape.field: getattr(beyond.plant.parameters, shape.field) for shape in effect.shapes}
         found.append(
             FoundEffect(
                 effect.name,
@@ -82,15 +84,14 @@ def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
                 estimate,
                 Verdict.NOT_SHOWN,
                 tuple((other.name, other.axis) for other in others),
-                NamedShape(
-                    {s.name: Estimate(getattr(beyond.plant.parameters, s.field), None, s.unit) for s in effect.shapes}
-                ),
+                NamedShape({s.name: Estimate(shapes[s.field], None, s.unit) for s in effect.shapes}),
                 estimate.value / estimate.standard_error if estimate.standard_error else 0.0,
                 experiment=separating(effect.name, others[0].name) if others else effect.experiment,
                 evidence=Evidence.PREDICTIVE,
                 stability=finding.stability,
                 together=together(members_of(finding.family), beyond.plant.parameters),
                 worth=finding.worth,
+                by_likelihood=one_step_estimate(shown.fit, effect, estimate.value, shapes),
             )
         )
     return tuple(found)

@@ -18,7 +18,7 @@ from heli_identifier.tracing.diagnosis.conclusions import (
     predictive_effects,
 )
 from heli_identifier.tracing.diagnosis.curves import drawn_curves
-from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, left_out_notes, stranger_notes
+from heli_identifier.tracing.diagnosis.notes import diagnosis_notes, left_out_notes, stranger_notes, unseen_notes
 from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldOutSeries, RigVerdict
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import LEFT_TO_FIT, MEMORY, events_beside, shortest_piece, without_events
@@ -122,11 +122,12 @@ def _diagnosed(
     )
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
     effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond)
+    predictive = predictive_effects(beyond, model)
     labels, matrix = correlation(selection.last.scanned)
     return Diagnosis(
         verdict=_verdict(model),
         effects=effects,
-        predictive=predictive_effects(beyond, model),
+        predictive=predictive,
         possible=possible_effects(beyond),
         withdrawn=(*withdrawn, *beyond.withdrawn),
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
@@ -149,6 +150,7 @@ def _diagnosed(
             *used.notes,
             *began_with.notes,
             *stranger_notes(logs_alone),
+            *unseen_notes(predictive),
             *left_out_notes(effects, validated.left_out),
             *diagnosis_notes(null, beyond, axes, settings),
         ),

@@ -13,12 +13,15 @@ from heli_identifier.tracing.search.found_effect import FoundEffect
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
-from heli_identifier.tracing.validation.disagreement import Disagreement
+from heli_identifier.tracing.validation.disagreement import Disagreement, disagree
 from heli_identifier.tracing.validation.figures import AxisReport
 from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.tracing.validation.tables import Tabled
 from heli_identifier.tracing.validation.withdrawal import TOLERATED
+
+NO_SCORE = 2.0
+"""Standard errors below which an estimate is no sign of an effect."""
 
 
 def diagnosis_notes(
@@ -33,6 +36,23 @@ def diagnosis_notes(
         *disputed_notes(beyond.plant.disputed),
         *worse_axis_notes(axes),
     )
+
+
+def unseen_notes(predictive: Sequence[FoundEffect]) -> list[str]:
+    """Name the predictive effects that the likelihood of the same logs contradicts."""
+    notes = []
+    for found in predictive:
+        asked, seen = found.coefficient, found.by_likelihood
+        if asked is None or seen is None or seen.standard_error is None:
+            continue
+        if disagree(asked, seen) and abs(seen.value) < NO_SCORE * seen.standard_error:
+            notes.append(
+                f"{found.name.replace('_', ' ')} ({found.axis}) improves the predictions with {asked.value:.3g} "
+                f"{asked.unit}, but one step ahead the same logs give {seen.value:.3g} +- "
+                f"{1.96 * seen.standard_error:.2g}: they do not see it. Under a controller an effect that is not there "
+                "can improve the predictions of flights with the same controller"
+            )
+    return notes
 
 
 def stranger_notes(logs: Sequence[LogValues]) -> tuple[str, ...]:

@@ -131,6 +131,9 @@ class FoundEffect:
         What the effect and its alternatives come to together, in words; empty where there is no such figure.
     worth : float or None
         Of a predictive effect: the share of an axis's error that it takes off.
+    by_likelihood : Estimate or None
+        Of a predictive effect: its coefficient by the likelihood of one step ahead, beside the effects shown; None
+        where that sees nothing of it.
     in_plant : bool
         Whether the corrected plant has it; of an unknown torque, whether it has it as a table.
     """
@@ -148,4 +151,5 @@ class FoundEffect:
     stability: float = 1.0
     together: str = ""
     worth: float | None = None
+    by_likelihood: Estimate | None = None
     in_plant: bool = True

@@ -67,8 +67,11 @@ def print_predictive(diagnosis: Diagnosis) -> None:
     if diagnosis.predictive:
         print_table(
             "Effects that improve the predictions; the cause is not established",
-            ("effect", "coefficient >", "stability >", "takes off >", "or, as well"),
-            [(r["effect"], r["coefficient"], r["stability"], r["worth"], r["or"]) for r in predictive_rows(diagnosis)],
+            ("effect", "coefficient >", "by likelihood >", "stability >", "takes off >", "or, as well"),
+            [
+                (r["effect"], r["coefficient"], r["likelihood"], r["stability"], r["worth"], r["or"])
+                for r in predictive_rows(diagnosis)
+            ],
         )
         for text in filter(None, (found.together for found in diagnosis.predictive)):
             typer.echo(text)
@@ -78,6 +81,8 @@ def print_predictive(diagnosis: Diagnosis) -> None:
             ("effect", "stability >", "takes off >", "or, as well"),
             [(r["effect"], r["stability"], r["worth"], r["or"]) for r in possible_rows(diagnosis)],
         )
+    if diagnosis.predictive:
+        typer.echo("by likelihood: the coefficient that the same logs give one step ahead")
     if diagnosis.predictive or diagnosis.possible:
         typer.echo("stability: share of halves of the training data that find the effect or its alternatives")
         typer.echo("takes off: by how much the error of the axis that needs it most grows without it")

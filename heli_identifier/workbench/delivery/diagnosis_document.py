@@ -113,6 +113,7 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "evidence": effect.evidence.value,
         "stability": effect.stability,
         "worth": effect.worth,
+        "by_likelihood": estimate_entry(effect.by_likelihood) if effect.by_likelihood else None,
         "in_plant": effect.in_plant,
         "alternatives": _names(effect.alternatives),
         "together": effect.together,

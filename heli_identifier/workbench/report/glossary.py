@@ -30,6 +30,11 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
             "most halves of the training data find it. Its cause is not established.",
         ),
         (
+            "by likelihood",
+            "The coefficient of a predictive effect as the samples one step ahead give it, beside the effects shown. "
+            "Where it differs from the one that predicts best, a controller or another effect may be the cause.",
+        ),
+        (
             "stability",
             "Share of halves of the training data that find the effect or one of its alternatives. From 80 % an "
             "effect can be predictive, from 30 % it is called possible.",

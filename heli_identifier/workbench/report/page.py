@@ -151,7 +151,7 @@ def notebook_view(diagnosis: Diagnosis) -> str:
         sentence=verdict_sentence(diagnosis),
         remarks=diagnosis.notes,
         effects=effect_entries(diagnosis),
-        predictive=[tuple(row.values())[:5] for row in predictive_rows(diagnosis)],
+        predictive=[tuple(row.values())[:6] for row in predictive_rows(diagnosis)],
         withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
         error_columns=ERROR_COLUMNS,
         errors=[tuple(row.values()) for row in error_rows(diagnosis.axes)],

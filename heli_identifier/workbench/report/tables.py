@@ -117,6 +117,7 @@ def predictive_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
         {
             "effect": effect_name(found.name, found.axis),
             "coefficient": with_interval(found.coefficient) if found.coefficient else "",
+            "likelihood": with_interval(found.by_likelihood, unit=False) if found.by_likelihood else "–",
             "stability": share_text(found.stability),
             "worth": share_text(found.worth or 0.0),
             "or": listed([effect_name(*other) for other in found.alternatives], "or"),
