@@ -6,11 +6,13 @@
 Per setting (sampling rate, noise, motors' lag) twelve rigs (:mod:`benchmarks.closed_loop_rigs`), five logs each; the
 logs of a rig are combined as `heli identify` does. Printed are, for each method, k_z, a_e and k_x over the truth in the
 median with the range, the share of 95 % intervals that cover over the eight parameters, and the same over those that
-the data determine by the method's own intervals (:func:`heli_identifier.online.determined`).
+the data determine by the method's own intervals (:func:`heli_identifier.online.determined`). With ``--single`` every
+log is judged by itself.
 """
 
 import argparse
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,7 +78,7 @@ def _together(results: list[dict[str, Estimate]]) -> Estimates:
         values = np.array([one[name].value for one in results])
         weights = np.array([one[name].standard_error for one in results], dtype=float) ** -2.0
         mean = float(weights @ values / weights.sum())
-        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / (len(values) - 1)))
+        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
         found[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(1.0, ratio), "")
     return found
 
@@ -140,6 +142,7 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
     parser.add_argument("--setting", type=int, action="append", help="one of the settings, by number; repeatable")
     parser.add_argument("--unit", action="store_true", help="only the unit's prediction errors, in its native twin")
+    parser.add_argument("--single", action="store_true", help="every log by itself, as if it were a rig's only one")
     chosen = parser.parse_args()
     with built_units() as units:
         _print(chosen, methods(units, chosen.unit))
@@ -151,6 +154,12 @@ def _print(chosen: argparse.Namespace, methods: Mapping[str, Callable[[ClosedLoo
         if chosen.setting and number not in chosen.setting:
             continue
         rigs = closed_loop_rigs(TUNING if chosen.tuning else REPORTED, **settings)
+        if chosen.single:
+            rigs = [
+                replace(rig, logs=(log,), outside=(own,))
+                for rig in rigs
+                for log, own in zip(rig.logs, rig.outside, strict=True)
+            ]
         rows = [(name, *judged(rigs, method)) for name, method in methods.items()]
         print(f"{title}\n\n{table(head, rows)}\n", flush=True)
 

@@ -83,7 +83,7 @@ def test_two_half_steps_under_the_same_signals_are_one_step():
 
 def test_sigma_is_the_error_of_the_estimate_before_the_step():
     factor, omega = initial_factor(2, 1e3), [0.5, -1.0]
-    sigma = measure(factor, omega, (2.0, 1.0), 3.0, 100.0, 1.0, [0.0, 0.0])
+    sigma, _ = measure(factor, omega, (2.0, 1.0), 3.0, 100.0, 1.0, [0.0, 0.0])
     assert sigma == 3.0 - (2.0 * 0.5 - 1.0)
 
 

@@ -98,7 +98,7 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
 
 
 def measure(factor, omega, phi, y, noise, forgetting, direction):
-    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; return sigma before it.
+    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; return sigma before it, and s.
 
     Parameters
     ----------
@@ -117,8 +117,10 @@ def measure(factor, omega, phi, y, noise, forgetting, direction):
 
     Returns
     -------
-    float
-        Adaptation error sigma = y - phi^T Omega, with Omega before the measurement.
+    sigma : float
+        Adaptation error y - phi^T Omega, with Omega before the measurement.
+    s : float
+        r + phi^T Gamma phi, with Gamma before it [1/s].
     """
     n = len(phi)
     sigma = y
@@ -145,7 +147,36 @@ def measure(factor, omega, phi, y, noise, forgetting, direction):
     step = sigma / s
     for j in range(n):
         omega[j] += direction[j] * step
-    return sigma
+    return sigma, s
+
+
+def measure_one(factor, omega, index, y, noise):
+    """Take one measurement y of the parameter ``index`` itself, with the variance ``noise`` r, in place.
+
+    This is :func:`measure` with a unit vector for phi and no forgetting: columns before ``index`` do not change.
+    """
+    n = len(omega)
+    direction = [0.0] * n
+    sigma, s = y - omega[index], noise
+    start = index * (index + 1) // 2
+    for j in range(index, n):
+        f = factor[start + index] if j > index else 1.0
+        d = factor[start + j]
+        g = d * f
+        s_next = s + f * g
+        factor[start + j] = d * (s / s_next)
+        p = f / s
+        for i in range(j):
+            u = factor[start + i]
+            b = direction[i]
+            factor[start + i] = u - b * p
+            direction[i] = b + u * g
+        direction[j] = g
+        s = s_next
+        start += j + 1
+    step = sigma / s
+    for j in range(n):
+        omega[j] += direction[j] * step
 
 
 def adapt(factor, omega, phi, y, count, coefficients, direction):
@@ -155,7 +186,7 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     arguments are those of :func:`measure`.
     """
     beta, noise, interval, restoring_noise = coefficients
-    sigma = measure(factor, omega, phi, y, noise, beta, direction)
+    sigma, _ = measure(factor, omega, phi, y, noise, beta, direction)
     restore(factor, len(phi), count, interval, restoring_noise, direction)
     return sigma
 
@@ -173,7 +204,7 @@ def restore(factor, n, count, interval, restoring_noise, direction):
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
 
 
-def recall(factor, omega, first, count, interval, restoring_noise, direction):
+def recall(factor, omega, first, count, interval, restoring_noise):
     """Give one direction of Gamma back the information of the start, and its parameter to the value ``first`` there.
 
     Unlike :func:`restore` this does not take the present estimate for what was known: without excitation, Omega would
@@ -182,9 +213,7 @@ def recall(factor, omega, first, count, interval, restoring_noise, direction):
     """
     index = count % interval
     if index < len(first) and restoring_noise < inf:
-        unit_vector = [0.0] * len(omega)
-        unit_vector[index] = 1.0
-        measure(factor, omega, unit_vector, first[index], restoring_noise, 1.0, direction)
+        measure_one(factor, omega, index, first[index], restoring_noise)
 
 
 def loosen(factor, index, variance):

@@ -20,11 +20,13 @@ def determined(value: float, standard_error: float, unit: str) -> bool:
 
     For offsets, a rest angle [rad] or a constant torque [rad/s^2], a width of :data:`OFFSETS` is narrow enough as well.
     """
-    offset = 0.0
+    half = 1.96 * standard_error
+    if half <= DETERMINED * abs(value):
+        return True
     for name, width in OFFSETS:
         if name == unit:
-            offset = width
-    return 1.96 * standard_error <= max(DETERMINED * abs(value), offset)
+            return half <= width
+    return False
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,9 @@ class Moments(NamedTuple):
     """Packed upper triangles, by rows, of the sums of z z^T.
 
     ``filled`` of ``length`` samples are in the block ``current``; ``blocks`` are the complete ones, oldest first;
-    ``window`` is the exponentially weighted mean.
+    ``window`` is the exponentially weighted mean. Of what went into ``blocks``, a share was forgotten early
+    (:mod:`.early`); they are stored divided by ``kept``, what has been left of the first sample, so that forgetting
+    changes one number and not all of them.
     """
 
     filled: int
@@ -45,6 +47,7 @@ class Moments(NamedTuple):
     current: tuple[float, ...]
     blocks: tuple[tuple[float, ...], ...]
     window: tuple[float, ...]
+    kept: float
 
 
 def moment_coefficients(interval: float, alpha: float, window: float) -> MomentCoefficients:
@@ -56,7 +59,7 @@ def moment_coefficients(interval: float, alpha: float, window: float) -> MomentC
 def no_moments(size: int) -> Moments:
     """Return the moments of a z of ``size`` signals before the first sample."""
     zeros = (0.0,) * (size * (size + 1) // 2)
-    return Moments(0, _FIRST_LENGTH, zeros, (), zeros)
+    return Moments(0, _FIRST_LENGTH, zeros, (), zeros, 1.0)
 
 
 def add_sample(m: Moments, z: tuple[float, ...], c: MomentCoefficients) -> Moments:
@@ -70,8 +73,8 @@ def add_products(m: Moments, products: list[float], c: MomentCoefficients) -> Mo
     renewal = c.renewal
     window = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])
     if m.filled + 1 < m.length:
-        return Moments(m.filled + 1, m.length, current, m.blocks, window)
-    blocks = (*m.blocks, current)
+        return Moments(m.filled + 1, m.length, current, m.blocks, window, m.kept)
+    blocks = (*m.blocks, _times(1.0 / m.kept, current))
     length = m.length
     if len(blocks) == CAPACITY:
         if length < c.longest:
@@ -79,14 +82,12 @@ def add_products(m: Moments, products: list[float], c: MomentCoefficients) -> Mo
             length *= 2
         else:
             blocks = blocks[1:]
-    return Moments(0, length, (0.0,) * len(current), blocks, window)
+    return Moments(0, length, (0.0,) * len(current), blocks, window, m.kept)
 
 
 def fade(m: Moments, share: float) -> Moments:
     """Return ``m`` with what its blocks hold multiplied by ``share``; the window stays."""
-    return m._replace(
-        current=tuple([share * x for x in m.current]), blocks=tuple([_times(share, block) for block in m.blocks])
-    )
+    return m._replace(current=_times(share, m.current), kept=share * m.kept)
 
 
 def _times(share, block):
@@ -99,7 +100,9 @@ def _sum(a, b):
 
 def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[float], list[tuple[float, ...]]]:
     """Return the weights exp(-alpha age) and the blocks, the unfinished one last; ages count from block middles."""
-    blocks = [*m.blocks, m.current] if m.filled else [*m.blocks]
+    blocks = [_times(m.kept, block) for block in m.blocks]
+    if m.filled:
+        blocks.append(m.current)
     unfinished = m.filled * interval
     full = m.length * interval
     count = len(m.blocks)

@@ -119,7 +119,9 @@ def first_noise(log_bandwidth: float, log_corner: float, c: NoiseCoefficients) -
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
     """Return d of the innovation to come."""
-    return -(w.s1 * n.e1 + w.s2 * n.e2 + w.s3 * n.e3) - w.o1 * n.d1 - w.o2 * n.d2 - w.o3 * n.d3
+    _, _, e1, e2, e3, d1, d2, d3, _, _ = n
+    _, _, _, _, _, o1, o2, o3, s1, s2, s3, _, _, _, _ = w
+    return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
 
 
 def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoefficients) -> NoiseModel:
@@ -136,12 +138,11 @@ def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoeffici
         By :func:`bandwidth_slope`, 0 while nu rests.
     c : NoiseCoefficients
     """
+    variance, seen, e1, e2, _, d1, d2, _, first_bandwidth, first_corner = n
     e *= sqrt(certain)
-    seen = n.seen + 1.0
-    variance = n.variance + max(1.0 / seen, c.renewal) * (e * e - n.variance)
-    return NoiseModel(
-        max(variance, c.least_variance), seen, e, n.e1, n.e2, d, n.d1, n.d2, n.first_bandwidth, n.first_corner
-    )
+    seen += 1.0
+    variance += max(1.0 / seen, c.renewal) * (e * e - variance)
+    return NoiseModel(max(variance, c.least_variance), seen, e, e1, e2, d, d1, d2, first_bandwidth, first_corner)
 
 
 def bounded(x: float, least: float, most: float) -> float:

@@ -24,10 +24,9 @@ from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, recall
+from .adaptation import AdaptationCoefficients, loosen, measure, measure_one, recall
 from .axis import AxisState
 from .early import kept_early
-from .linear_algebra import dot
 from .moments import no_moments
 from .noise_model import (
     BANDWIDTH_PRIOR,
@@ -135,62 +134,60 @@ def predict_axis(
     a : AdaptationCoefficients
         Forgetting and gain limit.
     """
-    w = p.whitening
-    memory, v = whiten(p.memory, z, w)
-    omega = list(axis.omega)
+    # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
+    before, past, w, outside, waiting, first = p
+    factor_before, omega_before, _, sums, moments, errors, excitation, scores = axis
+    bounds, h = c.noise, c.sample_time
+    memory, v = whiten(before, z, w)
+    omega = list(omega_before)
     n = len(omega) - 2
-    e = v[-1]
+    regressand = e = v[-1]
     for i in range(n):
         e -= v[i] * omega[i]
-    innovation = e / (c.newest + c.newest_rate * omega[0] + (c.newest_angle * omega[1] if n > 2 else 0.0))
+    angle = n > 2
+    innovation = e / (c.newest + c.newest_rate * omega[0] + (c.newest_angle * omega[1] if angle else 0.0))
     v[0] += c.newest_rate * innovation
-    if n > 2:
+    if angle:
         v[1] += c.newest_angle * innovation
     d, g = 0.0, 0.0
-    if p.noise.seen >= c.noise.rest:
-        d = bandwidth_slope(p.noise, w)
-        g = p.memory[-1][5]
+    if past.seen >= bounds.rest:
+        d = bandwidth_slope(past, w)
+        g = before[-1][5]
         for i in range(n):
-            g -= p.memory[i][5] * omega[i]
-    scale = 1.0 / sqrt(p.noise.variance * c.sample_time)
+            g -= before[i][5] * omega[i]
+    # The regressand: psi^T Omega, which is z_y short of c times the angle's innovation, and e as it is with nu = 0.
+    v[-1] = regressand + e - c.newest * innovation - d * w.log_bandwidth - g * w.log_corner
+    scale = 1.0 / sqrt(past.variance * h)
     seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
-    psi = seen[: n + 2]
-    # The innovation that nu in place of nu_G would give is psi^T (Omega, nu) short of this.
-    seen[-1] = scale * (e - d * w.log_bandwidth - g * w.log_corner) + dot(psi[:n], omega[:n])
 
-    factor, direction = list(axis.factor), [0.0] * (n + 2)
-    kept = kept_early(count, 1, c.sample_time)
-    measure(factor, omega, psi, seen[-1], a.noise * kept, a.forgetting * kept, direction)
-    certain = a.noise / (a.noise + dot(psi, direction))
-    recall(factor, omega, p.first, count, a.restoring_interval, a.restoring_noise, direction)
-    if count % c.refresh == 0:
-        forgotten = 1.0 - kept_early(count, c.refresh, c.sample_time)
-        _renew(factor, omega, n, p.noise.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
-        _renew(factor, omega, n + 1, p.noise.first_corner, CORNER_PRIOR**2, c.corner_change, forgotten)
-    omega[n] = bounded(omega[n], c.noise.least_bandwidth, c.noise.most_bandwidth)
-    omega[n + 1] = bounded(omega[n + 1], c.noise.least_corner, c.noise.most_corner)
-    if count % c.refresh == 0:
-        w = whitening(omega[n], omega[n + 1], c.f1, c.f2, c.sample_time)
+    factor, direction = list(factor_before), [0.0] * (n + 2)
+    kept = kept_early(count, 1, h)
+    beta, r, interval, restoring_noise = a
+    _, s = measure(factor, omega, seen[: n + 2], seen[-1], r * kept, beta * kept, direction)
+    certain = r / (r + (s - r * kept))
+    recall(factor, omega, first, count, interval, restoring_noise)
+    renewed = count % c.refresh == 0
+    if renewed:
+        forgotten = 1.0 - kept_early(count, c.refresh, h)
+        _renew(factor, omega, n, past.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
+        _renew(factor, omega, n + 1, past.first_corner, CORNER_PRIOR**2, c.corner_change, forgotten)
+    if not bounds.least_bandwidth <= omega[n] <= bounds.most_bandwidth:
+        omega[n] = bounded(omega[n], bounds.least_bandwidth, bounds.most_bandwidth)
+    if not bounds.least_corner <= omega[n + 1] <= bounds.most_corner:
+        omega[n + 1] = bounded(omega[n + 1], bounds.least_corner, bounds.most_corner)
+    if renewed:
+        w = whitening(omega[n], omega[n + 1], c.f1, c.f2, h)
 
     products = [a * b for i, a in enumerate(seen) for b in seen[i:]]
-    axis = AxisState(
-        tuple(factor),
-        tuple(omega),
-        e,
-        tuple(map(add, axis.sums, products)),
-        axis.moments,
-        axis.standard_errors,
-        axis.excitation,
-        axis.scores,
-    )
-    outside, waiting = p.outside, p.waiting
+    sums = tuple(map(add, sums, products))
+    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation, scores)
     # n differs from axis to axis: their turns come in different samples.
     if (count + n) % c.outside.stride == 0:
-        kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
-        outside = add_regressors(outside, psi[:n], waiting, kept, c.outside)
+        kept = c.outside.kept * kept_early(count, c.outside.stride, h)
+        outside = add_regressors(outside, seen[:n], waiting, kept, c.outside)
         waiting = 0.0
-    noise = remember(p.noise, e, certain, d, c.noise)
-    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, p.first)
+    noise = remember(past, e, certain, d, bounds)
+    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first)
 
 
 def _renew(
@@ -202,6 +199,4 @@ def _renew(
     - Gamma^2 change / prior^2. The share of the prior that was ``forgotten`` early is given back too.
     """
     loosen(factor, index, change)
-    unit_vector = [0.0] * len(omega)
-    unit_vector[index] = 1.0
-    measure(factor, omega, unit_vector, first, prior / (change / prior + forgotten), 1.0, [0.0] * len(omega))
+    measure_one(factor, omega, index, first, prior / (change / prior + forgotten))

@@ -11,9 +11,15 @@ c is the coefficient of a regression on phi and g together (Frisch and Waugh 193
 autocorrelated residuals and has the sign of c. Where the effect is absent, it follows roughly a t distribution with ten
 degrees of freedom: it exceeds 3 in about 1 % of the cases.
 
+Prediction errors (:mod:`.prediction_error`) know the residual: it is white with intensity 1, and the standard error of
+c is <g_p, g_p>^-1/2. That from the blocks' sums is taken where it is larger, since a noise model is never quite right.
+It then needs no correction for the parameters that were fitted, which would only make up for what it may be short of:
+with nine parameters and twenty blocks scores would be smaller by a third.
+
 The visibility is the norm of g_p over the norm of g. The score is 0 where the motion so far cannot decide: with a
 visibility below .01, or with nearly all of g_p in too few blocks (an axis that came to rest once) to estimate their
-scatter. The effective number of blocks is (sum e_b)^2 / sum e_b^2 with e_b the square of g_p in block b.
+scatter, or, with prediction errors, in fewer than four. The effective number of blocks is (sum e_b)^2 / sum e_b^2 with
+e_b the square of g_p in block b.
 """
 
 from math import sqrt
@@ -90,20 +96,23 @@ def scores(
     """
     size = n + candidates + 1
     weights, blocks = weighted_blocks(m, alpha, interval)
-    if freedom(weights, n + 1) < LEAST_FREEDOM:
+    # Neighbouring blocks of a white residual are independent: a parameter takes one of them.
+    if freedom(weights, n + 1, 1.0 if whitened else OVERLAP) < LEAST_FREEDOM:
         return (NOTHING,) * candidates
     moments = [dot(weights, entries) for entries in zip(*blocks, strict=True)]
     residual = projection(moments, size, n, size - 1)
     if residual is None:
         return (NOTHING,) * candidates
     least = 1.0 / sqrt(interval) if whitened else 0.0
-    return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least) for i in range(candidates)])
+    taken = 0 if whitened else n + 1
+    return tuple([_score(weights, blocks, moments, size, n, n + i, residual, least, taken) for i in range(candidates)])
 
 
-def _score(weights, blocks, moments, size, n, column, residual, least):
+def _score(weights, blocks, moments, size, n, column, residual, least, taken):
     """Return the score of the candidate in ``column``; ``residual`` is the base regression's residual on z.
 
-    ``least``: standard error of c times the norm of g_p, at least.
+    ``least``: standard error of c times the norm of g_p, at least. ``taken``: parameters whose degrees of freedom the
+    scatter of the blocks lacks, 0 where it is not all that is known of the residual.
     """
     candidate = projection(moments, size, n, column)
     whole = moments[row_indices(size)[column][column]]
@@ -113,13 +122,13 @@ def _score(weights, blocks, moments, size, n, column, residual, least):
     strengths = [weight * max(0.0, dot(own, block)) for weight, block in zip(weights, blocks, strict=True)]
     strength = total(strengths)
     visibility = sqrt(strength / whole)
-    left = min(freedom(strengths, 1), freedom(weights, n + 1))
+    left = min(freedom(strengths, min(taken, 1)), freedom(weights, taken))
     if visibility < _LEAST_VISIBILITY or left < LEAST_FREEDOM:
         return Score(0.0, 0.0, visibility)
     coefficient = dot(bilinear_form(candidate, residual), moments) / strength
     explained = [e - coefficient * g for e, g in zip(residual, candidate, strict=True)]
     form = bilinear_form(candidate, explained)
     terms = [weight * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
-    error = sqrt((1.0 + OVERLAP * (n + 1) / left) * variance_of_sum(terms)) / strength
+    error = sqrt((1.0 + OVERLAP * taken / left) * variance_of_sum(terms)) / strength
     error = max(error, least / sqrt(strength))
     return Score(coefficient / error if error > 0.0 else 0.0, coefficient, visibility)

@@ -143,9 +143,8 @@ def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[
     f1, f2, q1, q2, r, _, _, _, _, _, _, kept, slope, _, _ = w
     memories: list[Memory] = []
     whitened: list[float] = []
-    for i in range(len(z)):
-        u1, u2, t1, t2, t3, g = memory[i]
-        u = z[i] + _M1 * u1 - _M2 * u2
+    for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
+        u = x + _M1 * u1 - _M2 * u2
         v = u + f1 * u1 + f2 * u2 - t1
         memories.append((u, u1, t2 + q1 * v, t3 + q2 * v, kept * t3 + r * v, kept * g + slope * v))
         whitened.append(v)

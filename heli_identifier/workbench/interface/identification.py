@@ -13,6 +13,7 @@ from heli_identifier.records import Log, RigConfiguration, check_apart, check_ex
 from heli_identifier.tracing import sign_notes
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.delivery.provenance import from_python
+from heli_identifier.workbench.identify.given_lag import GivenLag, effect_of_lag
 from heli_identifier.workbench.identify.identification import (
     EstimateHistory,
     Together,
@@ -47,12 +48,15 @@ class Identification(Tabular):
         The plant with these estimates.
     choice : Choice
         The method that was taken, why, and whether a controller flew.
+    given_lag : GivenLag or None
+        What the motors' lag means for the parameters, where it was given and not estimated.
     """
 
     histories: tuple[EstimateHistory, ...]
     together: Together
     parameters: ParameterSet
     choice: Choice
+    given_lag: GivenLag | None
 
     @property
     def estimates(self) -> Mapping[str, Estimate]:
@@ -61,7 +65,7 @@ class Identification(Tabular):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """The method and why; what the logs do not determine; logs that disagree."""
+        """The method and why; what the logs do not determine; what a given lag changes; logs that disagree."""
         hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
         undetermined = (
             (
@@ -71,7 +75,8 @@ class Identification(Tabular):
             if hidden
             else ()
         )
-        return (f"method {self.choice.reason}", *undetermined, *self.together.notes)
+        lag = (self.given_lag.sentence,) if self.given_lag is not None and self.given_lag.changes else ()
+        return (f"method {self.choice.reason}", *undetermined, *lag, *self.together.notes)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -201,7 +206,11 @@ def identify(
     choice = choose([history.feedback for history in first], method)
     histories = passed(choice.method, 1, first if choice.method == PREDICTION_ERROR else ())
     together = combined(histories)
+    given_lag = None
+    if choice.method == ADAPTATION:
+        own = [settings_for(log, rig, filter_frequency, forgetting, ADAPTATION) for log in logs]
+        given_lag = effect_of_lag(logs, own, together.estimates)
     plant = together.plant(rig.motor_time_constant, rig.format.voltage_limit)
     values = plant_values(plant, together.estimates)
     parameters = ParameterSet(PLANT, values, provenance=from_python("identify"))
-    return Identification(tuple(histories), together, parameters, choice)
+    return Identification(tuple(histories), together, parameters, choice, given_lag)
