@@ -9,6 +9,7 @@ The fourth, that it predicts better, is that of :mod:`.adoption`.
 
 from .adoption import taken_back, worse_than_alone
 from .baseline import forgotten
+from .blocks import noise_of
 from .detection import NOTHING, Direction, Finding, measured
 from .events import (
     ALARM,
@@ -26,6 +27,7 @@ from .events import (
 from .naming import SWINGING, axes_of, bounds_of, event_of, findings, seen_by, shares_of
 from .plan import FollowPlan
 from .state import ALARMED, CorrectorState, Told
+from .stream import doubtful
 from .trial import put_on_trial, rested
 
 _LEAD = 4.6
@@ -46,10 +48,13 @@ _OPEN = -1
 def following(
     state: CorrectorState, compass: tuple[Direction, ...], run: int, time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
-    """Raise an alarm where Page's test, above zero for ``run`` blocks (0: no alarm), or a score says so."""
+    """Raise an alarm where Page's test, above zero for ``run`` blocks (0: no alarm), or a score says so.
+
+    It waits while an encoder may be at fault.
+    """
     if worse_than_alone(state, plan):
         return taken_back(state, plan.first_values, WORSE_ALONE, time, plan)
-    if run > 0:
+    if run > 0 and not doubtful(state.stream, noise_of(state.levels), plan):
         found, _ = findings(state, compass, run + SWINGING, plan)
         first = found[0] if found else NOTHING
         state = state._replace(

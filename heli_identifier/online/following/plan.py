@@ -24,8 +24,8 @@ BLOCK_TIME = 1.0
 SETTLING, LEARNING = 3.0, 12.0
 """Time until the observer has settled, and until the noise is known [s]."""
 
-STOP, STUCK = 0.2, 0.25
-"""Time without a sample that is a stop, and time at one count that is an encoder's fault if the twin moves [s]."""
+STOP, STUCK = 0.2, 0.5
+"""Time without a sample that is a stop, and time at one count after which an encoder's angle does not count [s]."""
 
 
 class FollowPlan(NamedTuple):
