@@ -137,6 +137,12 @@ def noise_of(levels: tuple[Level, Level, Level]) -> tuple[float, float, float]:
     return sqrt(a.variance), sqrt(b.variance), sqrt(c.variance)
 
 
+def noise_is_known(levels: tuple[Level, Level, Level], blocks: int) -> bool:
+    """Return whether the noise comes from that many ``blocks``; an axis that never moves has none."""
+    a, b, c = levels
+    return max(a.blocks, b.blocks, c.blocks) >= blocks
+
+
 def learned(level: Level, s: Sums) -> Level:
     """Return the noise after a complete block."""
     if s.spoiled or s.seen == 0:
