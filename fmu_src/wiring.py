@@ -215,7 +215,7 @@ LIVE = Scenario(
         Connection("rig", "fresh", "corrector", "fresh"),
         Connection("rig", "fresh", "plant", "measured.fresh"),
     ),
-    FOLLOW.parameters,
+    (*FOLLOW.parameters, ("rig.link.wait", 60.0)),
     in_real_time=True,
 )  # fmt: skip
 SCENARIOS: dict[str, Scenario] = {
