@@ -219,6 +219,24 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
     assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
 
 
+def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
+    """Friction that was named damping: both brake, and only motions at different rates tell them apart."""
+    after, _ = CHANGES["effects.dry_friction.travel"]
+    rows = record(75.0, after, 30.0, seed=4)
+    plan = prepare_following(FollowSettings())
+    state, events, misnamed = start_correcting(plan, Sample(*rows[0])), [], False
+    for row in rows[1:]:
+        state, output = correct(state, Sample(*row), Told(), plan)
+        events.extend(output.events)
+        if MODES[state.mode] == "on trial" and not misnamed:
+            misnamed = True
+            damping = [change.name for change in plan.changes].index("travel.damping")
+            state = state._replace(finding=state.finding._replace(change=damping, size=0.2))
+    said = [(one["what"], one["name"]) for one in documents(events, plan) if one["time_s"] > 30.0][2:5]
+    friction = "effects.dry_friction.travel"
+    assert said == [("held", "travel.damping"), ("alarm", friction), ("adopted", friction)]
+
+
 def test_what_is_adopted_is_ramped_in_over_two_seconds():
     after, _ = CHANGES["elevation.gain"]
     _, events, outputs, plan = followed(record(60.0, after, 30.0, seed=4))

@@ -24,14 +24,11 @@ from .events import (
     WORSE_ALONE,
     Event,
 )
-from .naming import SWINGING, axes_of, bounds_of, event_of, findings, seen_by, shares_of
+from .naming import LEAD, SWINGING, axes_of, bounds_of, event_of, findings, seen_by, shares_of
 from .plan import FollowPlan
 from .state import ALARMED, CorrectorState, Told
 from .stream import doubtful
 from .trial import put_on_trial, rested
-
-_LEAD = 4.6
-"""Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
 
 _PATIENCE = 15
 """Blocks after an alarm in which the lead is waited for."""
@@ -86,13 +83,13 @@ def alarmed(
     if not found:
         return (rested(state), [event_of(state, HELD, IMPOSSIBLE, NOTHING, time, plan)]) if late else (state, [])
     first = found[0]
-    lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
-    if lead < _LEAD:
+    lead = first.evidence - found[1].evidence if len(found) > 1 else LEAD
+    if lead < LEAD:
         first = first._replace(other=found[1].change)
     state = state._replace(finding=first)
     gate = _gate(first, ready, told, plan)
-    if gate == _OPEN and (lead >= _LEAD or late):
-        events = [event_of(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
+    if gate == _OPEN and (lead >= LEAD or late):
+        events = [event_of(state, ALARM, NAMED if lead >= LEAD else AMBIGUOUS, first, time, plan)]
         state, more = put_on_trial(state, first, time, plan)
         return state, events + more
     if late:
