@@ -57,6 +57,8 @@ class Scenario:
         ``("plant", "HelicopterPlant")``.
     connections : tuple of Connection
     parameters : tuple of (``unit.parameter``, value)
+    in_real_time : bool
+        Whether the master waits before each step until it is due, because a unit waits for nothing itself.
 
     Raises
     ------
@@ -69,6 +71,7 @@ class Scenario:
     units: tuple[tuple[str, str], ...]
     connections: tuple[Connection, ...]
     parameters: tuple[tuple[str, Value], ...] = ()
+    in_real_time: bool = False
 
     def __post_init__(self) -> None:
         known = dict(self.units)
@@ -202,7 +205,7 @@ FOLLOW = Scenario(
 )
 LIVE = Scenario(
     "live",
-    "the same of a rig that is running, for a host in real time: RigLink in place of LogPlayer",
+    "the same of a rig that is running, in real time: RigLink in place of LogPlayer",
     (("rig", "RigLink"), *FOLLOW.units[1:]),
     (
         *(
@@ -212,7 +215,8 @@ LIVE = Scenario(
         Connection("rig", "fresh", "corrector", "fresh"),
         Connection("rig", "fresh", "plant", "measured.fresh"),
     ),
-    FOLLOW.parameters,
+    (*FOLLOW.parameters, ("rig.link.wait", 60.0)),
+    in_real_time=True,
 )  # fmt: skip
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW, LIVE)

@@ -1,4 +1,4 @@
-"""The follow benchmark: its compiled loop is the corrector's own step; the bound of what can be noticed."""
+"""The follow benchmark: the bound of what can be noticed, excited flight, faults of a stream."""
 
 import math
 
@@ -6,23 +6,16 @@ import numpy as np
 import pytest
 
 from benchmarks.closed_loop_rigs import TORQUE_STD, TORQUE_TIME
-from benchmarks.follow_bound import bound
-from benchmarks.follow_fast import corrected
+from benchmarks.follow_bound import excitation
+from benchmarks.follow_changes import GAIN
+from benchmarks.follow_flights import errors_ahead
+from benchmarks.follow_streams import FAULTY, broken
 from heli_identifier.online.following import FollowSettings, prepare_following
 from heli_plant.parameters import TABLE_2
 from tests.blind.coefficients import Coefficients
 from tests.following import followed, record
 
-
-def test_flights_by_blocks_are_those_of_the_pure_step_to_the_bit():
-    rows = record(62.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), 25.0, seed=4)
-    fresh = [0.0 if k % 977 == 0 else 1.0 for k in range(len(rows))]
-    state, events, outputs, _ = followed(rows, fresh)
-    said, adoptions, errors, last = corrected(np.array(rows), fresh, prepare_following(FollowSettings()))
-    assert said == events
-    assert len(adoptions) == 1
-    assert last == state
-    assert [error[0] for error in errors] == [output.time for output in outputs if output.compared]
+HOVER = [2.7, 2.7, 0.15, 0.0, 0.0]
 
 
 def test_the_bound_of_a_constant_change_is_that_of_the_torques_spectrum_at_zero():
@@ -31,13 +24,58 @@ def test_the_bound_of_a_constant_change_is_that_of_the_torques_spectrum_at_zero(
     How much its beginning tells cancels in the difference of two delays. Samples make 1 % of difference at most.
     """
     c = Coefficients()
-    rows = np.tile([2.7, 2.7, 0.15, 0.0, 0.0], (9000, 1))
-    g = 0.2 * c.k_y * 5.4 * math.sin(0.15)
+    rows = np.tile(HOVER, (9000, 1))
+    g = GAIN * c.k_y * 5.4 * math.sin(0.15)
     rate = g * g / (2.0 * TORQUE_STD**2 * TORQUE_TIME)
-    near, far = bound(rows, c, 20.0, 0.2, 3.6e4), bound(rows, c, 20.0, 0.2, 3.6e7)
+    near, far = (excitation("k_y", rows, c, 20.0, time) for time in (3.6e4, 3.6e7))
     assert far.delay - near.delay == pytest.approx(2.0 * math.log(1000.0) / rate, rel=0.01)
 
 
 def test_of_no_change_as_much_is_noticed_as_alarms_are_false():
-    rows = np.tile([2.7, 2.7, 0.15, 0.0, 0.0], (4500, 1))
-    assert bound(rows, Coefficients(), 20.0, 0.0, 3.6e4) == (pytest.approx(20.0 / 3.6e4), math.inf)
+    rows = np.tile([2.7, 2.7, 0.0, 0.0, 0.0], (4500, 1))
+    found = excitation("k_y", rows, Coefficients(), 20.0, 3.6e4)
+    assert found == (pytest.approx(20.0 / 3.6e4), math.inf, math.inf)
+
+
+def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
+    """Information goes with the square of g, J = r (t + t_0): the torque is known at the beginning as well as ever.
+
+    t_0 is 2 tau = 2 s for the torque alone, which then has not wandered yet, and some more for the rate: 2 to 4 s.
+    """
+    rows = np.tile(HOVER, (30000, 1))
+    slower = rows * [1.0, 1.0, 0.5, 1.0, 1.0]
+    near, far = (excitation("k_y", own, Coefficients(), 0.0, 3.6e4).excited for own in (rows, slower))
+    assert near > 20.0
+    assert 4.0 * near + 3.0 * 2.0 < far < 4.0 * near + 3.0 * 4.0
+
+
+def test_a_change_that_shows_at_once_has_20_s_of_excited_flight_after_20_s():
+    rows = np.tile(HOVER, (6000, 1))
+    assert excitation("mass", rows, Coefficients(), 20.0, 3.6e4).excited == 20.0
+
+
+def test_a_stream_at_fault_stands_still_and_stops_once_a_minute():
+    rng = np.random.default_rng(0)
+    rows = np.cumsum(rng.standard_normal((12000, 5)), axis=0)
+    flown = rows.copy()
+    fresh = np.array(broken(FAULTY, rows, 0.0, rng))
+    stops = np.convolve(1.0 - fresh, np.ones(450), "valid") == 450.0
+    assert np.sum(np.diff(stops.astype(int)) == 1) == 2
+    # 5 % are lost and 7 % come after they were due (1.5 standard deviations of the jitter), two stops are 8 %
+    assert fresh.mean() == pytest.approx(0.95 * 0.933 * (1.0 - 10.0 / 120.0), abs=0.01)
+    # what is shown is what was flown 50 ms before, but for the encoder that stands
+    same = (rows[5:, 2:] == flown[:-5, 2:]).all(axis=1)[fresh[5:] > 0.5]
+    assert same.mean() == pytest.approx(1.0 - 8.0 / 110.0, abs=0.01)
+
+
+def test_a_twin_with_the_values_in_use_errs_as_the_one_that_does_not_correct():
+    rows = record(40.0, seed=4)
+    fresh = [0.0 if k % 97 == 0 else 1.0 for k in range(len(rows))]
+    _, _, outputs, _ = followed(rows, fresh, correcting=False)
+    plan = prepare_following(FollowSettings(correcting=False))
+    errors = errors_ahead(np.array(rows), fresh, plan, 20.0, 39.0, plan.first_values)
+    compared = [(k, o) for k, o in enumerate(outputs, 1) if o.compared and 20.0 <= o.time <= 39.0]
+    expected = np.array([np.subtract(rows[k][2:], o.predicted) for k, o in compared])
+    # the two observers began at different times; after 6 s what is left of that is exp(-6.6/2 6) of a rate of .1 rad/s
+    assert errors == pytest.approx(expected, abs=1e-6)
+    assert TABLE_2 == plan.settings.parameters

@@ -2,6 +2,8 @@
 
 import socket
 import struct
+import threading
+import time
 
 import pytest
 
@@ -203,3 +205,29 @@ answer([sockets[0], sockets[-1], sorted(statuses)])
         fmus["RigLink"],
     )
     assert (before, after, statuses) == (0, 0, [0])
+
+
+def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is_due(linked):
+    early, rig = linked()  # finds a free port
+    port = int(got(early, "port")[0])
+    early.terminate()
+
+    def send():
+        time.sleep(0.2)
+        rig.send(sample(40))
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    unit, _ = linked(port=port, wait=10.0)
+    sender.join()
+    assert got(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
+    for k in range(5):
+        stepped(unit, k)
+    assert got(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]
+
+
+def test_a_rig_that_does_not_send_is_said_where_it_is_waited_for(linked):
+    unit = created(wait=0.05)
+    assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
+    assert not unit.do_step(0.0, H)
+    unit.terminate()

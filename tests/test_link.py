@@ -237,3 +237,15 @@ def test_a_slow_co_simulation_is_behind_and_skips():
         clock, seen = tick(clock, 0.002 * k, tuple(sent([k])), SETTINGS)
         assert seen.lead >= -SETTINGS.maximum_age - 1e-9
     assert clock.set_anew > 2 and len(clock.order.waiting) < 30
+
+
+def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_instant():
+    """Of a network with jitter: sample 5 is lost, sample 4 comes in when 5 is due. Taken for 5 it lags by 10 ms."""
+    clock, settings = Clock(), ClockSettings(0.0, 0.2, H)
+    arrivals = {k: (Timed(k * H, k, (float(k),)),) for k in (0, 1, 2, 3, 6, 7)} | {5: (Timed(4 * H, 4, (4.0,)),)}
+    shown = []
+    for k in range(8):
+        clock, seen = tick(clock, k * H, arrivals.get(k, ()), settings)
+        shown.append((seen.latest.number, seen.fresh))
+    assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
+    assert clock.order.counts.received == 7

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
-from time import perf_counter
+from time import monotonic, perf_counter, sleep
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,9 @@ from .unit_log import UnitLog
 
 STRIDE = 1000
 """Steps after which a run says that it is alive."""
+
+LONGEST_SLEEP = 1.0
+"""Time after which a run in real time that waits for its next step says that it is alive [s]."""
 
 WORTH_COMPILING = 100_000
 """Steps from which on loading the compiled loop (.5 s) takes less time than it saves (5 us a step of four units)."""
@@ -100,7 +103,8 @@ def run(
                 alive()
                 take(values[first + 1 : first + 1 + WORTH_COMPILING], step, first)
         else:
-            wired.play(values[1:], _counted(steps, progress, wiring.title))
+            counted = _counted(steps, progress, wiring.title)
+            wired.play(values[1:], _paced(counted, step, alive) if wiring.in_real_time else counted)
         seconds = perf_counter() - began
         time = np.arange(steps + 1, dtype=np.float64) * step
         return Result(layout.names, wired.physical_units(), time, values, seconds)
@@ -203,6 +207,16 @@ class Wired:
             for name, unit in self.units.items()
             for output in self.layout.outputs[name]
         )
+
+
+def _paced(counted: Iterator[int], step: float, alive: Callable[[], None]) -> Iterator[int]:
+    """Give each number ``k`` of ``counted`` at the time k ``step`` [s] after the first one, or late."""
+    began = monotonic()
+    for k in counted:
+        while (ahead := began + k * step - monotonic()) > 0.0:
+            alive()
+            sleep(min(ahead, LONGEST_SLEEP))
+        yield k
 
 
 def _counted(steps: int, progress: bool, title: str) -> Iterator[int]:

@@ -227,6 +227,7 @@ def _scenario(order: dict[str, Any]) -> Scenario:
         tuple((name, kind) for name, kind in order["units"]),
         tuple(Connection(**wire) for wire in order["connections"]),
         tuple((name, value) for name, value in order["parameters"]),
+        order["in_real_time"],
     )
 
 

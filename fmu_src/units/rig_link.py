@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from select import select
+from time import monotonic
 from typing import Any, ClassVar
 
 from pythonfmu.enums import Fmi2Status
@@ -39,7 +41,7 @@ class RigLink(SlaveBase):
     variables: ClassVar[tuple[Variable, ...]] = (
         *voltage_outputs(),
         *(real_output(axis, "rad", 1.0, f"measured {axis} angle", variability="discrete") for axis in AXES),
-        _output("fresh", "1", "1: the step brought a new sample, else 0"),
+        _output("fresh", "1", "1: the step brought the sample that was due, 0: none, or a late one"),
         _output("watchdog", "1", "1: there is no sample yet, or the one shown is older than link.maximum_age, else 0"),
         _output("age", "s", "age of the sample shown, beyond link.delay"),
         _output("lead", "s", "how far the co-simulation runs ahead of the rig; below 0 it runs behind"),
@@ -63,6 +65,9 @@ class RigLink(SlaveBase):
         real_parameter("link.sample_time", "s", 0.01, 1e-5, 1.0, "sampling interval of the rig"),
         real_parameter("link.delay", "s", 0.05, 0.0, 10.0, "the rig is shown this much later: overtaken samples wait"),
         real_parameter("link.maximum_age", "s", 0.2, 1e-3, 1e3, "age above which the watchdog speaks up"),
+        real_parameter(
+            "link.wait", "s", 0.0, 0.0, 100.0, "the initialisation waits so long for the rig's first sample"
+        ),
         integer_parameter("link.look_ahead", 256, 1, 100000, "most datagrams read in one step"),
     )
     summary = "Brings a running rig into a co-simulation, by UDP"
@@ -73,9 +78,11 @@ t + offset. The first sample sets the offset so that it is shown <code>link.dela
 each other within this time are put into order. Where datagrams hold no time, their number times
 <code>link.sample_time</code> is taken, and without numbers the simulated time at which they came in.</p>
 <p>A step never waits: if nothing came in, the last sample stays, <code>fresh</code> is 0, <code>age</code> grows, and
-above <code>link.maximum_age</code> the <code>watchdog</code> is 1. Before the first sample all signals are 0. Therefore
-the host has to run in real time. <code>lead</code> says whether it does: above 0 the co-simulation runs ahead of the
-rig, below 0 behind. If the two come apart by more than <code>link.maximum_age</code>, the offset is set anew.</p>
+above <code>link.maximum_age</code> the <code>watchdog</code> is 1. Therefore the host has to run in real time.
+<code>lead</code> says whether it does: above 0 the co-simulation runs ahead of the rig, below 0 behind. If the two come
+apart by more than <code>link.maximum_age</code>, the offset is set anew.</p>
+<p>Before the first sample all signals are 0, which units that estimate take for a measurement. With
+<code>link.wait</code> above 0 the initialisation waits for the first sample, and is refused if none comes in.</p>
 <p>The unit listens on one address and hears one sender: <code>link.sender</code>, or the first that sends a good
 datagram. Datagrams are not signed, so that a machine that can forge a sender's address can forge samples: use a network
 of your own. The state cannot be saved, because what a rig has sent cannot be sent back.</p>"""
@@ -102,6 +109,7 @@ of your own. The state cannot be saved, because what a rig has sent cannot be se
         self.clock = Clock()
         self.said = ""
         self._show(time)
+        self._wait(time, value["link.wait"])
 
     def advance(self, time: float, step_size: float) -> None:
         """Read what has come in; show the rig's latest sample up to the end of the step."""
@@ -117,14 +125,27 @@ of your own. The state cannot be saved, because what a rig has sent cannot be se
             self.port.close()
             self.port = None
 
+    def _wait(self, time: float, longest: float) -> None:
+        """Wait for the rig's first sample."""
+        end = monotonic() + longest
+        while longest > 0.0 and self.port is not None and not self.clock.order.newest:
+            left = end - monotonic()
+            if left <= 0.0:
+                reason = f"; {self.port.reason}" if self.port.reason else ""
+                raise Refusal(f"no sample of the rig came in within link.wait = {longest:g} s{reason}")
+            select([self.port], [], [], left)
+            self._show(time)
+
     def _show(self, time: float) -> None:
         port = self.port
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         samples = tuple(timed(sample, time, self.settings.sample_time) for sample in port.arrived(self.most))
         self.clock, seen = tick(self.clock, time, samples, self.settings)
-        if seen.latest is not None:
-            self.values[:_SHOWN] = seen.latest.signals
+        # none is due before link.delay has passed: the first one is shown until then
+        latest = seen.latest or next(iter(self.clock.order.waiting), None)
+        if latest is not None:
+            self.values[:_SHOWN] = latest.signals
         counts = self.clock.order.counts
         silent = seen.latest is None or seen.age > self.settings.maximum_age
         shown = (

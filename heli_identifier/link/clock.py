@@ -21,6 +21,11 @@ EARLY = 1e-9
 """A sample is due from this much before its time [s], because communication points k H have rounding errors."""
 
 
+_NEAR = 0.01
+"""Share of the sampling interval by which an age may be short of it and still be one interval: times since 1970 are
+rounded to .1 us."""
+
+
 class ClockSettings(NamedTuple):
     """Delay and maximum age of data [s], and the rig's sampling interval [s]."""
 
@@ -40,8 +45,9 @@ class Clock(NamedTuple):
 class Seen(NamedTuple):
     """What a step shows.
 
-    ``latest`` is the sample shown, None before the first; ``fresh`` says whether it is a new one; ``age`` is how long
-    ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
+    ``latest`` is the sample shown, None before the first; ``fresh`` says whether it is a new one, and the one that was
+    due: one that came in a sampling interval late is shown but is not the rig's state of this instant. ``age`` is how
+    long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
     """
 
     latest: Timed | None
@@ -68,4 +74,5 @@ def tick(clock: Clock, time: float, samples: tuple[Timed, ...], settings: ClockS
         offset, lead, set_anew = newest - time - settings.delay, 0.0, set_anew + 1
     order, released = release(order, time + offset + EARLY, settings.sample_time)
     age = 0.0 if order.last is None else max(time + offset - order.last.time, 0.0)
-    return Clock(order, offset, set_anew), Seen(order.last, bool(released), age, lead)
+    fresh = bool(released) and age < (1.0 - _NEAR) * settings.sample_time
+    return Clock(order, offset, set_anew), Seen(order.last, fresh, age, lead)

@@ -2,8 +2,9 @@
 
 A rival twin that has the change has flown beside the one in use over the window, which begins after the change was
 estimated, so that its errors 1 s ahead are out of sample for both. It must have been better, and the on-line
-identifier must not contradict it (:mod:`.hearing`). Then the size is
-estimated anew from everything since the change and ramped in. The values before go on as the rival; as soon as they
+identifier must not contradict it (:mod:`.hearing`). Name and size are
+then judged anew from everything since the change. Another change that explains it 100 times better goes on trial
+instead; else the size is ramped in. The values before go on as the rival; as soon as they
 predict better with t > 3, they are taken again.
 """
 
@@ -11,12 +12,12 @@ from .baseline import uncertain
 from .blocks import Block, shifted
 from .detection import AT_ZERO, Direction, Finding, measured
 from .errors import compared
-from .events import ADOPTED, BETTER, CONTRADICTED, HELD, NOT_BETTER, ROLLED_BACK, WORSE, Event
+from .events import ADOPTED, ALARM, BETTER, CONTRADICTED, HELD, NAMED, NOT_BETTER, OUTDONE, ROLLED_BACK, WORSE, Event
 from .hearing import contradicted
 from .naming import axes_of, bounds_of, changed, event_of, seen_by, shares_of, value_of
 from .plan import FollowPlan, parameters_of
 from .state import WATCHED, CorrectorState, Told
-from .trial import estimated_anew, put_on_trial, rested
+from .trial import estimated_anew, put_on_trial, renamed, rested
 from .twins import without_rival
 from .values import heading
 
@@ -51,6 +52,14 @@ def on_trial(
     if abs(t) < _SURELY and count < _TRIAL_WINDOWS * plan.window:
         return state, []
     latest = estimated_anew(state, compass, state.finding, plan)
+    likelier = renamed(state, compass, latest, plan)
+    if likelier.change >= 0:
+        events = [
+            event_of(state, HELD, OUTDONE, latest, time, plan),
+            event_of(state, ALARM, NAMED, likelier, time, plan),
+        ]
+        state, more = put_on_trial(state, likelier, time, plan)
+        return state, events + more
     if difference >= 0.0 or t > -_SURELY:
         return rested(state), [event_of(state, HELD, NOT_BETTER, latest, time, plan)]
     if contradicted(state, latest, told, plan):

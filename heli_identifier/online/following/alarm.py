@@ -9,6 +9,7 @@ The fourth, that it predicts better, is that of :mod:`.adoption`.
 
 from .adoption import taken_back, worse_than_alone
 from .baseline import forgotten
+from .blocks import noise_of
 from .detection import NOTHING, Direction, Finding, measured
 from .events import (
     ALARM,
@@ -23,13 +24,11 @@ from .events import (
     WORSE_ALONE,
     Event,
 )
-from .naming import SWINGING, axes_of, bounds_of, event_of, findings, seen_by, shares_of
+from .naming import LEAD, SWINGING, axes_of, bounds_of, event_of, findings, seen_by, shares_of
 from .plan import FollowPlan
 from .state import ALARMED, CorrectorState, Told
+from .stream import doubtful
 from .trial import put_on_trial, rested
-
-_LEAD = 4.6
-"""Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
 
 _PATIENCE = 15
 """Blocks after an alarm in which the lead is waited for."""
@@ -46,10 +45,13 @@ _OPEN = -1
 def following(
     state: CorrectorState, compass: tuple[Direction, ...], run: int, time: float, plan: FollowPlan
 ) -> tuple[CorrectorState, list[Event]]:
-    """Raise an alarm where Page's test, above zero for ``run`` blocks (0: no alarm), or a score says so."""
+    """Raise an alarm where Page's test, above zero for ``run`` blocks (0: no alarm), or a score says so.
+
+    It waits while an encoder may be at fault.
+    """
     if worse_than_alone(state, plan):
         return taken_back(state, plan.first_values, WORSE_ALONE, time, plan)
-    if run > 0:
+    if run > 0 and not doubtful(state.stream, noise_of(state.levels), plan):
         found, _ = findings(state, compass, run + SWINGING, plan)
         first = found[0] if found else NOTHING
         state = state._replace(
@@ -81,13 +83,13 @@ def alarmed(
     if not found:
         return (rested(state), [event_of(state, HELD, IMPOSSIBLE, NOTHING, time, plan)]) if late else (state, [])
     first = found[0]
-    lead = first.evidence - found[1].evidence if len(found) > 1 else _LEAD
-    if lead < _LEAD:
+    lead = first.evidence - found[1].evidence if len(found) > 1 else LEAD
+    if lead < LEAD:
         first = first._replace(other=found[1].change)
     state = state._replace(finding=first)
     gate = _gate(first, ready, told, plan)
-    if gate == _OPEN and (lead >= _LEAD or late):
-        events = [event_of(state, ALARM, NAMED if lead >= _LEAD else AMBIGUOUS, first, time, plan)]
+    if gate == _OPEN and (lead >= LEAD or late):
+        events = [event_of(state, ALARM, NAMED if lead >= LEAD else AMBIGUOUS, first, time, plan)]
         state, more = put_on_trial(state, first, time, plan)
         return state, events + more
     if late:

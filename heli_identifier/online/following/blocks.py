@@ -18,6 +18,7 @@ a long-run variance over its value for white innovations (Newey and West, Econom
 It is learned from blocks that have become _PROVED blocks old without an alarm. D^T b and D^T R D are divided by it.
 """
 
+from math import sqrt
 from typing import NamedTuple
 
 MEMORY = 120.0
@@ -128,6 +129,18 @@ def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]
 def first_level(count: float) -> Level:
     """Return the noise before the first block; ``count`` is a width of the encoder's grid [rad]."""
     return Level(count * count / 12.0, 0.0)
+
+
+def noise_of(levels: tuple[Level, Level, Level]) -> tuple[float, float, float]:
+    """Return the standard deviations of the innovations of the three axes [rad]."""
+    a, b, c = levels
+    return sqrt(a.variance), sqrt(b.variance), sqrt(c.variance)
+
+
+def noise_is_known(levels: tuple[Level, Level, Level], blocks: int) -> bool:
+    """Return whether the noise comes from that many ``blocks``; an axis that never moves has none."""
+    a, b, c = levels
+    return max(a.blocks, b.blocks, c.blocks) >= blocks
 
 
 def learned(level: Level, s: Sums) -> Level:

@@ -1,6 +1,6 @@
 """The corrector: one sample in, the values in use out."""
 
-from math import cos, sqrt
+from math import cos
 
 from heli_plant.communication import PlantMemory, begin
 from heli_plant.motor import saturate
@@ -9,7 +9,7 @@ from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
 from .baseline import allowed_for, first_baseline
-from .blocks import TESTED, UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, parted
+from .blocks import TESTED, UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, noise_of, parted
 from .changes import TRAVEL
 from .detection import AT_ZERO, NOTHING
 from .errors import Row, rms
@@ -29,7 +29,7 @@ from .state import (
     Sample,
     Told,
 )
-from .stream import first_stream, watched
+from .stream import first_stream, standing, watched
 from .suspension import resumed, suspended
 from .twins import first_twins, launched, moved, scaled
 from .values import RAMP, Values, ramped, start_values
@@ -101,7 +101,8 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     ahead, torque = predicted(memory.state, state.torque, h, plan.gains)
     angles = (now.pitch, now.elevation, now.travel)
     fresh = now.fresh > 0.5
-    stream = watched(state.stream, angles, fresh, ahead, torque, plan)
+    noise = noise_of(state.levels)
+    stream = watched(state.stream, angles, fresh, ahead, torque, noise, plan)
     fresh = fresh and not stream.broken
     state = state._replace(
         samples=k,
@@ -127,7 +128,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     own = ((p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy))
     of_plant = measured_angles(seen)
     ramping = k < values.ramp + round(RAMP / h)
-    counts = fresh and k >= state.settled and not ramping
+    resting = k < state.settled or stream.broken or ramping
     new_sensitivities = []
     new_sums: list[Sums] = []
     for axis in range(3):
@@ -135,11 +136,12 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         gains = plan.gains_travel if axis == TRAVEL else plan.gains
         s = predicted_sensitivity(state.sensitivities[axis], g[axis], stiffness, damping, h, gains)
         total = state.sums[axis]
-        if counts:
+        stands = standing(stream, axis, plan)
+        if fresh and not resting and not stands:
             innovation = angles[axis] - of_plant[axis]
-            most = LARGEST_INNOVATION * sqrt(state.levels[axis].variance)
+            most = LARGEST_INNOVATION * noise[axis]
             total = added(total, s.angle, saturate(innovation, most) if state.mode != STARTING else innovation)
-        elif not total.spoiled and (k < state.settled or stream.broken or ramping):
+        elif not total.spoiled and (resting or stands):
             total = total._replace(spoiled=True)
         new_sensitivities.append(corrected_sensitivity(s, gains) if fresh else s)
         new_sums.append(total)

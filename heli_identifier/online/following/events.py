@@ -27,7 +27,8 @@ WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
     INSIGNIFICANT,
     IMPOSSIBLE,
     CONTRADICTED,
-) = range(17)
+    OUTDONE,
+) = range(18)
 WHY = (
     "the innovations no longer fit the values in use; this change explains them best so far",
     "this change explains the innovations at least 100 times better than any other",
@@ -46,6 +47,7 @@ WHY = (
     "the change that explains the innovations best is smaller than four of its standard errors",
     "no change that is physically possible explains the innovations",
     "the on-line identifier's estimate has moved the other way since, by more than three standard errors",
+    "what has been seen since explains another change at least 100 times better; that one is tried instead",
 )  # fmt: skip
 """Sentences of the reasons."""
 

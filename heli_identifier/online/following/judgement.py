@@ -9,11 +9,12 @@
 
 from .adoption import adopted, on_trial
 from .alarm import alarmed, following
+from .blocks import noise_is_known
 from .detection import alarm_of, paged
 from .events import Event
 from .hearing import heard
 from .naming import compass_of, limits_of, proved_colours, seen_by, shares_of
-from .plan import FollowPlan
+from .plan import LEARNING, FollowPlan
 from .state import ALARMED, FOLLOWING, ON_TRIAL, STARTING, SUSPENDED, WATCHED, CorrectorState, Told
 
 KEPT = 90
@@ -27,7 +28,7 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     """Return the state after a complete block, and what there is to report."""
     time = state.samples * plan.settings.sample_time
     if state.mode == STARTING:
-        if state.samples >= plan.learning:
+        if noise_is_known(state.levels, LEARNING):
             state = state._replace(mode=FOLLOWING, since=state.samples)
         return state, []
     if state.mode == SUSPENDED:

@@ -12,6 +12,9 @@ from .events import ALARM, PASSED, Event
 from .plan import FollowPlan, limits
 from .state import FOLLOWING, CorrectorState
 
+LEAD = 4.6
+"""Lead in ln B, ln 100, at which the likeliest change is named without waiting."""
+
 SWINGING, _LEAST_BLOCKS = 2, 5
 """Blocks after a change in which the innovations still swing, and blocks that are needed after them."""
 
@@ -123,12 +126,18 @@ def findings(
     count = found[0].blocks - SWINGING
     if found[0].change < 0 or count < _LEAST_BLOCKS:
         return [one for one in found if one.change >= 0], False
-    again: list[Finding] = []
+    return ranked(state, compass, count, plan), True
+
+
+def ranked(state: CorrectorState, compass: tuple[Direction, ...], count: int, plan: FollowPlan) -> list[Finding]:
+    """Return every possible change with its size from the last ``count`` blocks, the likeliest first."""
+    seen = seen_by(state.blocks[len(state.blocks) - count :], compass, _common_shares(state.colours))
+    found: list[Finding] = []
     for number in range(len(plan.changes)):
         least, most = bounds_of(number, state, plan)
-        again.append(measured(seen, number, count, plan.sizes[number], least, most))
-    again.sort(key=_evidence, reverse=True)
-    return [one for one in again if one.change >= 0], True
+        found.append(measured(seen, number, count, plan.sizes[number], least, most))
+    found.sort(key=_evidence, reverse=True)
+    return [one for one in found if one.change >= 0]
 
 
 def _evidence(finding: Finding) -> float:

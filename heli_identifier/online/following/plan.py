@@ -21,11 +21,14 @@ from .settings import FollowSettings
 BLOCK_TIME = 1.0
 """Length of a block of sums, about [s]."""
 
-SETTLING, LEARNING = 3.0, 12.0
-"""Time until the observer has settled, and until the noise is known [s]."""
+SETTLING = 3.0
+"""Time until the observer has settled [s]."""
 
-STOP, STUCK = 0.2, 0.25
-"""Time without a sample that is a stop, and time at one count that is an encoder's fault if the twin moves [s]."""
+LEARNING = 9
+"""Blocks from which the noise is known."""
+
+STOP, STUCK = 0.2, 0.5
+"""Time without a sample that is a stop, and time at one count after which an encoder's angle does not count [s]."""
 
 
 class FollowPlan(NamedTuple):
@@ -61,7 +64,6 @@ class FollowPlan(NamedTuple):
     horizon: int
     block: int
     settling: int
-    learning: int
     stop: int
     stuck: int
     window: int
@@ -106,7 +108,6 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         max(1, round(HORIZON * COARSE / coarse_time / launches)) * launches,
         per_block,
         round(SETTLING / h),
-        round(LEARNING / h),
         max(1, round(STOP / h)),
         max(2, round(STUCK / h)),
         round(settings.window / (launches * coarse_time)),

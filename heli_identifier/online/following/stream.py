@@ -1,27 +1,45 @@
-"""How the samples come in: a stream that stopped, an encoder that stands still although the rig moves."""
+"""How the samples come in: a stream that stopped, an encoder that stands still although the rig moves.
+
+An encoder that stands at one count is usual where an axis turns back or rests. It is at fault
+
+* if at the rate that the axis had the rig would have gone much further than a count and the noise meanwhile,
+* if after half a second the observer holds the axis by an acceleration that no bearing has,
+* if after half a second it jumps by more than the noise: it stood while the rig moved slowly.
+
+All three are seen only after a while. What comes in from an encoder that stands for half a second does therefore not
+count, and an alarm waits while an encoder stands that should have moved already, if only a little.
+"""
 
 from typing import NamedTuple
 
 from heli_plant.observer import Torque
+from heli_plant.plant import measured_angles
 from heli_plant.state import PlantState
 
 from .errors import Row
 from .plan import FollowPlan
 
-_LONG_STUCK, _HELD = 0.5, 0.06
-"""An encoder that stands still for this long [s] is at fault as well if meanwhile the acceleration with which the
-observer holds the axis has grown by this much [rad/s^2]: more than dry friction of a usual bearing."""
+_PATH, _PATH_NOISE = 7.5e-3, 8.0
+"""Path [rad], and path in standard deviations of the innovations, at which an encoder that stands still is at fault:
+five counts of 4096, and more of a coarser one. The larger of the two counts."""
 
-_MOVING = 0.03
-"""Rate [rad/s] at which an encoder that stands still is at fault: it would have moved by five counts of 4096."""
+_DOUBTFUL = 2.0
+"""Path in standard deviations of the innovations at which an encoder that stands still may be at fault."""
+
+_JUMP = 4.0
+"""Innovation in standard deviations by which an encoder that stood still jumps."""
+
+_HELD = 0.06
+"""Change of the acceleration with which the observer holds an axis [rad/s^2]: more than dry friction of a usual
+bearing."""
 
 
 class Stream(NamedTuple):
     """How the samples come in.
 
     ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
-    not moved, and the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped;
-    whether it is ``broken``.
+    not moved, the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped, and
+    whether they are ``stuck``; whether the stream is ``broken``.
     """
 
     unseen: int
@@ -29,16 +47,34 @@ class Stream(NamedTuple):
     still: tuple[int, int, int]
     rates: Row
     torques: Row
+    stuck: tuple[bool, bool, bool]
     broken: bool
 
 
 def first_stream(angles: Row) -> Stream:
     """Return how samples come in at sample 0 with its ``angles`` [rad]."""
     nothing = (0.0, 0.0, 0.0)
-    return Stream(0, angles, (0, 0, 0), nothing, nothing, False)
+    return Stream(0, angles, (0, 0, 0), nothing, nothing, (False, False, False), False)
 
 
-def watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, torque: Torque, plan: FollowPlan) -> Stream:
+def standing(stream: Stream, axis: int, plan: FollowPlan) -> bool:
+    """Return whether the encoder of an axis has stood still for so long that what it says does not count."""
+    return stream.still[axis] >= plan.stuck
+
+
+def doubtful(stream: Stream, noise: Row, plan: FollowPlan) -> bool:
+    """Return whether an encoder stands still that should have moved; ``noise`` of the innovations [rad]."""
+    return any(_path(stream.rates[axis], stream.still[axis], plan) > _DOUBTFUL * noise[axis] for axis in range(3))
+
+
+def _path(rate: float, still: int, plan: FollowPlan) -> float:
+    """Return the path [rad] at a ``rate`` [rad/s] in ``still`` samples."""
+    return abs(rate) * still * plan.settings.sample_time
+
+
+def watched(
+    stream: Stream, angles: Row, fresh: bool, state: PlantState, torque: Torque, noise: Row, plan: FollowPlan
+) -> Stream:
     """Return how the samples come in, after one more instant.
 
     Parameters
@@ -52,28 +88,33 @@ def watched(stream: Stream, angles: Row, fresh: bool, state: PlantState, torque:
         As the observer predicts it.
     torque : Torque
         Unmodelled accelerations [rad/s^2].
+    noise : tuple
+        Standard deviations of the innovations [rad].
     plan : FollowPlan
     """
     if not fresh:
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
-    rates = (state.pitch_rate, state.elevation_rate, state.travel_rate)
-    still = [0, 0, 0]
+    seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
+    still, stuck, jumped = [0, 0, 0], [False, False, False], False
     began, torques = list(stream.rates), list(stream.torques)
-    frozen = False
     for axis in range(3):
-        if angles[axis] == stream.angles[axis]:
-            still[axis] = stream.still[axis] + 1
-            if still[axis] == 1:
-                began[axis], torques[axis] = rates[axis], torque[axis]
-            moving = still[axis] >= plan.stuck and abs(began[axis]) > _MOVING
-            held = still[axis] * plan.settings.sample_time >= _LONG_STUCK and abs(torque[axis] - torques[axis]) > _HELD
-            frozen = frozen or moving or held
+        if angles[axis] != stream.angles[axis]:
+            far = abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
+            jumped = jumped or (far and standing(stream, axis, plan))
+            continue
+        still[axis] = stream.still[axis] + 1
+        if still[axis] == 1:
+            began[axis], torques[axis] = rates[axis], torque[axis]
+        passed = _path(began[axis], still[axis], plan) > max(_PATH, _PATH_NOISE * noise[axis])
+        held = still[axis] >= plan.stuck and abs(torque[axis] - torques[axis]) > _HELD
+        stuck[axis] = stream.stuck[axis] or passed or held  # until it moves: meanwhile nothing holds the observer
     return Stream(
         0,
         angles,
         (still[0], still[1], still[2]),
         (began[0], began[1], began[2]),
         (torques[0], torques[1], torques[2]),
-        frozen,
+        (stuck[0], stuck[1], stuck[2]),
+        jumped or True in stuck,
     )

@@ -5,9 +5,10 @@ from heli_plant.observer import Torque
 from heli_plant.state import start_state
 
 from .baseline import forgotten
+from .blocks import noise_is_known
 from .detection import AT_ZERO
 from .events import BACK, CUT, FROZEN, HELD, STOPPED, STREAM, Event
-from .plan import FollowPlan
+from .plan import LEARNING, FollowPlan
 from .sensitivity import no_sensitivity
 from .state import FOLLOWING, ON_TRIAL, STARTING, SUSPENDED, CorrectorState, Sample
 
@@ -42,7 +43,7 @@ def resumed(state: CorrectorState, now: Sample, time: float, plan: FollowPlan) -
     first = first._replace(cable_rest=memory.state.cable_rest)
     a, b, c = plan.columns
     return state._replace(
-        mode=FOLLOWING if state.samples > plan.learning else STARTING,
+        mode=FOLLOWING if noise_is_known(state.levels, LEARNING) else STARTING,
         since=state.samples,
         settled=state.samples + plan.settling,
         memory=PlantMemory(begin(first, state.values.parameters).state, memory.since, memory.held),

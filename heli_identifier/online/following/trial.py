@@ -3,7 +3,7 @@
 from .blocks import kappa
 from .detection import AT_ZERO, NOTHING, Direction, Finding, projected
 from .events import HELD, OFF, Event
-from .naming import bounds_of, changed, event_of
+from .naming import LEAD, bounds_of, changed, event_of, ranked
 from .plan import FollowPlan, parameters_of
 from .state import FOLLOWING, ON_TRIAL, CorrectorState
 from .twins import without_rival
@@ -33,6 +33,15 @@ def rested(state: CorrectorState) -> CorrectorState:
         values=state.values._replace(rival=()),
         twins=without_rival(state.twins),
     )
+
+
+def renamed(state: CorrectorState, compass: tuple[Direction, ...], finding: Finding, plan: FollowPlan) -> Finding:
+    """Return the change that explains the blocks of ``finding`` better than it does by :data:`LEAD`, or nothing."""
+    found = ranked(state, compass, finding.blocks, plan)
+    own = [one.evidence for one in found if one.change == finding.change]
+    if found and found[0].change != finding.change and found[0].evidence > LEAD + (own[0] if own else 0.0):
+        return found[0]
+    return NOTHING
 
 
 def estimated_anew(

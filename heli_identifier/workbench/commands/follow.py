@@ -11,7 +11,6 @@ from heli_identifier.workbench.commands.options import Config, From, Layout, To
 
 if TYPE_CHECKING:
     from heli_identifier.records import RigConfiguration
-    from heli_identifier.workbench.follow.listening import Status
     from heli_identifier.workbench.follow.screen import Show
     from heli_identifier.workbench.follow.session import Session
 
@@ -79,6 +78,7 @@ def follow(
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.commands.follow_advice import Adviser, controller_of
     from heli_identifier.workbench.commands.follow_end import conclude
+    from heli_identifier.workbench.commands.follow_shown import shows, summary
     from heli_identifier.workbench.commands.logs import found_configuration
     from heli_identifier.workbench.commands.terminal import note
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
@@ -98,7 +98,7 @@ def follow(
         else:
             source = _listener(stack, str(listen), sender, layout, rate, configuration)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
-        show = _shows(stack, title, serve_at if serve else None)
+        show = shows(stack, title, serve_at if serve else None)
         session = Session(output, twin, adviser.ask)
         stack.callback(session.close)
         stack.callback(adviser.close)
@@ -111,7 +111,7 @@ def follow(
         source(session, stopped, show_all)
         interrupted = stopped()
         session.notice = adviser.look(wait=True)
-    for line in _summary(session):
+    for line in summary(session):
         typer.echo(line)
     if session.notice:
         typer.echo(session.notice)
@@ -152,6 +152,7 @@ def _listener(
     """Open the port and return a function that lets a session follow what comes in."""
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.link import USUAL_LAYOUT, Port, read_address, read_layout
+    from heli_identifier.workbench.commands.follow_shown import stream_events
     from heli_identifier.workbench.commands.terminal import note
     from heli_identifier.workbench.follow.listening import Listening, check_rate
 
@@ -173,34 +174,6 @@ def _listener(
     return run
 
 
-def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
-    """Open the screen and the page, and return what shows a view on them."""
-    import sys
-
-    shows: list[Any] = []
-    if address is not None:
-        from heli_identifier.workbench.commands.terminal import note
-        from heli_identifier.workbench.follow.server import served
-
-        url, board = stack.enter_context(served(address, title))
-        note(f"open {url} in a browser")
-        shows.append(board.show)
-    if sys.stderr.isatty():
-        from heli_identifier.workbench.follow.screen import screen
-
-        shows.append(stack.enter_context(screen(title)))
-    else:
-        from heli_identifier.workbench.follow.screen import Teller
-
-        shows.append(Teller())
-
-    def show(view: Any, status: Any) -> None:
-        for one in shows:
-            one(view, status)
-
-    return show
-
-
 @contextmanager
 def first_interrupt() -> Iterator[Callable[[], bool]]:
     """Give a function that says whether Ctrl-C has asked the block to end; a second one ends the command at once."""
@@ -220,42 +193,3 @@ def first_interrupt() -> Iterator[Callable[[], bool]]:
         yield lambda: asked
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
-    """Give the event that says how the samples came in, if any was lost, late, doubled, damaged or somebody else's."""
-    from heli_identifier.workbench.commands.terminal import counted
-
-    counts = status.counts
-    names = {
-        "lost": "were lost",
-        "late": "came too late",
-        "reordered": "were overtaken",
-        "duplicated": "came twice",
-        "stray": "had a damaged time",
-    }
-    told = [f"{getattr(counts, name)} {said}" for name, said in names.items() if getattr(counts, name)]
-    told += [f"{status.refused} datagrams held no sample"] if status.refused else []
-    told += [f"{status.foreign} datagrams came from others"] if status.foreign else []
-    told += [f"the rig started anew {counted(counts.restarted, 'time')}"] if counts.restarted else []
-    if told:
-        why = f"of {counts.received + counts.lost} samples " + ", ".join(told)
-        event = {
-            "time_s": time,
-            "what": "stream",
-            "name": "",
-            "or": "",
-            "axis": "",
-            "value": 0.0,
-            "standard_error": 0.0,
-        }
-        yield {**event, "since_s": 0.0, "why": why}
-
-
-def _summary(session: "Session") -> Iterator[str]:
-    """Say what happened, in a line for each event but those that were only held."""
-    from heli_identifier.workbench.follow.screen import event_line
-
-    yield f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples"
-    for event in session.events:
-        yield event_line(event)
