@@ -8,10 +8,19 @@ output) cannot be replaced without destroying it: it is written through.
 import errno
 import os
 import stat
+from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
 
 from heli_identifier.drafts import draft_file
+
+KEPT: ContextVar[tuple[Path, ...]] = ContextVar("KEPT", default=())
+"""Files that the command reads, which a folder of results must not replace."""
+
+
+def is_kept(path: Path) -> bool:
+    """Whether a file is one that the command reads."""
+    return path.is_file() and any(other.is_file() and path.samefile(other) for other in KEPT.get())
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:

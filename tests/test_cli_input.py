@@ -55,6 +55,13 @@ UNFORESEEN = {
     "a mistake in the code": (ZeroDivisionError("nobody thought of this"), 70, "ZeroDivisionError: nobody thought"),
     "a full disk": (OSError(28, "No space left on device"), 2, "heli: No space left on device."),
     "a file that cannot be read": (OSError(13, "Permission denied", "a.csv"), 2, "heli: a.csv: Permission denied."),
+    "no memory": (MemoryError(), 2, "heli: there is not enough memory for this"),
+    "no memory for a library": (
+        ImportError("numpy/_generator.so: failed to map segment from shared object"),
+        2,
+        "heli: there is not enough memory for this",
+    ),
+    "a library that is not there": (ImportError("No module named 'nonsense'"), 70, "No module named 'nonsense'"),
     "an error of the system without a number": (OSError("timed out"), 2, "heli: timed out."),
 }
 

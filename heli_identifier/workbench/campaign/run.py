@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.tracing import DiagnosisSettings
-from heli_identifier.workbench.campaign.cluster import client, require_packages
+from heli_identifier.workbench.campaign.cluster import check_workers, client, require_packages
 from heli_identifier.workbench.campaign.key import code_digest, result_key, source_digest
 from heli_identifier.workbench.campaign.results import Results, complete
 from heli_identifier.workbench.campaign.row import Row, diagnosed
@@ -69,6 +69,7 @@ def run_campaign(
         Two rigs have the same name, an optional package is missing, or cluster or folder cannot be used.
     """
     require_packages()
+    check_workers(scheduler, workers)  # before a folder is made
     settings, progress = settings or DiagnosisSettings(), progress or (lambda done, total, row: None)
     by_key = _keyed(sources, settings, measure)
     results = Results(Path(folder))
