@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
 from typer import Typer
@@ -81,6 +82,32 @@ def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_wit
     assert said in result.stderr
     assert ("Traceback" in result.stderr) == (code == 70)
     assert result.stdout == ""
+
+
+class Library:
+    """What a library may do with the exit that a signal raises within it: make another error of it, or drop it."""
+
+    @staticmethod
+    def another():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except BaseException as end:  # as CPython did around __set_name__ until 3.12
+            raise RuntimeError("Error calling __set_name__") from end
+
+    @staticmethod
+    def dropped():
+        with suppress(BaseException):
+            signal.raise_signal(signal.SIGTERM)
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("library", [Library.another, Library.dropped])
+def test_a_command_that_was_asked_to_end_says_so_whatever_a_library_makes_of_it(library):
+    one = Typer()
+    one.command()(guarded(library))
+    result = CliRunner().invoke(one)
+    assert result.exit_code == 128 + signal.SIGTERM
+    assert result.output == ""
 
 
 @pytest.mark.parametrize("option", ["--step", "--duration"])
