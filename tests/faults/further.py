@@ -3,7 +3,7 @@
 import os
 
 from tests.faults.case import Fault
-from tests.faults.material import TRAVEL, changed, good, headed, nothing, parameters
+from tests.faults.material import TRAVEL, changed, configured, good, headed, nothing, parameters
 
 FOLLOW = "heli follow -p parameters.json -o out"
 PLAY = f"{FOLLOW} log.csv --speed 0"
@@ -109,9 +109,55 @@ TEXTS = (
     Fault("the same in an SSP", nothing, "heli ssp measured_data -s player.log.path=$'a\\xffb' -o a.ssp", "holds a character that is no text in XML", shell=True),
 )  # fmt: skip
 
+IDENTIFY = "heli identify log.csv -o out"
+CAMPAIGN = "heli campaign rigs -o out"
+
+
+def here(make):
+    """Give a function that makes something called heli.toml beside a log."""
+    return lambda folder: (good(folder), make(folder / "heli.toml"))
+
+
+def campaigned(folder):
+    (folder / "rigs" / "a").mkdir(parents=True)
+    for name in ("train1.csv", "held1.csv"):
+        good(folder / "rigs" / "a")
+        (folder / "rigs" / "a" / "log.csv").rename(folder / "rigs" / "a" / name)
+
+
+def fleet(folder):
+    for name in ("a", "b"):
+        (folder / name).mkdir()
+        good(folder / name)
+    os.mkfifo(folder / "a" / "heli.toml")
+
+
+FOUND = (
+    Fault("a heli.toml that is a folder", here(lambda p: p.mkdir()), IDENTIFY, "heli.toml cannot be read: it is a folder"),
+    Fault("a heli.toml that is a pipe", here(os.mkfifo), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
+    Fault("a heli.toml that is a link to nowhere", here(lambda p: p.symlink_to("none")), IDENTIFY, "heli.toml does not exist"),
+    Fault("a heli.toml that is a link to itself", here(lambda p: p.symlink_to("heli.toml")), IDENTIFY, "Too many levels of symbolic links"),
+    Fault("a heli.toml that is a link to /dev/zero", here(lambda p: p.symlink_to("/dev/zero")), IDENTIFY, "heli.toml cannot be read: it is a device"),
+    Fault("a heli.toml in UTF-16", here(lambda p: p.write_text("[rig]", encoding="utf-16")), IDENTIFY, "is not UTF-8 text"),
+    Fault("a number of 5000 digits in heli.toml", configured(f"[rig]\nvoltage_limit = {'9' * 5000}\n"), IDENTIFY, "is not TOML: Exceeds the limit"),
+    Fault("an infinite limit of the voltage", configured("[rig]\nvoltage_limit = 1e400\n"), IDENTIFY, "rig.voltage_limit = inf V must lie in [0.1, 100] V"),
+    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
+    Fault("a heli.toml of a rig of a fleet that is a pipe", fleet, "heli fleet a b -o out", "heli.toml cannot be read: it is a pipe"),
+)  # fmt: skip
+
+CAMPAIGNS = (
+    Fault("a campaign of no workers", campaigned, f"{CAMPAIGN} --workers 0", "workers = 0 must lie in [1, 1000]"),
+    Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "workers = 1000000000 must lie in [1, 1000]"),
+    Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
+    Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
+    Fault("results in a folder that is a link to itself", lambda f: (campaigned(f), (f / "out").symlink_to("out")), CAMPAIGN, "out cannot hold results"),
+)  # fmt: skip
+
 SECTIONS = {
     "Streams of a rig: variations": STREAMED,
     "Flights: variations": FLOWN,
     "Results and memory: variations": PLACED,
     "Texts and values: variations": TEXTS,
+    "heli.toml: what stands in its place": FOUND,
+    "Campaigns": CAMPAIGNS,
 }

@@ -147,7 +147,7 @@ def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] 
 def _configuration(folder: Path, shared: str | PathLike[str] | None) -> str:
     """Return the path of a rig's own configuration, else of the shared one, else an empty text."""
     own = folder / CONFIGURATION_NAME
-    if own.exists():
+    if os.path.lexists(own):
         return str(own)
     return os.path.realpath(shared) if shared else ""
 

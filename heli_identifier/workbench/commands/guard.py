@@ -20,7 +20,7 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
-from heli_identifier.files import KEPT
+from heli_identifier.files import keeping
 from heli_identifier.signals import ENDING
 from heli_identifier.workbench.commands.memory import is_of_memory, require_memory
 from heli_plant.errors import PlantError
@@ -48,8 +48,8 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
         try:
             with terminable():
                 require_memory()
-                _keep_what_is_read(options)
-                return command(*arguments, **options)
+                with keeping(_read(options)):
+                    return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
             raise fail(_without_folder() or str(error)) from error
         except (typer.Exit, typer.Abort):
@@ -83,10 +83,8 @@ _WRITTEN = ("output", "junit", "plot")
 """Options that name a file to write."""
 
 
-def _keep_what_is_read(options: Mapping[str, object]) -> None:
-    """Refuse to write over a file that the same command reads, such as a measured log.
-
-    Those in a folder of results are refused when the names of the results are known.
+def _read(options: Mapping[str, object]) -> list[Path]:
+    """Give the files that a command reads, such as a measured log; refuse to write over one of them.
 
     Raises
     ------
@@ -100,7 +98,7 @@ def _keep_what_is_read(options: Mapping[str, object]) -> None:
             with suppress(OSError):  # one of them is not there
                 if written.is_file() and written.samefile(path):
                     raise ConfigurationError(f"{written} is read by this command and not written over; name another.")
-    KEPT.set(tuple(read))
+    return read
 
 
 @contextmanager
