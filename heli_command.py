@@ -1,13 +1,18 @@
 """The entry of the command line. It imports nothing of the packages before Ctrl-C is taken care of."""
 
-import signal
+import os  # the interpreter has it already
 
 
 def main() -> None:
     """Run the command line ``heli``."""
-    # Until a command begins there is nothing to clean up: Ctrl-C ends the process at once and without a word.
-    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    try:
+        import signal
+
+        # Until a command begins there is nothing to clean up: Ctrl-C ends the process at once and without a word.
+        if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
+    except KeyboardInterrupt:
+        os._exit(130)
     from heli_identifier.workbench.commands import main as run
 
     run()

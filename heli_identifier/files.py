@@ -8,10 +8,30 @@ output) cannot be replaced without destroying it: it is written through.
 import errno
 import os
 import stat
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
 
 from heli_identifier.drafts import draft_file
+
+_kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
+
+
+@contextmanager
+def keeping(paths: Iterable[Path]) -> Iterator[None]:
+    """Let no folder of results replace one of these files while the block runs, which reads them."""
+    token = _kept.set(tuple(paths))
+    try:
+        yield
+    finally:
+        _kept.reset(token)
+
+
+def is_kept(path: Path) -> bool:
+    """Whether a file is read by the block that runs (:func:`keeping`)."""
+    return path.is_file() and any(other.is_file() and path.samefile(other) for other in _kept.get())
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:

@@ -49,7 +49,7 @@ class Chromium:
 
     def __exit__(self, *_):
         self.process.terminate()
-        self.process.wait(20)
+        self.process.wait(120)
         self.orders.close()
         self.answers.close()
 

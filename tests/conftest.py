@@ -47,7 +47,7 @@ def fmus(tmp_path_factory):
 def in_host():
     """Run a script in a host process of its own; returns what it gives to ``answer``."""
 
-    def run(script, *arguments, timeout=120):
+    def run(script, *arguments, timeout=300):
         prelude = "import sys\nfrom unit_host import Unit, answer\n"
         done = subprocess.run(
             [sys.executable, "-c", prelude + dedent(script), *map(str, arguments)],

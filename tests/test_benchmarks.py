@@ -21,11 +21,13 @@ from benchmarks.page import assembled, section_of
 from benchmarks.printed import Printed
 from benchmarks.selection import tally
 from benchmarks.simulation import bars as simulation_bars
+from benchmarks.soak_run import CASES, GAIN_LIMIT
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, in_turn, ratio
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.workbench.identify.replay import replay
 from heli_plant.effects import CATALOGUE
+from tests.faults.case import ROOT
 
 FRICTION, DRAG, CABLE = ("dry_friction", "pitch"), ("quadratic_drag", "pitch"), ("cable_stiffness", "travel")
 
@@ -228,3 +230,19 @@ def test_what_has_grown_with_the_square_of_the_length_is_expected_to_go_on_so():
     assert expected([(10, 2.0), (30, 18.0)], 100) == pytest.approx(200.0)
     # a fixed share of the cost makes times grow slower at first; the samples are paid for all the same
     assert expected([(10, 2.0), (30, 3.0)], 60) == pytest.approx(6.0)
+
+
+# --- soak --------------------------------------------------------------------------------------------------------
+
+
+def test_the_soak_flies_with_the_settings_that_are_documented_for_rigs_that_change():
+    text = (ROOT / "docs" / "howto" / "closed-loop.md").read_text(encoding="utf-8")
+    lines = text.partition("## A rig that changes")[2].splitlines()
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("| `")]
+    documented = [{name.split("`")[1]: cells[column] for name, *cells in rows if cells[column]} for column in (0, 1)]
+    flown = {case: {"adaptation.gain_limit": GAIN_LIMIT, **settings} for case, settings in CASES.items()}
+    assert flown["prediction_error"].pop("motor.lag_known")  # what is known of the rig, and no setting for its changes
+    for case, column in (("adaptation", 0), ("prediction_error", 1), ("prediction_error_lag", 1)):
+        assert flown[case].keys() == documented[column].keys()
+        for name, value in documented[column].items():
+            assert flown[case][name] == (value if name == "method" else float(value))

@@ -81,7 +81,7 @@ def run(script, cache):
         [sys.executable, "-c", dedent(script)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=300,
         env={**os.environ, "HELI_CACHE_DIR": str(cache)},
         check=True,
     )

@@ -54,7 +54,7 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, host, lo
         ],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         env={"PATH": os.environ["PATH"], "LD_PRELOAD": str(libpython()), "PYTHONHOME": sys.base_prefix},
         check=False,
     )
@@ -63,7 +63,7 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, host, lo
         [sys.executable, "-I", str(HOSTS / "bare_host.py"), str(log), str(fmus[unit])],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
         check=True,
     )
     expected = [float(number) for number in ast.literal_eval(bare.stdout.partition(" ")[2])]

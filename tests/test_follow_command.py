@@ -42,7 +42,7 @@ from heli_plant.parameters import TABLE_2
 H = 0.01
 LAYOUT = read_layout(USUAL_LAYOUT)
 MAIN = [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()"]
-LONGEST = 60.0
+LONGEST = 180.0
 """Time after which a process is taken for hung [s]; a loaded machine is no defect."""
 
 

@@ -44,5 +44,5 @@ def test_inner_work_may_be_parallel_as_well(threads):
 @pytest.mark.skipif(not hasattr(__import__("os"), "fork"), reason="this system cannot fork")
 def test_a_forked_process_starts_threads_of_its_own():
     # a pool that came along without its threads would wait for ever
-    done = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED], timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED], timeout=300, check=False)
     assert done.returncode == 0

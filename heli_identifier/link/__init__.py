@@ -6,7 +6,7 @@ The unit RigLink, `heli stream` and `heli follow --listen` share it; it needs th
 from .clock import Clock, ClockSettings, Seen, tick
 from .datagrams import JSON, SIGNALS, USUAL_LAYOUT, Datagram, Layout, decode, encode, read_layout
 from .order import JUMP, Counts, Order, Timed, release, take, timed
-from .port import Port, read_address
+from .port import Port, is_every, read_address
 
 __all__ = [
     "JSON",
@@ -24,6 +24,7 @@ __all__ = [
     "Timed",
     "decode",
     "encode",
+    "is_every",
     "read_address",
     "read_layout",
     "release",

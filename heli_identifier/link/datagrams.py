@@ -28,6 +28,9 @@ JSON = "json"
 LARGEST_JSON = 1024
 """Bytes of the longest JSON line that is read; one of this project has about 150."""
 
+LARGEST_DATAGRAM = 65_507
+"""Bytes of the longest datagram of UDP under IPv4."""
+
 LARGEST_SEQUENCE = 2.0**53
 """Whole numbers up to here are exact as doubles."""
 
@@ -80,7 +83,7 @@ def read_layout(text: str) -> Layout:
     Raises
     ------
     ConfigurationError
-        A name is unknown or stands there twice, or a signal is missing.
+        A name is unknown or stands there twice, a signal is missing, or there are more than a datagram holds.
     """
     words = text.replace(",", " ").split()
     if words == [JSON]:
@@ -101,6 +104,10 @@ def read_layout(text: str) -> Layout:
     missing = [name for name in SIGNALS if name not in names]
     if missing:
         raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")
+    if 8 * len(names) > LARGEST_DATAGRAM:
+        raise ConfigurationError(
+            f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
+        )
     return Layout(tuple(names), tuple(factors))
 
 

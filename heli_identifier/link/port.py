@@ -37,12 +37,20 @@ def read_address(text: str, what: str) -> tuple[str, int]:
     host = "127.0.0.1" if host == "localhost" else host
     try:
         address = str(ip_address(host))
-        number = int(port) if port else -1
     except ValueError:
-        number, address = 65536, ""
-    if number > 65535 or (port and number < 0):
+        address = ""
+    # int() would also take +1_0 and the digits of other scripts
+    number = int(port[:6]) if port.isascii() and port.isdigit() else -1
+    if not address or number > 65535 or (port and number < 0):
         raise ConfigurationError(f"{what} = {text!r} must be a numeric address and a port, as 127.0.0.1:25000")
     return address, number
+
+
+def is_every(host: str) -> bool:
+    """Whether a numeric address stands for all addresses of a machine: 0.0.0.0, ::, or ::ffff:0.0.0.0."""
+    address = ip_address(host)
+    mapped = getattr(address, "ipv4_mapped", None)
+    return address.is_unspecified or (mapped is not None and mapped.is_unspecified)
 
 
 class Port:
@@ -70,17 +78,23 @@ class Port:
     Raises
     ------
     ConfigurationError
-        The address is not one of this machine, is taken, or would hear all networks.
+        The address is not one of this machine, is taken, or would hear all networks; or nothing comes from the sender.
     """
 
     def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
         host, _ = read_address(address, "the address to listen on")
-        if ip_address(host).is_unspecified:
+        if is_every(host):
             raise ConfigurationError(
                 f"the address to listen on = {address!r} would hear every network; name one address of this machine"
             )
+        if ip_address(host).is_multicast or host == "255.255.255.255":
+            raise ConfigurationError(
+                f"the address to listen on = {address!r} is a group's; name one address of this machine"
+            )
         self.layout = layout
         self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
+        if self.sender is not None and (is_every(self.sender[0]) or self.sender[1] == 0):
+            raise ConfigurationError(f"the sender = {sender!r}: no datagram comes from there; name the rig's address")
         self.refused = self.foreign = 0
         self.reason = ""
         self._any_port = self.sender is not None and self.sender[1] < 0

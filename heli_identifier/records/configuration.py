@@ -191,7 +191,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
     except RecursionError as error:
         raise ConfigurationError(f"{path} is nested too deeply for a configuration; {advice}.") from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # a number of more than 4300 digits is one as well
         raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
     try:
         file = msgspec.convert(content, _File)

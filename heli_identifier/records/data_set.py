@@ -1,5 +1,6 @@
 """Several logs of one rig as one data set: some to fit, some held out; and the data sets that come with the package."""
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -199,4 +200,4 @@ def _share_samples(one: Log, other: Log) -> bool:
 
 def _folders(log: Log) -> tuple[str, ...]:
     """Names of the folders above a log's file, the closest first; none if the log was computed."""
-    return tuple(folder.name for folder in Path(log.path).resolve().parents) if log.path else ()
+    return tuple(folder.name for folder in Path(os.path.realpath(log.path)).parents) if log.path else ()

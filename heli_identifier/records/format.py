@@ -8,8 +8,11 @@ from math import isfinite
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 
-LOWEST_LIMIT = 0.1
-"""Limit of an amplifier [V] below which no rotor turns."""
+LOWEST_LIMIT, HIGHEST_LIMIT = 0.1, 100.0
+"""Limits of an amplifier [V] below which no rotor turns and above which no bench motor runs."""
+
+MOST_COUNTS = 2**32
+"""Counts of an encoder per turn; the finest that are made have 2^32."""
 
 
 @dataclass(frozen=True)
@@ -88,13 +91,16 @@ class LogFormat:
             raise ConfigurationError(f"log.end = {self.end:g} s must come after log.start = {self.start:g} s.")
         if self.decimal not in (".", ","):
             raise ConfigurationError(f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
-        if len(self.encoder_counts) != len(ANGLES) or min(self.encoder_counts) < 1:
+        if len(self.encoder_counts) != len(ANGLES) or not all(
+            1 <= count <= MOST_COUNTS for count in self.encoder_counts
+        ):
             raise ConfigurationError(
-                f"rig.encoder_counts = {self.encoder_counts} must be counts per turn > 0 of {', '.join(ANGLES)}."
+                f"rig.encoder_counts = {self.encoder_counts} must be counts per turn in [1, {MOST_COUNTS}] of "
+                f"{', '.join(ANGLES)}."
             )
-        if not self.voltage_limit >= LOWEST_LIMIT:
+        if not LOWEST_LIMIT <= self.voltage_limit <= HIGHEST_LIMIT:
             raise ConfigurationError(
-                f"rig.voltage_limit = {self.voltage_limit:g} V must be at least {LOWEST_LIMIT:g} V."
+                f"rig.voltage_limit = {self.voltage_limit:g} V must lie in [{LOWEST_LIMIT:g}, {HIGHEST_LIMIT:g}] V."
             )
         if not self.largest_file > 0.0:
             raise ConfigurationError(f"log.largest_file = {self.largest_file:g} MB must be positive.")

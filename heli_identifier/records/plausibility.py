@@ -29,6 +29,9 @@ SUSPICIOUS_ANGLE = np.pi
 POSSIBLE_SPEED = 4.0 * np.pi
 """Largest travel within a second [rad/s]."""
 
+POSSIBLE_TRAVEL = 1e4
+"""Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
+
 POSSIBLE_VOLTAGE = 100.0
 """Largest voltage either way [V]."""
 
@@ -201,6 +204,9 @@ def check_plausible(
 def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[str, float, float]:
     """Give what a signal does, how far it goes and how far it can go."""
     if signal == "travel":
+        farthest = float(np.abs(values).max())
+        if farthest > POSSIBLE_TRAVEL:
+            return "reaches", farthest, POSSIBLE_TRAVEL
         second = max(1, round(rate_hz))
         turned = np.abs(values[second:] - values[:-second]).max(initial=0.0)
         return "turns within a second by", float(turned), POSSIBLE_SPEED

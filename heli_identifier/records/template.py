@@ -18,8 +18,18 @@ def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
     settings = [f"{key} = {value}" for key, value, _ in entries]
     width = max(map(len, settings))
     return "\n".join(
-        f"{setting:<{width}}  # {comment}" for setting, (_, _, comment) in zip(settings, entries, strict=True)
+        f"{setting:<{width}}  # {_plain(comment)}" for setting, (_, _, comment) in zip(settings, entries, strict=True)
     )
+
+
+def _plain(text: str) -> str:
+    """Give a text for a comment of TOML, which holds no control characters."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
+
+
+def _quoted(text: str) -> str:
+    """Give a text as a string of TOML: JSON's, which lets the control character DEL stand."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def template_text(found: Guess | None = None) -> str:
@@ -31,7 +41,7 @@ def template_text(found: Guess | None = None) -> str:
         if given is None:
             return f"# {signal}", example, comment
         text = reasons.get(f"{section}.{signal}", comment)
-        return signal, json.dumps(given, ensure_ascii=False) if isinstance(given, str) else given, text
+        return signal, _quoted(given) if isinstance(given, str) else given, text
 
     columns = _lines([entry("columns", s, json.dumps(header(s)), form.columns.get(s), _MEANINGS[s]) for s in NAMED])
     units = _lines(
@@ -40,12 +50,12 @@ def template_text(found: Guess | None = None) -> str:
     signs = _lines([entry("signs", s, "-1", form.signs.get(s), _SIGNS[s]) for s in NAMED[1:]])
     counts = _lines([(angle, form.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
     start = f"start = {form.start}" if form.start is not None else "# start = 6.0"
-    why = {key: f"\n# {key}: {text}" for key, text in reasons.items()}
+    why = {key: f"\n# {key}: {_plain(text)}" for key, text in reasons.items()}
     swap, clip = str(form.swap_rotors).lower(), str(form.clip).lower()
     guessed = (
         "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.\n" if found else ""
     )
-    guessed += "".join(f"# NOT CERTAIN: {text}.\n" for text in (found.doubts if found else ()))
+    guessed += "".join(f"# NOT CERTAIN: {_plain(text)}.\n" for text in (found.doubts if found else ()))
     return f"""\
 # Configuration of one rig. Every key may be left out; a line that begins with # is an example.
 {guessed}\

@@ -97,7 +97,7 @@ def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
     process = subprocess.Popen(
         ["bash", "-c", script],
         cwd=work,
-        env={**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+        env={**os.environ, "PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary), "PYTHON": sys.executable},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

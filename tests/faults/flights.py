@@ -70,7 +70,7 @@ SECTIONS = {
         ),
         Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
         Fault("a stream to nowhere", good, "heli stream log.csv --to nowhere", "must be HOST:PORT"),
-        Fault("a stream at no speed", good, "heli stream log.csv --to 127.0.0.1:9 --speed 0", "must be positive"),
+        Fault("a stream at no speed", good, "heli stream log.csv --to 127.0.0.1:9 --speed 0", "must lie in"),
         Fault("a stream of a log that is missing", nothing, "heli stream log.csv --to 127.0.0.1:9", "does not exist"),
     )
 }

@@ -4,7 +4,7 @@ import signal
 import tempfile
 from pathlib import Path
 
-from tests.faults import flights, inputs, logs, outputs, units, variations
+from tests.faults import flights, further, inputs, logs, outputs, units, variations
 from tests.faults.case import ROOT, Answer, Fault, tried
 
 PAGE = ROOT / "docs" / "reliability.md"
@@ -15,6 +15,7 @@ SECTIONS: dict[str, tuple[Fault, ...]] = {
     **units.SECTIONS,
     **flights.SECTIONS,
     **variations.SECTIONS,
+    **further.SECTIONS,
 }
 FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in faults]
 

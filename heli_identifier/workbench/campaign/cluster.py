@@ -23,6 +23,9 @@ ONE_THREAD = dict.fromkeys(
 )
 """Environment of a worker process; linear-algebra libraries read it once, when they are loaded."""
 
+MOST_WORKERS = 1000
+"""Processes that are started on one machine at most."""
+
 CONNECTING = 60.0
 """Time limit [s] for a scheduler to answer, and then for its first worker."""
 
@@ -41,6 +44,22 @@ def require_packages() -> None:
             f"a campaign needs Dask and pyarrow, and {' and '.join(missing)} cannot be found; install both with "
             "pip install 'heli-twin[cluster]'."
         )
+
+
+def check_workers(scheduler: str | None, workers: int | None) -> None:
+    """Refuse a number of processes that cannot be started.
+
+    Raises
+    ------
+    ConfigurationError
+        It is below 1, above `MOST_WORKERS`, or given with a scheduler.
+    """
+    if workers is None:
+        return
+    if scheduler is not None:
+        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
+    if not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
 
 
 @contextmanager
@@ -64,12 +83,11 @@ def client(scheduler: str | None = None, workers: int | None = None) -> "Iterato
         No scheduler answers, it has no worker, or its workers run another version of this software.
     """
     require_packages()
+    check_workers(scheduler, workers)
     if scheduler is None:
         with _local(workers if workers is not None else os.cpu_count() or 1) as local:
             yield local
         return
-    if workers is not None:
-        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
     with _remote(scheduler) as remote:
         yield remote
 
@@ -79,12 +97,11 @@ def _local(workers: int) -> "Iterator[Client]":
     import dask
     from distributed import Client, LocalCluster
 
-    if workers < 1:
-        raise ConfigurationError(f"workers = {workers} must be at least 1.")
     with (
-        dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD}),
-        # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
         draft_folder() as scratch,
+        # The scheduler makes its folder, too; that of the workers is named below.
+        dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": str(scratch)}),
+        # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
         # Any free port for Dask's own pages: two campaigns may run at once.
         LocalCluster(
             n_workers=workers,

@@ -48,7 +48,8 @@ class Results:
     def read(self, key: str) -> Row | None:
         """Return the row of a key, None if there is none."""
         path = self.rows / f"{key}.parquet"
-        return read_rows(path)[0] if path.exists() else None
+        rows = read_rows(path) if path.exists() else []
+        return rows[0] if rows else None
 
     def consolidate(self, rows: Sequence[Row]) -> Path:
         """Write all rows of a campaign into one file."""

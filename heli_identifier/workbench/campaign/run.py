@@ -7,13 +7,14 @@ where it stopped; rigs that failed are tried again.
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.tracing import DiagnosisSettings
-from heli_identifier.workbench.campaign.cluster import client, require_packages
+from heli_identifier.workbench.campaign.cluster import check_workers, client, require_packages
 from heli_identifier.workbench.campaign.key import code_digest, result_key, source_digest
 from heli_identifier.workbench.campaign.results import Results, complete
 from heli_identifier.workbench.campaign.row import Row, diagnosed
@@ -69,21 +70,29 @@ def run_campaign(
         Two rigs have the same name, an optional package is missing, or cluster or folder cannot be used.
     """
     require_packages()
+    check_workers(scheduler, workers)  # before a folder is made
     settings, progress = settings or DiagnosisSettings(), progress or (lambda done, total, row: None)
     by_key = _keyed(sources, settings, measure)
+    present = Path(folder).exists()
     results = Results(Path(folder))
-    known = {key: row for key in by_key if (row := results.read(key)) and row["error"] is None}
-    progress(len(known), len(by_key), None)
-    waiting = {key: source for key, source in by_key.items() if key not in known}
-    if waiting:
-        with client(scheduler, workers) as connected:
-            for row in _rows(connected, waiting, (settings, measure), work):
-                results.write(row)
-                known[row["key"]] = complete(row)
-                progress(len(known), len(by_key), row)
-    rows = [known[key] for key in by_key]
-    results.consolidate(rows)
-    return rows
+    try:
+        known = {key: row for key in by_key if (row := results.read(key)) and row["error"] is None}
+        progress(len(known), len(by_key), None)
+        waiting = {key: source for key, source in by_key.items() if key not in known}
+        if waiting:
+            with client(scheduler, workers) as connected:
+                for row in _rows(connected, waiting, (settings, measure), work):
+                    results.write(row)
+                    known[row["key"]] = complete(row)
+                    progress(len(known), len(by_key), row)
+        rows = [known[key] for key in by_key]
+        results.consolidate(rows)
+        return rows
+    finally:
+        with suppress(OSError):  # folders that hold results stay
+            results.rows.rmdir()
+            if not present:
+                results.folder.rmdir()
 
 
 def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:

@@ -4,6 +4,7 @@ A source is small and is sent to the worker, which loads the logs itself. A work
 folder under the same path, or be able to import the generator.
 """
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -127,7 +128,7 @@ def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] 
     ConfigurationError
         The folder or such a sub-folder is missing, or a sub-folder holds only one kind of log.
     """
-    root = Path(folder).resolve()
+    root = Path(os.path.realpath(folder))
     if not root.is_dir():
         raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
     rigs = []
@@ -146,9 +147,9 @@ def folder_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] 
 def _configuration(folder: Path, shared: str | PathLike[str] | None) -> str:
     """Return the path of a rig's own configuration, else of the shared one, else an empty text."""
     own = folder / CONFIGURATION_NAME
-    if own.exists():
+    if os.path.lexists(own):
         return str(own)
-    return str(Path(shared).resolve()) if shared else ""
+    return os.path.realpath(shared) if shared else ""
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:

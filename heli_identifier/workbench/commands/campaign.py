@@ -105,7 +105,7 @@ def _sources(
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
         here = Path(CONFIGURATION_NAME)
-        return [*folder_rigs(folder, config or (here if here.is_file() else None))]
+        return [*folder_rigs(folder, config or (here if os.path.lexists(here) else None))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

@@ -1,5 +1,6 @@
 """``heli fleet``: several rigs of one make diagnosed together."""
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,7 +49,7 @@ def fleet(
     from heli_identifier.workbench.fleet.rig_folders import rig_folders
 
     here = Path(CONFIGURATION_NAME)
-    rigs = rig_folders(folders, config or (here if here.is_file() else None))
+    rigs = rig_folders(folders, config or (here if os.path.lexists(here) else None))
     with whole_folder(output) as draft:
         with progress_bar() as progress:
             diagnoses = {

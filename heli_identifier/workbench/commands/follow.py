@@ -1,5 +1,6 @@
 """``heli follow``: a twin that follows a rig in flight and corrects itself."""
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from heli_identifier.records import RigConfiguration
     from heli_identifier.workbench.follow.screen import Show
     from heli_identifier.workbench.follow.session import Session
+
+SERVED_AT = "127.0.0.1:8042"
+"""Where the page is shown by itself."""
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as that of every other command."""
@@ -41,7 +45,7 @@ def follow(
     ] = False,
     serve_at: Annotated[
         str, typer.Option("--serve-at", metavar="HOST:PORT", help="Where --serve shows it.")
-    ] = "127.0.0.1:8042",
+    ] = SERVED_AT,
     sender: Annotated[
         str,
         typer.Option(
@@ -90,6 +94,13 @@ def follow(
         raise ConfigurationError("--sender, --layout and --rate belong to --listen.")
     if log is None and (speed is not None or start is not None or end is not None):
         raise ConfigurationError("--speed, --from and --to belong to a log; a rig sends at its own pace.")
+    if serve_at != SERVED_AT and not serve:
+        raise ConfigurationError("--serve-at says where --serve shows the twin; add --serve.")
+    for read in (parameters, controller):
+        if read is not None and os.path.realpath(read.parent) == os.path.realpath(output):
+            raise ConfigurationError(
+                f"{read} lies in the folder of the flight, whose files would replace it; name another folder."
+            )
     twin, adviser = read_parameters(parameters), Adviser(output, controller_of(controller))
     configuration = found_configuration(config)
     with ExitStack() as stack:
@@ -130,8 +141,10 @@ def _player(
     from heli_identifier.records import read_log
     from heli_identifier.workbench.commands.logs import print_notes
     from heli_identifier.workbench.follow.playing import played
+    from heli_identifier.workbench.follow.sending import SPEEDS
 
-    require_range("--speed", speed, "times real time", 0.0)
+    if speed != 0.0:
+        require_range("--speed", speed, "times real time", *SPEEDS)
     recorded = read_log(path, configuration.format, start, end)
     print_notes((recorded,))
 

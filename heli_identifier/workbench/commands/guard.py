@@ -10,7 +10,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import wraps
+from functools import partial, wraps
 from multiprocessing import parent_process
 from pathlib import Path
 from threading import current_thread, main_thread
@@ -20,7 +20,9 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.files import keeping
 from heli_identifier.signals import ENDING
+from heli_identifier.workbench.commands.memory import is_of_memory, require_memory
 from heli_plant.errors import PlantError
 
 P = ParamSpec("P")
@@ -28,6 +30,8 @@ R = TypeVar("R")
 
 BAD_INPUT = 2
 """Exit code of bad usage and of data that cannot be used."""
+
+NO_MEMORY = "there is not enough memory for this; give less data or ask for less of it"
 
 MISTAKE = 70
 """Exit code of a programming error: EX_SOFTWARE of sysexits.h."""
@@ -43,19 +47,22 @@ def guarded(command: Callable[P, R]) -> Callable[P, R]:
     def run(*arguments: P.args, **options: P.kwargs) -> R:
         try:
             with terminable():
-                _keep_what_is_read(options)
-                return command(*arguments, **options)
+                require_memory()
+                with keeping(_read(options)):
+                    return command(*arguments, **options)
         except (IdentifierError, PlantError, FmuError) as error:
             raise fail(_without_folder() or str(error)) from error
         except (typer.Exit, typer.Abort):
             raise
-        except MemoryError as error:
-            raise fail("there is not enough memory for this; give less data or ask for less of it") from error
         except OSError as error:
+            if is_of_memory(error):
+                raise fail(NO_MEMORY) from error
             said = error.strerror or str(error) or type(error).__name__
             named = said if error.filename is None else f"{error.filename}: {said}"
             raise fail(_without_folder() or named) from error
         except Exception as error:
+            if is_of_memory(error):
+                raise fail(NO_MEMORY) from error
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
             raise typer.Exit(MISTAKE) from error
@@ -76,8 +83,8 @@ _WRITTEN = ("output", "junit", "plot")
 """Options that name a file to write."""
 
 
-def _keep_what_is_read(options: Mapping[str, object]) -> None:
-    """Refuse to write over a file that the same command reads, such as a measured log.
+def _read(options: Mapping[str, object]) -> list[Path]:
+    """Give the files that a command reads, such as a measured log; refuse to write over one of them.
 
     Raises
     ------
@@ -91,27 +98,40 @@ def _keep_what_is_read(options: Mapping[str, object]) -> None:
             with suppress(OSError):  # one of them is not there
                 if written.is_file() and written.samefile(path):
                     raise ConfigurationError(f"{written} is read by this command and not written over; name another.")
+    return read
 
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """Let SIGTERM, SIGHUP and Ctrl-C end the block as an exception does, so that drafts of results are removed."""
+    """Let SIGTERM, SIGHUP and Ctrl-C end the block as an exception does, so that drafts of results are removed.
+
+    Where the exception is raised within a library, the library may make another one of it, or drop it. The block's end
+    then remembers that it was asked for.
+    """
     if current_thread() is not main_thread():  # Python handles signals only there
         yield
         return
     # A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
     before = {number: signal.getsignal(number) for number in ENDING if signal.getsignal(number) != signal.SIG_IGN}
+    asked: list[int] = []
     for number in before:
-        signal.signal(number, _leave)
+        signal.signal(number, partial(_leave, asked))
     try:
         yield
+    except Exception as error:
+        if asked:
+            raise SystemExit(128 + asked[0]) from error
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+    if asked:
+        raise SystemExit(128 + asked[0])
 
 
-def _leave(number: int, _frame: object) -> NoReturn:
-    """End the processes that were started, which others may be waiting for, and leave."""
+def _leave(asked: list[int], number: int, _frame: object) -> NoReturn:
+    """End the processes that were started, which others may be waiting for, and leave; note the signal in ``asked``."""
+    asked.append(number)
     for other in ENDING:  # a second one would end the cleaning up
         signal.signal(other, signal.SIG_IGN)
     processes = sys.modules.get("multiprocessing")

@@ -1,5 +1,6 @@
 """The logs that a command was given: their configuration, what was converted in them, which of them are held out."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -25,7 +26,7 @@ SHORTEST_TO_SPLIT = 15.0
 
 def found_configuration(path: Path | None) -> RigConfiguration:
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
-    if path is None and Path(CONFIGURATION_NAME).is_file():
+    if path is None and os.path.lexists(CONFIGURATION_NAME):
         note(f"configuration: {CONFIGURATION_NAME} of this folder")
         path = Path(CONFIGURATION_NAME)
     return RigConfiguration() if path is None else read_configuration(path)

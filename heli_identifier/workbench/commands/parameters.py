@@ -131,6 +131,10 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
     value = text if variable.type == "String" else number_or_text(text)
     if _is_other_type(variable.type, value):
         raise ConfigurationError(f"{label} = {value!r} must be {_wanted(variable)}.")
+    if isinstance(value, str) and not value.isprintable():
+        raise ConfigurationError(
+            f"{label} = {value!r} holds a character that is no text in XML; a model description cannot state it."
+        )
     problem = problem_with(variable, value)
     if problem is not None:
         raise ConfigurationError(f"{problem}.")

@@ -10,8 +10,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from heli_identifier.drafts import draft_folder, sweep
+from heli_identifier.drafts import PREFIX, draft_folder, sweep
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import is_kept
 
 _SWEPT = 4
 """Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
@@ -36,6 +37,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     ConfigurationError
         The target is no folder or cannot be written to; raised before the block runs, so that no long computation
         ends in vain.
+    OSError
+        A file cannot be written in the block, as on a full disk; it names the file in the target.
     """
     folder = Path(os.path.realpath(target))
     existing = next(path for path in (folder, *folder.parents) if path.exists())
@@ -50,12 +53,24 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
             raise ConfigurationError(
                 f"{existing} cannot be written to: {error.strerror}; name another folder."
             ) from error
-        yield draft
+        try:
+            yield draft
+        except OSError as error:
+            raise _of_target(error, draft, Path(target)) from error
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
         _move_all(draft, folder)
+
+
+def _of_target(error: OSError, draft: Path, target: Path) -> OSError:
+    """Give an error of a file in the draft, which is gone when it is read, with the name that the file was to have."""
+    named = Path(str(error.filename))
+    if draft not in named.parents:
+        return error
+    parts = (part for part in named.relative_to(draft).parts if not part.startswith(PREFIX))
+    return OSError(error.errno, error.strerror, str(target.joinpath(*parts)))
 
 
 def _move_all(draft: Path, folder: Path) -> None:
@@ -66,6 +81,10 @@ def _move_all(draft: Path, folder: Path) -> None:
             kind = "a folder" if place.is_dir() else "no regular file"
             raise ConfigurationError(
                 f"{place} is {kind} and is not replaced by a file of results; nothing was changed, name another folder."
+            )
+        if is_kept(place):
+            raise ConfigurationError(
+                f"{place} is read by this command and not written over; nothing was changed, name another folder."
             )
     replaced = draft / ".replaced"
     replaced.mkdir()

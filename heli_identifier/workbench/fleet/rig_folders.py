@@ -1,5 +1,6 @@
 """The folders of a fleet: one for each rig, with its logs and, where the rig needs one, its heli.toml."""
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -92,4 +93,4 @@ def rig_folder(folder: Path, name: str, shared: Path | None = None) -> RigFolder
             f"{folder} holds {found}; put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
         )
     own = folder / CONFIGURATION_NAME
-    return RigFolder(name, training, held_out, own if own.is_file() else shared)
+    return RigFolder(name, training, held_out, own if os.path.lexists(own) else shared)

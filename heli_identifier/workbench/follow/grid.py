@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 from heli_identifier.link import JUMP, Timed
 
+_SHORTEST = 1e-300  # [s] a shorter step has no finite rate
+
 
 class Grid(NamedTuple):
     """Where the instants lie.
@@ -65,5 +67,5 @@ def rate_of(samples: list[Timed]) -> float:
         At least two, in order.
     """
     steps = sorted(after.time - before.time for before, after in zip(samples, samples[1:], strict=False))
-    rate = 1.0 / steps[len(steps) // 2]
+    rate = 1.0 / max(steps[len(steps) // 2], _SHORTEST)
     return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate

@@ -4,12 +4,15 @@ import socket
 from collections.abc import Callable
 from time import monotonic, sleep
 
-from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.link import Datagram, Layout, encode
 from heli_identifier.records import Log
 
 SHOWN_EVERY = 0.2
 """Time between two calls of ``progress`` [s]."""
+
+SPEEDS = (1e-3, 1e6)
+"""How many times faster than the rig a log is sent or played, at least and at most."""
 
 
 def resolved(text: str, what: str, least: int = 1) -> tuple[socket.AddressFamily, tuple[str, int]]:
@@ -56,9 +59,9 @@ def send(
     Raises
     ------
     ConfigurationError
-        The address is none, the speed is not positive, or the network refuses datagrams.
+        The address is none, the speed is out of range, or the network refuses datagrams.
     """
-    require_positive("--speed", speed, "times real time")
+    require_range("--speed", speed, "times real time", *SPEEDS)
     family, address = resolved(to, "--to")
     rows = zip(log.time.tolist(), log.voltages.tolist(), log.angles.tolist(), strict=True)
     began, shown, late = monotonic(), 0.0, 0.0

@@ -17,6 +17,7 @@ from threading import Condition, Thread
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.link import is_every
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.follow.listening import Status
 from heli_identifier.workbench.follow.screen import stream_line
@@ -101,9 +102,11 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     Raises
     ------
     ConfigurationError
-        The address is none, or its port is taken.
+        The address is none, or stands for all; or its port is taken.
     """
     family, place = resolved(address, "--serve-at", 0)
+    if is_every(place[0]):
+        raise ConfigurationError(f"--serve-at {address} would show it to every network; name one address.")
     board = Board(title)
 
     class Server(ThreadingHTTPServer):
