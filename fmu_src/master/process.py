@@ -17,8 +17,9 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
@@ -53,6 +54,47 @@ def die_with_parent() -> None:
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
+@dataclass(frozen=True)
+class Child:
+    """A process that has been started and waits for its order: one run.
+
+    Attributes
+    ----------
+    folder : Path
+        Where it leaves its answer.
+    process : Popen
+    """
+
+    folder: Path
+    process: subprocess.Popen[bytes]
+
+
+@contextmanager
+def waiting_child(progress: bool = False) -> Iterator[Child]:
+    """Start a process that imports what a run needs, and waits for its order; it ends with the block.
+
+    Raises
+    ------
+    OSError
+        There is no room for temporary files, or no process can be started.
+    """
+    with draft_folder() as folder:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=None if progress else subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
+            start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
+        )
+        try:
+            yield Child(folder, process)
+        finally:
+            process.kill()
+            with process:  # closes its pipes and waits for its end
+                pass
+
+
 def run_apart(
     scenario_name: str | Scenario,
     duration: float,
@@ -62,8 +104,11 @@ def run_apart(
     progress: bool = False,
     record: Collection[str] | None = None,
     native: bool = False,
+    child: Child | None = None,
 ) -> Result:
     """Run a scenario in a child process; parameters and result are those of :func:`fmu_src.master.run`.
+
+    ``child`` is one of :func:`waiting_child` that has had no order yet; by default one is started.
 
     Raises
     ------
@@ -77,7 +122,7 @@ def run_apart(
         "progress": progress,
         "native": native,
     }
-    return _ordered(order, _result)
+    return _ordered(order, _result, child)
 
 
 def run_many_apart(
@@ -142,27 +187,22 @@ def _arrays(answer: Result | Bands) -> dict[str, Any]:
     return arrays
 
 
-def _ordered(order: dict[str, Any], answer: Callable[[Any], Answer]) -> Answer:
+def _ordered(order: dict[str, Any], answer: Callable[[Any], Answer], child: Child | None = None) -> Answer:
     """Let a child do what is ordered; ``answer`` makes its answer of the arrays that it leaves."""
-    progress = order.get("progress", False)
-    with draft_folder() as folder:
-        child = subprocess.run(
-            [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())],
-            input=json.dumps(order).encode(),
-            stdout=subprocess.DEVNULL,
-            stderr=None if progress else subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
-            start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
-            check=False,
-        )
-        if (folder / "answer.npz").is_file():
-            with np.load(folder / "answer.npz", allow_pickle=False) as found:
-                return answer(found)
-        if (folder / "problem.json").is_file():
-            kind, sentence = json.loads((folder / "problem.json").read_text())
-            raise getattr(errors, kind)(sentence)
-        hung = folder / "hung"
-        raise MasterError(_end(child, hung.is_file() and hung.stat().st_size > 0, list(order["fmus"].values())))
+    if child is None:
+        with waiting_child(order.get("progress", False)) as new:
+            return _ordered(order, answer, new)
+    folder, process = child.folder, child.process
+    said = process.communicate(json.dumps(order).encode())[1]
+    if (folder / "answer.npz").is_file():
+        with np.load(folder / "answer.npz", allow_pickle=False) as found:
+            return answer(found)
+    if (folder / "problem.json").is_file():
+        kind, sentence = json.loads((folder / "problem.json").read_text())
+        raise getattr(errors, kind)(sentence)
+    hung = folder / "hung"
+    given = list(order["fmus"].values())
+    raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, given))
 
 
 def plain(value: Any) -> Value:
@@ -170,18 +210,18 @@ def plain(value: Any) -> Value:
     return value.item() if isinstance(value, np.generic) else value
 
 
-def _end(child: subprocess.CompletedProcess[bytes], hung: bool, files: list[str]) -> str:
+def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
     """Say how a child ended that gave no answer."""
     if hung:
         how = f"a unit gave no answer within {PATIENCE:g} s and was ended"
-    elif child.returncode < 0:
-        number = -child.returncode
+    elif code < 0:
+        number = -code
         how = f"the process of the units was ended by signal {number} ({signal.strsignal(number)})"
     else:
-        how = f"the process of the units ended with code {child.returncode} and no result"
+        how = f"the process of the units ended with code {code} and no result"
     if files:
         return f"{how}; run without --fmu to see which file is at fault, of {', '.join(files)}"
-    said = (child.stderr or b"").decode("utf-8", "replace").strip().splitlines()
+    said = (printed or b"").decode("utf-8", "replace").strip().splitlines()
     return f"{how}: {said[-1][:300] if said else 'it printed no error'}"
 
 
@@ -193,7 +233,10 @@ def main(folder: Path, parent: int) -> NoReturn:
     from .loop import run
     from .many import run_many
 
-    order = json.loads(sys.stdin.buffer.read())
+    said = sys.stdin.buffer.read()
+    if not said:  # the parent has ended, or needs no run
+        leave(0)
+    order = json.loads(said)
     if isinstance(order["scenario_name"], dict):
         order["scenario_name"] = _scenario(order["scenario_name"])
     with open(folder / "hung", "w") as hung:

@@ -85,10 +85,12 @@ def needed_sources(module: str) -> dict[str, str]:
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        file = _module_file(name)
-        if name in seen or file is None:
+        if name in seen:
             continue
         seen.add(name)
+        file = _module_file(name)
+        if file is None:
+            continue
         is_package = file.name == "__init__.py"
         text = file.read_text(encoding="utf-8")
         found["/".join([*name.split("."), "__init__.py"]) if is_package else "/".join(name.split(".")) + ".py"] = text

@@ -23,6 +23,7 @@ from heli_identifier.tracing.diagnosis.result import DataEntry, Diagnosis, HeldO
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.events.cutting import LEFT_TO_FIT, MEMORY, events_beside, shortest_piece, without_events
 from heli_identifier.tracing.events.event import Event
+from heli_identifier.tracing.multistep.fit import MultistepFit
 from heli_identifier.tracing.multistep.horizons import Starts
 from heli_identifier.tracing.prediction.observer import observer_start
 from heli_identifier.tracing.prediction.problem import REDUCED_RATE, Problem, reduce_log
@@ -36,6 +37,7 @@ from heli_identifier.tracing.search.settings import SIGNIFICANCE
 from heli_identifier.tracing.validation.beyond import find_beyond
 from heli_identifier.tracing.validation.comparison import HeldOutRun, compared
 from heli_identifier.tracing.validation.confirmation import confirm
+from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.plants import RATE
 from heli_identifier.tracing.validation.single_logs import values_of_logs
 from heli_plant.effects import Effect
@@ -113,14 +115,9 @@ def _diagnosed(
     beyond = find_beyond(validated.of_plant, validated.after, validated.plants, held_out)
     model, plant_before, plant_after = _unexplained(model, beyond.model), validated.before, beyond.plant
     stages = (plant_before.parameters, beyond.shown.parameters, plant_after.parameters, beyond.everything)
-    logs_alone = (
-        ()
-        if plant_after.fit is None
-        else values_of_logs(
-            plant_after.fit, (*validated.plants.starts, *(Starts(reduce_log(log, RATE)) for log in held_out.logs))
-        )
-    )
+    alone = beside(_values_of_logs, plant_after.fit, validated.plants.starts, held_out.logs)
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
+    logs_alone = alone.result()
     effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond)
     predictive = predictive_effects(beyond, model)
     labels, matrix = correlation(selection.last.scanned)
@@ -195,6 +192,13 @@ def _verdict(model: Model) -> RigVerdict:
 def _rivals(selection: Selection, model: Model) -> dict[str, list[Effect]]:
     """Per found effect's field what could stand in its place."""
     return {effect.field: alternatives(model, effect, selection) for effect in model.effects}
+
+
+def _values_of_logs(
+    fit: MultistepFit | None, training: Sequence[Starts], held_out: Sequence[Log]
+) -> tuple[LogValues, ...]:
+    """Estimate what each log has of its own; nothing where the plant could not be fitted by multi-step errors."""
+    return () if fit is None else values_of_logs(fit, (*training, *(Starts(reduce_log(log, RATE)) for log in held_out)))
 
 
 def _series(

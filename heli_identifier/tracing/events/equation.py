@@ -26,6 +26,7 @@ from scipy.special import ndtri
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.start import lagged_voltages, smoothed
+from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.effects import AXES
 
 WINDOW = 0.3
@@ -81,12 +82,10 @@ def residuals(records: Sequence[Log]) -> list[tuple[NDArray[np.float64], NDArray
         Per record the instants (n,) [s] since its start, r (n, 3) [rad/s^2] and r/sigma (n, 3). n is zero for a record
         that is too short.
     """
-    terms = [_terms(record) for record in records]
+    terms = parallel(_terms, records)
     lengths = [len(own[0][1]) for own in terms]
-    columns = []
-    for axis in range(len(AXES)):
-        joined = [np.concatenate([own[axis][part] for own in terms]) for part in range(3)]
-        columns.append(_standardised(*joined))
+    joined = [[np.concatenate([own[axis][part] for own in terms]) for part in range(3)] for axis in range(len(AXES))]
+    columns = parallel(lambda of_axis: _standardised(*of_axis), joined)
     ends = np.cumsum(lengths)[:-1]
     of_log = [np.split(np.column_stack([column[part] for column in columns]), ends) for part in range(2)]
     instants = [_edge(record.step) * record.step + np.arange(n) * _stride(record.step) * record.step

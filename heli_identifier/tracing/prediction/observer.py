@@ -48,14 +48,15 @@ def corrected(state, e1, e2, e3, l1, l2):
 
 
 def _observe(time, voltages, angles, start, h, p, l1, l2, innovations, motion):
-    """Fill ``innovations`` (N, 3) [rad] and ``motion`` (N, 8), the predicted angles, rates and lagged voltages."""
+    """Fill ``innovations`` (N, 3) [rad] and ``motion`` (N or 0, 8), the predicted angles, rates and lagged voltages."""
     state = start
     for k in range(len(angles)):
         pitch, elevation, travel = measured_angles(state)
         e1, e2, e3 = angles[k, 0] - pitch, angles[k, 1] - elevation, angles[k, 2] - travel
         innovations[k, 0], innovations[k, 1], innovations[k, 2] = e1, e2, e3
-        for i in range(8):
-            motion[k, i] = state[i]
+        if k < len(motion):
+            for i in range(8):
+                motion[k, i] = state[i]
         state = advance(corrected(state, e1, e2, e3, l1, l2), time, voltages, k, 0.0, h, p)
 
 
@@ -94,10 +95,22 @@ def observe(
         Pitch, elevation, travel [rad], their rates [rad/s] and nu_front, nu_rear [V], each predicted from earlier
         samples alone.
     """
-    out, motion = np.empty_like(record.angles), np.empty((record.samples, 8))
-    h, on_angle_and_rate = record.step, gains(bandwidth, record.step)
-    p, start = parameter_record(parameters), rigid_start(start, parameters)
+    motion = np.empty((record.samples, 8))
+    return _innovations(record, parameters, bandwidth, start, motion), motion
+
+
+def innovations(record: Log, parameters: PlantParameters, bandwidth: float, start: PlantState) -> NDArray[np.float64]:
+    """Give the innovations (N, 3) [rad/s^2] of :func:`observe` alone, which most of a search's runs are for."""
+    return _innovations(record, parameters, bandwidth, start, np.empty((0, 8)))
+
+
+def _innovations(
+    record: Log, parameters: PlantParameters, bandwidth: float, start: PlantState, motion: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Run the observer, which fills ``motion`` where that has rows, and give its innovations (N, 3) [rad/s^2]."""
+    out, p = np.empty_like(record.angles), parameter_record(parameters)
+    h, on_angle_and_rate, begin = record.step, gains(bandwidth, record.step), rigid_start(start, parameters)
     run = compiled_for(_observe, parameters)
-    run(record.time, record.voltages, record.angles, start, h, p, *on_angle_and_rate, out, motion)
+    run(record.time, record.voltages, record.angles, begin, h, p, *on_angle_and_rate, out, motion)
     out *= bandwidth * bandwidth
-    return out, motion
+    return out

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.observer import observe, observer_start
+from heli_identifier.tracing.prediction.observer import innovations, observe, observer_start
 from heli_identifier.tracing.prediction.whitening import ORDER
 from heli_identifier.tracing.prediction.workers import parallel
 from heli_plant.parameters import PlantParameters
@@ -96,7 +96,7 @@ class Problem:
 
     def _reduced_innovations(self, index: int, parameters: PlantParameters) -> NDArray[np.float64]:
         record = self.records[index]
-        return self.reduce(record, observe(record, parameters, self.bandwidth, self.starts[index])[0])
+        return self.reduce(record, innovations(record, parameters, self.bandwidth, self.starts[index]))
 
     def motion(self, parameters: PlantParameters) -> list[NDArray[np.float64]]:
         """Predicted motion of every record on its own grid, (N_i, 8) as :func:`observe` gives it."""

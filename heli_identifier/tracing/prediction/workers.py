@@ -25,10 +25,21 @@ def parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> list[
 
     A call from one of the threads themselves runs in that thread: outer work is spread, inner work is not.
     """
-    count = _state["count"]
-    if count == 1 or getattr(_inside, "worker", False):
-        return [function(item) for item in items]
-    return list(_pool(count).map(function, items))
+    count, given = _state["count"], tuple(items)
+    if count == 1 or len(given) == 1 or getattr(_inside, "worker", False):
+        return [function(item) for item in given]
+    results: dict[int, Result] = {}
+    left = iter(range(len(given)))  # a step of it is indivisible
+
+    # Every thread takes the next item until none is left. An order for each would wake the caller after each, which
+    # then keeps the interpreter from the threads: items of a millisecond are common here.
+    def work() -> None:
+        for i in left:
+            results[i] = function(given[i])
+
+    for thread in [_pool(count).submit(work) for _ in range(min(count, len(given)))]:
+        thread.result()
+    return [results[i] for i in range(len(given))]
 
 
 def beside(

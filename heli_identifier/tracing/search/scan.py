@@ -119,16 +119,23 @@ def raw_columns(fit: Fit, candidates: Sequence[Candidate]) -> Residuals:
     return [np.where(finite, r, 0.0) for r in raw]
 
 
+def _lengths(columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Euclidean length of each column of (M, K)."""
+    return np.sqrt(np.einsum("mk,mk->k", columns, columns))
+
+
 def scored(fit: Fit, whitener: Whitener, candidates: Sequence[Candidate], raw: Residuals) -> Scan:
     """Score candidates from their raw columns under a given whitening."""
     white = whitener.apply(fit.residuals)
     columns = whitener.apply(raw)
     basis = basis_of(whitener.apply(fit.raw_jacobian))
-    projected = columns - basis @ (basis.T @ columns)
-    full, left = np.linalg.norm(columns, axis=0), np.linalg.norm(projected, axis=0)
+    full = _lengths(columns)
+    columns -= basis @ (basis.T @ columns)  # in place: these are the largest matrices of a search
+    left = _lengths(columns)
     visible = left > 1e-9 * np.maximum(full, 1e-300)
     length = np.where(visible, left, 1.0)
-    directions = np.where(visible, projected / length, 0.0)
+    columns *= np.where(visible, 1.0 / length, 0.0)
+    directions = columns
     scores = -(directions.T @ white)
     standard_errors = np.where(visible, 1.0 / length, np.inf)
     return Scan(

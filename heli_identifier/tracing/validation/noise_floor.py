@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.innovations_form import generated
-from heli_identifier.tracing.prediction.observer import observe, observer_start
+from heli_identifier.tracing.prediction.observer import innovations, observe, observer_start
 from heli_identifier.tracing.prediction.recursive_filter import filtered
 from heli_identifier.tracing.prediction.whitening import fit_axis
 from heli_plant.parameters import PlantParameters
@@ -60,7 +60,7 @@ def _state(motion: NDArray[np.float64], cable_rest: float) -> PlantState:
 
 def _noise(record: Log, parameters: PlantParameters, bandwidth: float, seed: int) -> NDArray[np.float64]:
     """Innovations (N, 3) [rad] drawn with the noise spectrum of the record's own."""
-    e = observe(record, parameters, bandwidth, observer_start(record))[0] / bandwidth**2
+    e = innovations(record, parameters, bandwidth, observer_start(record)) / bandwidth**2
     settled = e[int(10.0 / bandwidth / record.step) :]
     random = np.random.default_rng(seed)
     return np.column_stack([_with_spectrum_of(settled[:, axis], len(e), random) for axis in range(3)])

@@ -11,6 +11,7 @@ is predicted far better with a sign flipped or the rotors exchanged, or by a pla
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from heli_identifier.tracing.multistep.horizons import Starts
 from heli_identifier.tracing.multistep.problem import OFFSET_WIDTHS, PIECE, Multistep
 from heli_identifier.tracing.multistep.robust import loss, weights
 from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.prediction.workers import parallel
 from heli_identifier.tracing.validation.log_values import LogValues
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -56,7 +58,7 @@ def values_of_logs(fit: MultistepFit, logs: Sequence[Starts]) -> tuple[LogValues
     logs : sequence of Starts
         Training and held-out logs.
     """
-    own = [_own_values(fit, starts) for starts in logs]
+    own = parallel(partial(_own_values, fit), logs)
     usual = float(np.median([misfit for _, misfit in own]))
     values = []
     for starts, (value, misfit) in zip(logs, own, strict=True):

@@ -19,7 +19,7 @@ def main() -> None:
         os.environ.setdefault(name, "1")
     # What a command makes is mostly in use until it ends: looking for cycles at every 700th object is a twentieth of a
     # diagnosis.
-    gc.set_threshold(20_000, 10, 10)
+    gc.set_threshold(60_000, 10, 10)
     os.environ["MPLBACKEND"] = "agg"  # a command draws into files; another one, or one that there is not, may be set
     # At its end the interpreter looks for cycles in everything that was ever imported: half a second for nothing.
     atexit.register(gc.freeze)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_docu
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
 from heli_identifier.workbench.report.drawn_beside import Draw, drawn_here
 from heli_plant.effects import AXES
+
+if TYPE_CHECKING:
+    from fmu_src.master import Child
 
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
@@ -36,6 +39,7 @@ def write_results(
     rig: str,
     folder: Path,
     draw: Draw = drawn_here,
+    child: "Child | None" = None,
 ) -> None:
     """Write the four files of a diagnosis into ``folder``.
 
@@ -48,6 +52,8 @@ def write_results(
     folder : Path
     draw : callable, optional
         Gives the text of the report, from these three; drawn here by default.
+    child : Child, optional
+        Process that waits to run the corrected unit; by default one is started.
 
     Raises
     ------
@@ -56,7 +62,7 @@ def write_results(
     """
     parameters = corrected_parameters(diagnosis, provenance)
     with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
-        checked = beside.submit(_build_corrected, diagnosis, parameters, folder)
+        checked = beside.submit(_build_corrected, diagnosis, parameters, folder, child)
         page = draw(diagnosis, provenance, rig)
         checked.result()
     parameters.write(folder / "parameters.json")
@@ -64,15 +70,17 @@ def write_results(
     write_atomically(folder / "diagnosis.json", document_text(diagnosis_document(diagnosis, provenance)))
 
 
-def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path) -> None:
+def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path, child: "Child | None") -> None:
     """Build the corrected unit into ``folder`` and check it."""
     from fmu_src import build
 
-    check_free_run(build(PLANT, folder, parameters.start_values), diagnosis)
+    check_free_run(build(PLANT, folder, parameters.start_values), diagnosis, child)
 
 
-def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
+def check_free_run(unit: Path, diagnosis: Diagnosis, child: "Child | None" = None) -> None:
     """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
+
+    ``child`` is a process that waits for the first of these runs.
 
     Raises
     ------
@@ -82,7 +90,9 @@ def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
     reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
     if not any(reported.values()):
         return
-    errors = np.concatenate([series.log.angles - unit_run(unit, series) for series in diagnosis.series])
+    children = (child, *(None for _ in diagnosis.series[1:]))
+    runs = [unit_run(unit, *pair) for pair in zip(diagnosis.series, children, strict=True)]
+    errors = np.concatenate([series.log.angles - run for series, run in zip(diagnosis.series, runs, strict=True)])
     reached = np.sqrt((errors**2).mean(axis=0))
     for axis, figure in reported.items():
         own = float(reached[AXES.index(axis)])
@@ -93,7 +103,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
             )
 
 
-def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
+def unit_run(unit: Path, series: HeldOutSeries, child: "Child | None" = None) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src.master import run_apart
 
@@ -107,5 +117,6 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
             log.step,
             {"player.log.path": str(path), "plant.solver.step": log.step, **start},
             {"plant": unit},
+            child=child,
         )
     return result.columns(*(f"plant.{axis}" for axis in AXES))

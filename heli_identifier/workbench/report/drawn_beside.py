@@ -75,8 +75,9 @@ def drawn_here(diagnosis: "Diagnosis", provenance: Mapping[str, Any], rig: str) 
 def main() -> None:
     """Import what draws, read one diagnosis from standard input, and write its report to standard output."""
     gc.disable()  # this process ends long before cycles fill its memory
-    from heli_identifier.workbench.report.page import report_page
+    from heli_identifier.workbench.report.page import prepare, report_page
 
+    prepare()
     order = sys.stdin.buffer.read()
     if order:  # nothing comes if the command has ended
         sys.stdout.buffer.write(report_page(*pickle.loads(order)).encode())

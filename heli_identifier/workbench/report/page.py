@@ -1,10 +1,11 @@
 """A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
 
 from collections.abc import Mapping
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
 
 from heli_identifier.tracing import Diagnosis, Verdict
 from heli_identifier.workbench.report.figures.held_out import (
@@ -14,7 +15,7 @@ from heli_identifier.workbench.report.figures.held_out import (
     spectrum_figure,
 )
 from heli_identifier.workbench.report.figures.intervals import error_figure, parameter_figure
-from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg
+from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg, plain_figure
 from heli_identifier.workbench.report.found import effect_entries
 from heli_identifier.workbench.report.glossary import glossary
 from heli_identifier.workbench.report.outlook import confused_lines, experiment_entries, map_svg
@@ -72,11 +73,9 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
     rig : str
         What to call the rig.
     """
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
-    template = environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
     moved = diagnosis.parameters_before != diagnosis.parameters_after
     rows = catalogue_rows(diagnosis)
-    return template.render(
+    return _template().render(
         title=f"Diagnosis of {rig}",
         css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
         sentence=verdict_sentence(diagnosis),
@@ -114,6 +113,18 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         words=glossary(diagnosis),
         seconds=significant(diagnosis.seconds, 2),
     )
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
+    return environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
+
+
+def prepare() -> None:
+    """Do what the first report of a process takes longer for: read the template, find fonts, set up a first figure."""
+    _template()
+    inline_svg(plain_figure((1.0, 2.0), (1.0, 10.0)), "first", "")
 
 
 def _parameter_svg(diagnosis: Diagnosis) -> str:

@@ -146,6 +146,17 @@ def key(axes: Axes, columns: int, rise: float = 1.0) -> None:
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, rise), ncols=columns, borderaxespad=0.0)
 
 
+@styled
+def plain_figure(x: Sequence[float], y: Sequence[float]) -> Figure:
+    """Draw one line over logarithmic axes, with labels and a legend."""
+    figure, (axes,) = canvas()
+    axes.loglog(x, y, label="y")
+    axes.set_xlabel("x")
+    axes.set_ylabel("y²")
+    key(axes, 1)
+    return figure
+
+
 def thinned(x: Line, y: Line) -> tuple[Line, Line]:
     """Thin a line (N,) to some :data:`POINTS` vertices: lowest and highest of every stretch, so no peak is lost."""
     width = max(1, 2 * len(x) // POINTS)
