@@ -23,14 +23,15 @@ def logs():
     return tuple(replace(closed_loop(TABLE_2, 40.0, seed), name=f"log {seed}") for seed in range(5))
 
 
-def alignment(training, held_out):
-    return aligned(training, held_out, partial(model_before, settings=DiagnosisSettings.from_rig(RigConfiguration())))
+def alignment(training, held_out, bandwidth=4.0):
+    settings = DiagnosisSettings.from_rig(RigConfiguration(), bandwidth)
+    return aligned(training, held_out, partial(model_before, settings=settings))
 
 
-@pytest.mark.parametrize("place", [0, 2, 4], ids=["in the first", "in a training log", "in a held-out log"])
-def test_a_zero_in_another_position_is_found_where_it_is(logs, place):
+@pytest.mark.parametrize(("place", "bandwidth"), [(0, 4.0), (2, 2.0), (2, 8.0), (4, 2.0), (4, 4.0)])
+def test_a_zero_in_another_position_is_found_where_it_is(logs, place, bandwidth):
     given = shifted(logs, np.where(np.arange(5) == place, -ZERO, 0.0))
-    found = alignment(given[:3], given[3:])
+    found = alignment(given[:3], given[3:], bandwidth)
     (note,) = found.notes
     assert note.startswith(f"log {place}: its elevation reads 0.3") and "rad less than" in note
     own = (*found.null.fit.problem.records, *found.held_out.logs)
@@ -52,8 +53,10 @@ def test_small_zeros_are_left_to_the_fits(logs):
 
 def test_two_logs_do_not_tell_which_of_them_is_the_other_one():
     residuals = [np.full((100, 3), level) for level in (0.0, 1.0)]
-    assert not zeros(residuals, 1.0).any()
-    assert not zeros([*residuals, residuals[0]], 0.0).any()  # an arm that is balanced everywhere has no zero to see
+    assert not zeros(residuals, 1.0, 4.0).any()
+    assert not zeros(
+        [*residuals, residuals[0]], 0.0, 4.0
+    ).any()  # an arm that is balanced everywhere has no zero to see
 
 
 def test_an_outlier_lies_far_from_the_others_and_farther_than_they_spread():

@@ -47,7 +47,8 @@ def aligned(training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[
     null, held = fitted_to(logs)
     for _ in range(ROUNDS):
         parameters = null.fit.parameters
-        left = zeros([*null.fit.model_residuals, *held.errors(parameters).residuals], parameters.a_e)
+        innovations = [*null.fit.model_residuals, *held.errors(parameters).residuals]
+        left = zeros(innovations, parameters.a_e, held.problem.bandwidth)
         moved = np.where(outlying(zero + left), zero + left, 0.0)
         if np.allclose(moved, zero, rtol=0.0, atol=SETTLED):
             break

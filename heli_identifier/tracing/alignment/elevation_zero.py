@@ -1,9 +1,11 @@
 """Logs whose elevation was zeroed in another position than that of the others.
 
 The encoder counts from where the arm was when the rig was switched on: on the table, or held by hand. A log that reads
-z less than the others needs the voltages of another height, and its innovations have the median a_e z below theirs:
+z less than the others needs the voltages of another height: the constant torque -a_e z seems to act on it. Of a constant
+torque the observer's innovations omega_f^2 e keep the share omega_f^2 / (omega_f^2 + a_e), so that with m_l their median
+in log l
 
-    eps'' = -a_e (eps + z) - a_1 + ...,    z_l = (median over l of the logs' medians - median of log l) / a_e.
+    eps'' = -a_e (eps + z) - a_1 + ...,    z_l = (median over l of m_l - m_l) (1 / a_e + 1 / omega_f^2).
 
 Small zeros are offsets of a log, which the fits allow for. A zero is in another position if it lies beyond
 :data:`LEAST` and :data:`OUTLYING` robust standard deviations from the others. An arm that was balanced otherwise, by a
@@ -45,7 +47,7 @@ NORMAL = 1.4826
 ELEVATION = AXES.index("elevation")
 
 
-def zeros(residuals: Residuals, stiffness: float) -> NDArray[np.float64]:
+def zeros(residuals: Residuals, stiffness: float, bandwidth: float) -> NDArray[np.float64]:
     """Zero of each log's elevation [rad] against that of the others.
 
     Parameters
@@ -54,11 +56,13 @@ def zeros(residuals: Residuals, stiffness: float) -> NDArray[np.float64]:
         Reduced innovations [rad/s^2] of all logs under one model.
     stiffness : float
         a_e of the model [1/s^2].
+    bandwidth : float
+        omega_f of the observer [rad/s].
     """
     medians = np.array([float(np.median(r[:, ELEVATION])) if len(r) else np.nan for r in residuals])
     if stiffness < LEAST_STIFFNESS or np.isfinite(medians).sum() < FEWEST:
         return np.zeros(len(residuals))
-    return np.nan_to_num((np.nanmedian(medians) - medians) / stiffness)
+    return np.nan_to_num((np.nanmedian(medians) - medians) * (1.0 / stiffness + 1.0 / bandwidth**2))
 
 
 def outlying(zero: NDArray[np.float64]) -> NDArray[np.bool_]:
