@@ -1,9 +1,9 @@
 """Logs whose elevation was zeroed in another position than that of the others.
 
-The encoder counts from where the arm was when the rig was switched on: on the table, or held by hand. A log that reads
-z less than the others needs the voltages of another height: the constant torque -a_e z seems to act on it. Of a constant
-torque the observer's innovations omega_f^2 e keep the share omega_f^2 / (omega_f^2 + a_e), so that with m_l their median
-in log l
+The encoder counts from where the arm was when the rig was switched on: on the table, or held by hand. A log that
+reads z less than the others needs the voltages of another height: the constant torque -a_e z seems to act on it. Of a
+constant torque the observer's innovations omega_f^2 e keep the share omega_f^2 / (omega_f^2 + a_e), so that with m_l
+their median in log l
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = (median over l of m_l - m_l) (1 / a_e + 1 / omega_f^2).
 
