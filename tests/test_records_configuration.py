@@ -113,7 +113,7 @@ def test_every_key_arrives(configured):
         ("[rig]\nmotor_time_constant = -0.03", r"rig.motor_time_constant = -0.03 s must lie in"),
         ("[rig]\nmotor_time_constant = nan", r"rig.motor_time_constant = nan s must lie in"),
         ("[rig]\nrest_pitch = -7.8", r"rig.rest_pitch = -7.8 rad must lie in \[-1.6, 1.6\]"),
-        ("[rig]\nvoltage_limit = 0", "voltage_limit = 0 V must lie in [0.1, 100] V"),
+        ("[rig]\nvoltage_limit = 0", r"voltage_limit = 0 V must lie in \[0.1, 100\] V"),
         ("[rig]\nvoltage_limit = true", "rig.voltage_limit = True must be a number"),
         ("[rig]\nrest_pitch = 2026-01-01", "rig.rest_pitch = .* must be a number"),
         ("[log]\nswap_rotors = 1", "log.swap_rotors = 1 must be true or false"),
