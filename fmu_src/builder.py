@@ -146,7 +146,8 @@ def scenario_fmus(
         if name not in names:
             raise WiringError(f"an FMU is given for {name!r}; scenario {wiring.name} has the units {', '.join(names)}")
         if not Path(file).is_file():
-            raise BuildError(f"the FMU of {name} is missing: {file}")
+            there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
+            raise BuildError(f"the FMU of {name} {there}: {file}")
     return {name: Path(fmus[name]) if name in fmus else builder(unit, directory) for name, unit in wiring.units}
 
 

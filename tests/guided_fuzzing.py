@@ -46,6 +46,8 @@ def main(reader: str, seconds: str, folder: str) -> None:
                 traceback.print_exception(found)
 
     limits = [f"-max_total_time={seconds}", "-max_len=20000", "-len_control=0", "-rss_limit_mb=4000", "-timeout=60"]
+    # a crash of the forked process that reads a binary log first is an answer, and the fuzzer's handlers would take it
+    limits += [f"-handle_{name}=0" for name in ("segv", "bus", "fpe", "abrt", "ill")]
     atheris.Setup([sys.argv[0], *limits, f"-dict={words}", "-print_final_stats=1", str(corpus)], once)
     atheris.Fuzz()
 

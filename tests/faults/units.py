@@ -69,6 +69,7 @@ def bomb():
 FILES = (
     Fault("no zip", write("no", "it.fmu"), RUN, "it is no zip archive"),
     Fault("an FMU that is missing", nothing, RUN, "the FMU of plant is missing"),
+    Fault("a folder for an FMU", lambda f: (f / "it.fmu").mkdir(), RUN, "the FMU of plant is no file"),
     Fault("a zip without a model description", archive(a="b"), RUN, "it holds no modelDescription.xml"),
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
     Fault(
