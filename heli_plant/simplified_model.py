@@ -4,9 +4,7 @@ theta''   = -a_wx theta' - a_th sin(theta - theta0) + k_x mu_d
 epsilon'' = -a_wz epsilon' - a_e epsilon - a_1 - a_lt theta' lambda' + k_z mu_s cos(theta)
 lambda''  = -a_wy lambda' + k_y mu_s sin(theta)
 
-with mu_d = nu_f - nu_r and mu_s = nu_f + nu_r [V]. The sine of theta - theta0 is computed by the addition theorem from
-the sine and cosine of theta, which the other axes need as well, and from those of theta0, which stay the same: a
-simulation spends most of its time on sines.
+with mu_d = nu_f - nu_r and mu_s = nu_f + nu_r [V].
 """
 
 from math import cos, sin
@@ -25,9 +23,12 @@ def simplified_accelerations(
     p: PlantParameters,
 ) -> tuple[float, float, float]:
     """Return (theta'', epsilon'', lambda'') [rad/s^2] at angles [rad], rates [rad/s] and thrust voltages [V]."""
-    s, c = sin(pitch), cos(pitch)
     return (
-        p.k_x * mu_diff - p.a_wx * pitch_rate - p.a_th * (s * cos(p.theta0) - c * sin(p.theta0)),
-        p.k_z * mu_sum * c - p.a_wz * elevation_rate - p.a_e * elevation - p.a_1 - p.a_lt * pitch_rate * travel_rate,
-        p.k_y * mu_sum * s - p.a_wy * travel_rate,
+        p.k_x * mu_diff - p.a_wx * pitch_rate - p.a_th * sin(pitch - p.theta0),
+        p.k_z * mu_sum * cos(pitch)
+        - p.a_wz * elevation_rate
+        - p.a_e * elevation
+        - p.a_1
+        - p.a_lt * pitch_rate * travel_rate,
+        p.k_y * mu_sum * sin(pitch) - p.a_wy * travel_rate,
     )

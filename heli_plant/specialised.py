@@ -5,7 +5,6 @@ nor of the model that is not chosen, and reads no parameter any more.
 """
 
 import ast
-import math
 import operator
 from collections.abc import Callable, Mapping
 from functools import lru_cache
@@ -21,26 +20,17 @@ _COMPARE: Mapping[type, Callable[[Any, Any], bool]] = {
 _ARITHMETIC: Mapping[type, Callable[[Any, Any], float]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul,
 }  # fmt: skip
-_FUNCTIONS = (math.sin, math.cos)
-"""Functions of constants that are computed beforehand; another may raise an error, which belongs where it is called."""
 
 
 class _WithValues(ast.NodeTransformer):
     """Evaluate every expression that the known fields of ``p`` determine, in the same order, so to the same bits."""
 
-    def __init__(self, values: Mapping[str, float], names: Mapping[str, Any]):
-        self.values, self.names = values, names
+    def __init__(self, values: Mapping[str, float]):
+        self.values = values
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         if isinstance(node.value, ast.Name) and node.value.id == "p" and node.attr in self.values:
             return ast.Constant(self.values[node.attr])
-        return node
-
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        self.generic_visit(node)
-        function = self.names.get(node.func.id) if isinstance(node.func, ast.Name) else None
-        if function in _FUNCTIONS and all(isinstance(one, ast.Constant) for one in node.args):
-            return ast.Constant(function(*(one.value for one in node.args if isinstance(one, ast.Constant))))
         return node
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
@@ -87,7 +77,7 @@ class _WithValues(ast.NodeTransformer):
 
 @lru_cache(maxsize=512)  # several times the functions that a step calls: what two functions call is compiled once
 def _specialised(function: FunctionType, known: tuple[tuple[str, float], ...]) -> FunctionType:
-    definition = _WithValues(dict(known), function.__globals__).visit(definition_of(function))
+    definition = _WithValues(dict(known)).visit(definition_of(function))
     namespace = dict(function.__globals__)
     for name in {node.id for node in ast.walk(definition) if isinstance(node, ast.Name)}:
         called = namespace.get(name)

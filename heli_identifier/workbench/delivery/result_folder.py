@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_docu
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
 from heli_identifier.workbench.report.drawn_beside import Draw, drawn_here
 from heli_plant.effects import AXES
-
-if TYPE_CHECKING:
-    from fmu_src.master import Child
 
 SAME = 1e-9
 """Difference [rad] up to which the unit's free-run error is the reported one."""
@@ -39,7 +36,7 @@ def write_results(
     rig: str,
     folder: Path,
     draw: Draw = drawn_here,
-    child: "Child | None" = None,
+    child: Any = None,
 ) -> None:
     """Write the four files of a diagnosis into ``folder``.
 
@@ -52,7 +49,7 @@ def write_results(
     folder : Path
     draw : callable, optional
         Gives the text of the report, from these three; drawn here by default.
-    child : Child, optional
+    child : fmu_src.master.Child, optional
         Process that waits to run the corrected unit; by default one is started.
 
     Raises
@@ -70,17 +67,17 @@ def write_results(
     write_atomically(folder / "diagnosis.json", document_text(diagnosis_document(diagnosis, provenance)))
 
 
-def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path, child: "Child | None") -> None:
+def _build_corrected(diagnosis: Diagnosis, parameters: ParameterSet, folder: Path, child: Any) -> None:
     """Build the corrected unit into ``folder`` and check it."""
     from fmu_src import build
 
     check_free_run(build(PLANT, folder, parameters.start_values), diagnosis, child)
 
 
-def check_free_run(unit: Path, diagnosis: Diagnosis, child: "Child | None" = None) -> None:
+def check_free_run(unit: Path, diagnosis: Diagnosis, child: Any = None) -> None:
     """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
 
-    ``child`` is a process that waits for the first of these runs.
+    ``child``, of :func:`fmu_src.master.waiting_child`, makes the first of these runs.
 
     Raises
     ------
@@ -103,7 +100,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis, child: "Child | None" = Non
             )
 
 
-def unit_run(unit: Path, series: HeldOutSeries, child: "Child | None" = None) -> np.ndarray:
+def unit_run(unit: Path, series: HeldOutSeries, child: Any = None) -> np.ndarray:
     """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src.master import run_apart
 
