@@ -15,8 +15,8 @@ and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estim
 1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
 
 Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is the covariance, and the larger of both
-standard errors is taken. On a rig with an effect that the model lacks the residual is not white, and that from the blocks
-has to hold alone: it keeps the factor.
+standard errors is taken. On a rig with an effect that the model lacks the residual is not white; that from the blocks
+has to hold alone there, and keeps the factor.
 
 A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
