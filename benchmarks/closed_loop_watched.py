@@ -81,7 +81,7 @@ def _print(units: Units, seed: int, durations: tuple[float, float]) -> None:
         "decided",
         "root mean square",
         "strength",
-        f"beyond {LIMIT:g}",
+        f"present, beyond {LIMIT:g}",
         "median",
     )
     print(f"logs of {durations[0]:g} to {durations[1]:g} s\n\n{table(head, rows)}\n", flush=True)

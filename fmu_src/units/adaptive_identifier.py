@@ -125,8 +125,7 @@ wrong, and the unit says so in a warning: take <code>prediction_error</code>, wh
 where the motion so far does not determine a parameter.</p>
 <p>Prediction errors estimate the lag of the motors along. With <code>motor.lag_known</code>, and with the adaptation,
 it is <code>motor.time_constant</code>, and no standard error covers a wrong one: where the lag is .04 s longer than
-given, a rig flown by a controller shows a <code>k_x</code> that is 9 % and a <code>k_z</code> that is 6 % too
-small.</p>
+given, a rig flown by a controller shows a <code>k_x</code> 9 % and a <code>k_z</code> 6 % too small.</p>
 <p>The adaptation takes its exact step (least squares with forgetting on a factored gain), so that Gamma stays positive
 definite. Angles are straight lines between samples, voltages are held. The outputs at a communication point use the
 samples before it. A communication step may differ from the sampling period: a sample between two communication points

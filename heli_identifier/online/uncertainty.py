@@ -14,10 +14,9 @@ independent block; a factor B / (B - 1.5 n) corrects it, B the effective number 
 and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estimated: its intensity is then taken as
 1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
 
-Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is the covariance and knows of the fitted
-parameters. The larger of both standard errors is taken, that from the blocks without the factor: it is there for what a
-noise model lacks, and what it is short of by the fit the other one has. With the factor, eight parameters and twenty
-blocks would widen every interval by half without need.
+Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is the covariance, and the larger of both
+standard errors is taken. On a rig with an effect that the model lacks the residual is not white; that from the blocks
+has to hold alone there, and keeps the factor.
 
 A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
@@ -83,7 +82,7 @@ def standard_errors(
     certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
     if left < LEAST_FREEDOM:
         return certain
-    correction = 1.0 if whitened else 1.0 + OVERLAP * n / left
+    correction = 1.0 + OVERLAP * n / left
     candidates = _size(len(m.current)) - n - 1
     residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
     errors = []

@@ -30,10 +30,10 @@ class GivenLag:
     def sentence(self) -> str:
         """What to keep in mind."""
         moved = [f"{name} by {100.0 * change:+.1f} %" for name, change in self.changes.items() if abs(change) >= LEAST]
-        effect = ", ".join(moved) if moved else f"no parameter by {100.0 * LEAST:g} %"
+        effect = f"the estimates change, {', '.join(moved)}" if moved else f"no estimate changes by {100.0 * LEAST:g} %"
         return (
             f"the motors' lag was taken for {self.lag:g} s, which the intervals do not allow for: "
-            f"with a lag longer by {MOVED:g} s the same logs change {effect}"
+            f"with a lag longer by {MOVED:g} s {effect}"
         )
 
 
