@@ -1,11 +1,12 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fmu_src import BuildError, MasterError, Scenario, WiringError
+from fmu_src import SCENARIOS, BuildError, MasterError, Scenario, WiringError
 from fmu_src.master import Result, run_apart, waiting_child
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
@@ -45,6 +46,12 @@ def log(tmp_path_factory):
     header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
     np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.17g")
     return path, held
+
+
+def test_in_real_time_no_step_is_taken_before_it_is_due(fmus):
+    files = units(fmus, exciter="Exciter", plant="HelicopterPlant", identifier="AdaptiveIdentifier")
+    result = run_apart(replace(SCENARIOS["open_loop"], in_real_time=True), 0.5, 0.1, {}, files)
+    assert result.seconds >= 0.4  # step k of 5 is due after k 0.1 s
 
 
 def test_time_is_the_step_number_times_the_step(open_loop):
