@@ -29,10 +29,14 @@ def pytest_configure(config):
 
 @pytest.fixture
 def interruptible():
-    """Let commands hear SIGINT: they inherit that it is ignored where the tests themselves run in the background."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Let commands hear SIGINT and SIGHUP: they inherit that these are ignored, in the background and under nohup."""
+    before = {
+        signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler),
+        signal.SIGHUP: signal.signal(signal.SIGHUP, signal.SIG_DFL),
+    }
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")
