@@ -1,12 +1,36 @@
 """Signals that ask a command to end, and how they are held back for a moment."""
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import current_thread, main_thread
+from types import FrameType
 
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
 """Signals that ask a command to end. Its exit code is then 128 and the signal's number, as a shell gives it."""
+
+
+Handler = Callable[[int, FrameType | None], object]
+
+
+@contextmanager
+def handled(handler: Handler) -> Iterator[None]:
+    """Let ``handler`` answer the signals that ask a command to end while the block runs.
+
+    A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
+    """
+    if current_thread() is not main_thread():  # Python handles signals only there
+        yield
+        return
+    before = {number: signal.getsignal(number) for number in ENDING}
+    heard = {number: own for number, own in before.items() if own not in (signal.SIG_IGN, None)}
+    for number in heard:
+        signal.signal(number, handler)
+    try:
+        yield
+    finally:
+        for number, own in heard.items():
+            signal.signal(number, own)
 
 
 @contextmanager
@@ -15,21 +39,13 @@ def deferred() -> Iterator[None]:
 
     A mask of the thread would not do: the system then gives the signal to another thread, and Python handles it here.
     """
-    if current_thread() is not main_thread():  # Python handles signals only there
-        yield
-        return
     came: list[int] = []
-    handlers = {number: signal.getsignal(number) for number in ENDING}
-    heard = {number: handler for number, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
-    for number in heard:
-        signal.signal(number, lambda signum, _frame: came.append(signum))
     try:
-        yield
+        with handled(lambda number, _frame: came.append(number)):
+            yield
     finally:
-        for number, handler in heard.items():
-            signal.signal(number, handler)
-        for late in came:
-            signal.raise_signal(late)
+        for number in came:
+            signal.raise_signal(number)
 
 
 @contextmanager

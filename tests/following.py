@@ -4,7 +4,15 @@ import math
 
 import numpy as np
 
-from heli_identifier.online.following import FollowSettings, Sample, Told, correct, prepare_following, start_correcting
+from heli_identifier.online.following import (
+    FollowSettings,
+    Sample,
+    Told,
+    correct,
+    event_document,
+    prepare_following,
+    start_correcting,
+)
 from heli_plant.observer import Torque
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import step
@@ -67,3 +75,8 @@ def followed(rows, fresh=None, **settings):
         outputs.append(output)
         events.extend(output.events)
     return state, events, outputs, plan
+
+
+def documents(events, plan):
+    """Give events as they stand in events.json."""
+    return [event_document(event, plan.changes) for event in events]

@@ -28,12 +28,7 @@ from heli_identifier.online.following.detection import AT_ZERO, lowered, paged, 
 from heli_identifier.online.following.errors import compared
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
-from tests.following import H, followed, record
-
-
-def documents(events, plan):
-    return [event_document(event, plan.changes) for event in events]
-
+from tests.following import H, documents, followed, record
 
 # --- observer and sums ---------------------------------------------------------------------------------------------
 

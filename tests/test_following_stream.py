@@ -9,7 +9,6 @@ from heli_identifier.online.following import (
     Sample,
     Told,
     correct,
-    event_document,
     parameters_in_use,
     prepare_following,
     start_correcting,
@@ -17,11 +16,7 @@ from heli_identifier.online.following import (
 from heli_identifier.online.following.events import BACK, FROZEN, WHY
 from heli_identifier.online.following.stream import doubtful, first_stream, standing
 from heli_plant.parameters import TABLE_2
-from tests.following import COUNT, followed, record
-
-
-def documents(events, plan):
-    return [event_document(event, plan.changes) for event in events]
+from tests.following import COUNT, documents, followed, record
 
 
 def test_a_stop_of_the_stream_is_said_and_changes_nothing():

@@ -19,8 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.records import Log
+from heli_identifier.tracing.multistep.robust import NORMAL
 from heli_identifier.tracing.prediction.problem import Residuals
-from heli_plant.effects import AXES
+from heli_identifier.tracing.search.steps import ELEVATION
 
 LEAST = 0.2
 """Zero [rad] from which on it is another position: half of what an arm on the table lies below the horizontal."""
@@ -40,11 +41,6 @@ ROUNDS = 4
 
 SETTLED = 0.01
 """Change of all zeros [rad] below which no further round is needed."""
-
-NORMAL = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
-
-ELEVATION = AXES.index("elevation")
 
 
 def zeros(residuals: Residuals, stiffness: float, bandwidth: float) -> NDArray[np.float64]:

@@ -7,15 +7,14 @@ eps_0 free, and keeps it free if that raises the likelihood by more than the pri
 from dataclasses import replace
 
 from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, free_fields, needs_horizontal
+from heli_identifier.tracing.search.model import HORIZONTAL_OFFSET, Model, free_fields, has_horizontal
 from heli_identifier.tracing.search.settings import SHAPE_PRICE
-from heli_plant.effects import effect_of
 
 
 def with_horizontal_offset(model: Model) -> Model:
     """Return ``model`` with the horizontal offset estimated, if its effects depend on it and the logs determine it."""
     problem = model.fit.problem
-    if problem.horizontal_given or not needs_horizontal((*model.effects, *map(effect_of, problem.expected))):
+    if problem.horizontal_given or not has_horizontal(problem, model.effects):
         return model
     base = model.base if HORIZONTAL_OFFSET in model.base else (*model.base, HORIZONTAL_OFFSET)
     fitted = fit(

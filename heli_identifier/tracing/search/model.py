@@ -126,6 +126,11 @@ def refit_in(model: Model, problem: Problem, iterations: int = 16, tolerance: fl
     return Model(fitted, model.effects, unknowns)
 
 
+def has_horizontal(problem: Problem, effects: Sequence[Effect]) -> bool:
+    """Whether the law of an effect of a model, or of one that is expected, depends on where the horizontal arm is."""
+    return needs_horizontal((*effects, *map(effect_of, problem.expected)))
+
+
 def with_unknown(model: Model, unknown: Unknown) -> Model:
     """Refit ``model`` with an unknown torque beside it."""
     if unknown.frequency is not None:
@@ -141,7 +146,7 @@ def without(model: Model, effect: Effect) -> Model:
     """Refit ``model`` with one of its effects switched off."""
     rest = tuple(e for e in model.effects if e is not effect)
     off, base, problem = {effect.field: 0.0}, model.base, model.fit.problem
-    if not problem.horizontal_given and not needs_horizontal((*rest, *map(effect_of, problem.expected))):
+    if not problem.horizontal_given and not has_horizontal(problem, rest):
         off[HORIZONTAL_OFFSET] = 0.0
         base = tuple(name for name in base if name != HORIZONTAL_OFFSET)
     start = model.fit.parameters._replace(**off)

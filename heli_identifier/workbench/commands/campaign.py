@@ -94,8 +94,8 @@ def _sources(
 ) -> "list[Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.records import CONFIGURATION_NAME
     from heli_identifier.workbench.campaign.sources import folder_rigs, generated_rigs
+    from heli_identifier.workbench.commands.logs import configuration_here
 
     if (folder is None) == (generator == ""):
         raise ConfigurationError("name either a folder of rigs or a --generator.")
@@ -104,8 +104,7 @@ def _sources(
             raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
-        here = Path(CONFIGURATION_NAME)
-        return [*folder_rigs(folder, config or (here if os.path.lexists(here) else None))]
+        return [*folder_rigs(folder, config or configuration_here())]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

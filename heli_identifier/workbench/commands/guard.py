@@ -13,7 +13,6 @@ from contextlib import contextmanager, suppress
 from functools import partial, wraps
 from multiprocessing import parent_process
 from pathlib import Path
-from threading import current_thread, main_thread
 from typing import NoReturn, ParamSpec, TypeVar
 
 import typer
@@ -21,7 +20,7 @@ import typer
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import keeping
-from heli_identifier.signals import ENDING
+from heli_identifier.signals import ENDING, handled
 from heli_identifier.workbench.commands.memory import is_of_memory, require_memory
 from heli_plant.errors import PlantError
 
@@ -108,23 +107,14 @@ def terminable() -> Iterator[None]:
     Where the exception is raised within a library, the library may make another one of it, or drop it. The block's end
     then remembers that it was asked for.
     """
-    if current_thread() is not main_thread():  # Python handles signals only there
-        yield
-        return
-    # A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
-    before = {number: signal.getsignal(number) for number in ENDING if signal.getsignal(number) != signal.SIG_IGN}
     asked: list[int] = []
-    for number in before:
-        signal.signal(number, partial(_leave, asked))
     try:
-        yield
+        with handled(partial(_leave, asked)):
+            yield
     except Exception as error:
         if asked:
             raise SystemExit(128 + asked[0]) from error
         raise
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
     if asked:
         raise SystemExit(128 + asked[0])
 

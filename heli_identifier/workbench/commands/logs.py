@@ -24,11 +24,15 @@ SHORTEST_TO_SPLIT = 15.0
 """Length [s] from which a single log is split."""
 
 
+def configuration_here() -> Path | None:
+    """Give heli.toml of this folder, whatever it is; None where nothing has that name."""
+    return Path(CONFIGURATION_NAME) if os.path.lexists(CONFIGURATION_NAME) else None
+
+
 def found_configuration(path: Path | None) -> RigConfiguration:
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
-    if path is None and os.path.lexists(CONFIGURATION_NAME):
+    if path is None and (path := configuration_here()) is not None:
         note(f"configuration: {CONFIGURATION_NAME} of this folder")
-        path = Path(CONFIGURATION_NAME)
     return RigConfiguration() if path is None else read_configuration(path)
 
 
