@@ -7,6 +7,7 @@ speed alone: if it ends, for whatever reason, the command draws the report itsel
 import gc
 import os
 import pickle
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -32,9 +33,17 @@ def drawn_beside() -> Iterator[Draw]:
         yield lambda diagnosis, provenance, rig: _page(process, diagnosis, provenance, rig)
     finally:
         if process is not None:
-            process.kill()
+            _end(process)
             with process:  # closes its pipes and waits for its end
                 pass
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    """Kill the process, and the copy of itself that may draw half of the figures."""
+    if process.poll() is None and hasattr(os, "killpg"):
+        os.killpg(process.pid, signal.SIGKILL)  # it began a session, so that its group has its number
+    else:
+        process.kill()
 
 
 def _started() -> "subprocess.Popen[bytes] | None":
@@ -75,12 +84,14 @@ def drawn_here(diagnosis: "Diagnosis", provenance: Mapping[str, Any], rig: str) 
 def main() -> None:
     """Import what draws, read one diagnosis from standard input, and write its report to standard output."""
     gc.disable()  # this process ends long before cycles fill its memory
+    from heli_identifier.workbench.report.halved import halved
     from heli_identifier.workbench.report.page import prepare, report_page
 
     prepare()
     order = sys.stdin.buffer.read()
     if order:  # nothing comes if the command has ended
-        sys.stdout.buffer.write(report_page(*pickle.loads(order)).encode())
+        diagnosis, provenance, rig = pickle.loads(order)
+        sys.stdout.buffer.write(report_page(diagnosis, provenance, rig, each=halved).encode())
     sys.stdout.flush()
     os._exit(0)  # there is nothing to tidy up, which would take a tenth of a second
 

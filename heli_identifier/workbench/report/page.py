@@ -1,7 +1,7 @@
 """A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
 
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 from importlib.resources import files
 from typing import Any
 
@@ -50,6 +50,9 @@ _SECTIONS = (
     ("provenance", "Provenance"),
     ("words", "Words"),
 )
+Each = Callable[[Callable[[Any], str], Sequence[Any]], Iterable[str]]
+"""Does some work for each of some items, in their order: as :class:`map`."""
+
 _CAPTIONS = (
     ("free-run", free_run_figure, "Simulation under the log's voltages, never corrected, and the measurement."),
     ("residual", residual_figure, "The innovations of the observer, as an acceleration."),
@@ -62,7 +65,7 @@ _CAPTIONS = (
 )
 
 
-def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -> str:
+def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, each: Each = map) -> str:
     """Give the text of report.html.
 
     Parameters
@@ -72,6 +75,8 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
     rig : str
         What to call the rig.
+    each : callable
+        Draws the figures of the held-out logs.
     """
     moved = diagnosis.parameters_before != diagnosis.parameters_after
     rows = catalogue_rows(diagnosis)
@@ -94,7 +99,7 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         floor_missing=floor_missing(diagnosis.axes),
         events=event_rows(diagnosis),
         events_kept=bool(diagnosis.settings.get("keep_events")),
-        panels=_panels(diagnosis),
+        panels=_panels(diagnosis, each),
         parameters=parameter_rows(diagnosis),
         parameter_figure=_parameter_svg(diagnosis) if moved else "",
         catalogue=[row for row in rows if row["verdict"] != Verdict.NOT_SHOWN],
@@ -132,21 +137,30 @@ def _parameter_svg(diagnosis: Diagnosis) -> str:
     return inline_svg(figure, "parameters", "Each parameter before, on the scale of its interval after")
 
 
-def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def _panels(diagnosis: Diagnosis, each: Each) -> list[dict[str, Any]]:
     """Four figures per held-out log and axis."""
+    places = [(number, axis) for number in range(len(diagnosis.series)) for axis in diagnosis.axes]
+    asked = [(*place, figure) for place in places for figure in range(len(_CAPTIONS))]
+    drawn = iter(each(partial(_panel_svg, diagnosis), asked))
     panels = []
-    for number, series in enumerate(diagnosis.series):
-        for axis, report in diagnosis.axes.items():
-            where = f" on {series.log.name}" if len(diagnosis.series) > 1 else ""
-            figures = [
-                {
-                    "svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),
-                    "caption": caption,
-                }
-                for name, draw, caption in _CAPTIONS
-            ]
-            panels.append({"title": f"{axis.capitalize()}{where}", "text": residual_text(report), "figures": figures})
+    for number, axis in places:
+        figures = [{"svg": next(drawn), "caption": caption} for _, _, caption in _CAPTIONS]
+        text = residual_text(diagnosis.axes[axis])
+        panels.append({"title": f"{axis.capitalize()}{_where(diagnosis, number)}", "text": text, "figures": figures})
     return panels
+
+
+def _panel_svg(diagnosis: Diagnosis, asked: tuple[int, str, int]) -> str:
+    """Draw the figure of a log's number, an axis and a number of :data:`_CAPTIONS`."""
+    number, axis, figure = asked
+    name, draw, caption = _CAPTIONS[figure]
+    description = f"{axis}{_where(diagnosis, number)}: {caption}"
+    return inline_svg(draw(diagnosis.series[number], axis), f"{name}-{axis}-{number}", description)
+
+
+def _where(diagnosis: Diagnosis, number: int) -> str:
+    """Name of a held-out log where there are several."""
+    return f" on {diagnosis.series[number].log.name}" if len(diagnosis.series) > 1 else ""
 
 
 _ON_ANY_GROUND = {"ink": "currentColor", "muted": "currentColor", "grid": "rgba(128, 128, 128, .3)"}
