@@ -3,8 +3,9 @@
 Usage: python -m benchmarks.deals RIG... [--deals 3] [--seed 0] [--from 6] [--as-read]. A RIG is a folder of logs or a
 pattern of files ("logs/ntnu-*.csv"), with :data:`OPPOSITE` behind it if its pitch counts the other way. Every deal is
 diagnosed. Printed are the errors of its plants 1 s and 2 s ahead on the unseen quarter over those of the null model
-fitted by the one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of families named,
-shown and predictive together, over the pairs of deals of which at least one names something.
+fitted by the one-step likelihood (pitch / elevation / travel), and per rig the mean Jaccard index of what is named,
+shown and predictive together, over the pairs of deals of which at least one names something: of families, and of
+groups, a group being a family with the alternatives that the diagnosis gives of it.
 """
 
 import argparse
@@ -18,6 +19,7 @@ from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
 
 from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect, PossibleEffect, diagnose
@@ -31,6 +33,9 @@ from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.prediction.workers import use_threads
 from heli_identifier.tracing.predictive.families import family_of
 from heli_plant.parameters import PlantParameters
+
+Groups = dict[str, set[str]]
+"""Families named, each with those that the diagnosis says could stand in its place, and itself."""
 
 OPPOSITE = ":pitch=-1"
 """Behind a rig's name: its pitch counts opposite to the project's, as ``pitch = -1`` in its heli.toml would say."""
@@ -68,8 +73,8 @@ def add_deal_options(parser: argparse.ArgumentParser) -> None:
 
 def one_deal(
     logs: Sequence[Log], random: np.random.Generator, as_read: bool = False
-) -> tuple[NDArray[np.float64], set[str], list[str]]:
-    """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the families named, and what to print.
+) -> tuple[NDArray[np.float64], Groups, list[str]]:
+    """Ratios (4 models, 2 horizons, 3 axes) over the one-step null model, the groups named, and what to print.
 
     An unseen log whose elevation was zeroed in another position is shifted as a held-out log is, unless ``as_read``.
     """
@@ -97,21 +102,46 @@ def one_deal(
         f"    {seconds:.1f} s, logs that do not belong: {[log.log for log in found.logs if not log.belongs]}",
         *(f"    {note}" for note in notes),
     ]
-    return ratios, {_family(effect) for effect in (*found.effects, *found.predictive)}, lines
+    return ratios, groups((*found.effects, *found.predictive)), lines
 
 
 def _named(effects: Sequence[FoundEffect] | Sequence[PossibleEffect]) -> str:
     return "; ".join(f"{e.name} {e.axis} ({e.stability:.2f})" for e in effects) or "nothing"
 
 
-def _family(effect: FoundEffect) -> str:
-    return family_of(f"{effect.name}_{effect.axis}") or f"{effect.name} {effect.axis}"
+def groups(effects: Sequence[FoundEffect]) -> Groups:
+    """Give the groups of effects that are named."""
+    found: Groups = {}
+    for effect in effects:
+        family = family_named(effect.name, effect.axis)
+        found.setdefault(family, {family}).update(family_named(*other) for other in effect.alternatives)
+    return found
+
+
+def family_named(name: str, axis: str) -> str:
+    """Family of an effect of the catalogue, or the effect itself where it is of none."""
+    return family_of(f"{name}_{axis}") or f"{name} {axis}"
 
 
 def jaccard(sets: Sequence[set[str]]) -> float:
     """Mean Jaccard index over pairs of which not both are empty; not a number without such a pair."""
     pairs = [(a, b) for a, b in combinations(sets, 2) if a | b]
     return float(np.mean([len(a & b) / len(a | b) for a, b in pairs])) if pairs else float("nan")
+
+
+def group_jaccard(named: Sequence[Groups]) -> float:
+    """Mean Jaccard index over the same pairs, where two groups agree if either names what the other one is named for.
+
+    A group agrees with one group at most; of all ways to pair them the one with most agreements counts.
+    """
+    pairs = [(a, b) for a, b in combinations(named, 2) if a or b]
+    return float(np.mean([_agreeing(a, b) for a, b in pairs])) if pairs else float("nan")
+
+
+def _agreeing(a: Groups, b: Groups) -> float:
+    agree = np.array([[one in b[other] or other in a[one] for other in b] for one in a], dtype=float)
+    both = agree[linear_sum_assignment(agree, maximize=True)].sum() if a and b else 0.0
+    return float(both / (len(a) + len(b) - both))
 
 
 def triple(values: NDArray[np.float64]) -> str:
@@ -121,20 +151,22 @@ def triple(values: NDArray[np.float64]) -> str:
 def main(arguments: Sequence[str]) -> None:
     asked = _parsed(arguments)
     use_threads(1)
-    of_rig, agreed = [], []
+    of_rig, agreed, as_groups = [], [], []
     for rig in asked.rig:
         logs = rig_logs(rig, asked.first)
-        ratios, sets = [], []
+        ratios, dealt = [], []
         for number in range(asked.deals):
             ratio, named, lines = one_deal(logs, np.random.default_rng((asked.seed, number)), asked.as_read)
             print(f"{rig}, deal {number}", *lines, sep="\n", flush=True)
             ratios.append(ratio)
-            sets.append(named)
+            dealt.append(named)
         of_rig.append(np.array(ratios))
-        agreed.append(jaccard(sets))
-        print(f"{rig}: {len(logs)} logs, Jaccard {agreed[-1]:.2f}", flush=True)
+        agreed.append(jaccard([set(named) for named in dealt]))
+        as_groups.append(group_jaccard(dealt))
+        print(f"{rig}: {len(logs)} logs, Jaccard {agreed[-1]:.2f}, of groups {as_groups[-1]:.2f}", flush=True)
         _summary([of_rig[-1]])
-    print(f"all rigs, median of the rigs' medians; Jaccard {_median_known(agreed):.2f}")
+    of_families, of_groups = _median_known(agreed), _median_known(as_groups)
+    print(f"all rigs, median of the rigs' medians; Jaccard {of_families:.2f}, of groups {of_groups:.2f}")
     _summary(of_rig)
 
 

@@ -11,29 +11,31 @@ import sys
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from multiprocessing import Pool
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
-from benchmarks.deals import jaccard
+from benchmarks.deals import Groups, family_named, group_jaccard, groups, jaccard
 from benchmarks.field_measures import measured
 from benchmarks.field_rigs import FIELD_GROUPS, field_sources
 from heli_identifier.errors import IdentifierError
 from heli_identifier.tracing import diagnose, use_threads
-from heli_identifier.tracing.predictive.families import family_of
 from heli_identifier.workbench.campaign import GeneratedRig
 
 NEAR_TRUTH = 1.1
 """Ratio of errors up to which a plant predicts as well as the true structure."""
 
 
+Named = TypeVar("Named", set[str], Groups)
+
+
 class Outcome(NamedTuple):
-    """One half: effects shown that the rig lacks, families shown, true and detectable, predictive effects, refusal."""
+    """One half: effects shown that the rig lacks, families shown, true and detectable, all groups named, refusal."""
 
     name: str
     group: str
     false: list[str]
     shown: set[str]
     true: set[str]
-    predictive: set[str]
+    named: Groups
     detectable: set[str]
     covered: dict[str, bool]
     over_truth: dict[str, float]
@@ -47,17 +49,17 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
     rig = source.load()
     assert rig.truth is not None
     true = {(effect.name, effect.axis) for effect in rig.truth.effects}
-    true_families = {_family(*effect) for effect in true}
+    true_families = {family_named(*effect) for effect in true}
     try:
         found = diagnose(rig.training, held_out=rig.held_out)
     except IdentifierError as error:
-        return Outcome(name, group, [], set(), true_families, set(), set(), {}, {}, str(error))
+        return Outcome(name, group, [], set(), true_families, {}, set(), {}, {}, str(error))
     shown = {(effect.name, effect.axis) for effect in found.effects}
     unknown_expected = rig.truth.unknown is not None
     false = [
         f"{effect.name} {effect.axis} (score {effect.score:.1f})"
         for effect in found.effects
-        if _family(effect.name, effect.axis) not in true_families
+        if family_named(effect.name, effect.axis) not in true_families
         and not (effect.name == "unknown" and unknown_expected)
     ]
     measures = measured(rig, found)
@@ -65,17 +67,13 @@ def diagnosed(job: tuple[str, str, GeneratedRig]) -> Outcome:
         name,
         group,
         false,
-        {_family(*effect) for effect in shown},
+        {family_named(*effect) for effect in shown},
         true_families,
-        {_family(effect.name, effect.axis) for effect in found.predictive},
-        {_family(*effect) for effect in measures.detectable},
+        groups((*found.effects, *found.predictive)),
+        {family_named(*effect) for effect in measures.detectable},
         measures.covered,
         measures.over_truth,
     )
-
-
-def _family(name: str, axis: str) -> str:
-    return family_of(f"{name}_{axis}") or f"{name} {axis}"
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -99,8 +97,9 @@ def main(arguments: Sequence[str]) -> None:
         done = [outcome for outcome in outcomes if not outcome.refused]
         accused = sum(bool(outcome.false) for outcome in done)
         found = sum(len(outcome.shown & outcome.true) for outcome in done)
-        predictive = sum(bool(outcome.predictive) for outcome in done)
-        names = Counter(name for outcome in done for name in outcome.predictive).most_common(5)
+        predictive = [outcome.named.keys() - outcome.shown for outcome in done]
+        counted = Counter(name for families in predictive for name in families).most_common(5)
+        most = ", ".join(f"{name} {count}" for name, count in counted) or "none"
         detected = sum(len(outcome.shown & outcome.detectable) for outcome in done)
         near = [ratio <= NEAR_TRUTH for outcome in done for ratio in outcome.over_truth.values()]
         covered = [hit for outcome in done for hit in outcome.covered.values()]
@@ -109,18 +108,25 @@ def main(arguments: Sequence[str]) -> None:
             f"{found} of {sum(len(outcome.true) for outcome in done)} true families shown, {detected} of "
             f"{sum(len(outcome.detectable) for outcome in done)} detectable ones; Jaccard index of halves: shown "
             f"{_agreement(done, lambda o: o.shown):.2f}, with predictive "
-            f"{_agreement(done, lambda o: o.shown | o.predictive):.2f}; 1 s error within {NEAR_TRUTH} of the true "
+            f"{_agreement(done, lambda o: set(o.named)):.2f}, of groups {_agreement(done, _named, group_jaccard):.2f}; "
+            f"1 s error within {NEAR_TRUTH} of the true "
             f"structure's: {sum(near)} of {len(near)} axes; intervals cover {sum(covered)} of {len(covered)}; "
-            f"predictive effects in {predictive}: {', '.join(f'{name} {count}' for name, count in names) or 'none'}"
+            f"predictive effects in {sum(map(bool, predictive))}: {most}"
         )
 
 
-def _agreement(outcomes: Sequence[Outcome], named: Callable[[Outcome], set[str]]) -> float:
+def _named(outcome: Outcome) -> Groups:
+    return outcome.named
+
+
+def _agreement(
+    outcomes: Sequence[Outcome], named: Callable[[Outcome], Named], index: Callable[[list[Named]], float] = jaccard
+) -> float:
     """Mean Jaccard index of the two halves of a rig, where either names something."""
-    rigs: dict[str, list[set[str]]] = defaultdict(list)
+    rigs: dict[str, list[Named]] = defaultdict(list)
     for outcome in outcomes:
         rigs[outcome.name.rpartition(" ")[0]].append(named(outcome))
-    found = [jaccard(sets) for sets in rigs.values()]
+    found = [index(halves) for halves in rigs.values()]
     known = [value for value in found if value == value]
     return sum(known) / len(known) if known else float("nan")
 

@@ -66,7 +66,7 @@ def found_effects(
 
 
 def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
-    """Predictive effects, each with the rest of its family as alternatives, the most worth first.
+    """Predictive effects, the most worth first; alternatives are the rest of the family, then what could stand in.
 
     What is shown stands in that list alone, even where only the search for predictive effects brings it into the plant.
     """
@@ -75,7 +75,7 @@ def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
         if finding.field in {effect.field for effect in shown.effects}:
             continue
         effect, estimate = effect_of(finding.field), beyond.plant.estimates[finding.field]
-        others = _others(finding)
+        others = [*_others(finding), *map(effect_of, finding.stand_ins)]
         shapes = {shape.field: getattr(beyond.plant.parameters, shape.field) for shape in effect.shapes}
         found.append(
             FoundEffect(

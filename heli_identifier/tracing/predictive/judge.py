@@ -131,6 +131,14 @@ class Judge:
 
         return min((field for field in self.families[name] if field not in excluded), key=loss)
 
+    def as_good(self, kept: Collection[str], others: Collection[str]) -> float:
+        """Share of the halves in which the families ``kept`` predict the other half as well as ``others`` do."""
+        one, other = self._indices(kept), self._indices(others)
+        pairs = list(zip(self._halves[::2], self._halves[1::2], strict=True))
+        tried = [*pairs, *((second, first) for first, second in pairs)]
+        wins = [rest.own_loss(half.solve(one)[0]) <= rest.own_loss(half.solve(other)[0]) for half, rest in tried]
+        return float(np.mean(wins))
+
     @cached_property
     def _halves(self) -> list[Quadratic]:
         """Halves of the blocks in complementary pairs."""

@@ -125,6 +125,10 @@ class Quadratic:
         """Twice the loss (3,) of the axes at coordinates (P,)."""
         return self.axis_constant + (self.axis_curvature @ x - 2.0 * self.axis_slope) @ x
 
+    def own_loss(self, x: NDArray[np.float64]) -> float:
+        """Twice the loss of the problem's own blocks at coordinates (P,), but for a constant."""
+        return float((self.curvature.sum(axis=0) @ x - 2.0 * self.slope.sum(axis=0)) @ x)
+
     @cached_property
     def _matrix(self) -> NDArray[np.float64]:
         return self.curvature.sum(axis=0) + np.eye(self.curvature.shape[1])

@@ -25,6 +25,7 @@ from heli_identifier.tracing.multistep.search import NEAR, Search
 from heli_identifier.tracing.predictive.families import FAMILIES, family_of
 from heli_identifier.tracing.predictive.judge import POSSIBLE, STEADY, WORTH, Judge, Support
 from heli_identifier.tracing.predictive.quadratic import quadratic_of
+from heli_identifier.tracing.predictive.stand_ins import stand_ins
 
 GROUND_EFFECT = "ground_effect_elevation"
 
@@ -43,12 +44,15 @@ class Finding:
         Share of the halves of the data in which it is found.
     worth : float
         Largest share over the axes by which the error grows in a fit without it; NaN where none was made.
+    stand_ins : tuple of str
+        Coefficients of other families that could take its place.
     """
 
     family: str
     field: str
     stability: float
     worth: float
+    stand_ins: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +107,9 @@ def select_predictive(shown: MultistepFit) -> PredictiveSelection:
     fields = {name: judge.best(name, steady) for name in steady}
     proven = _proven(shown, begun, everything, fields, families)
     fit, fields, worth, stability = proven.fit, proven.fields, proven.worth, proven.stability
-    predictive = [Finding(n, field, stability[n], worth[n]) for n, field in fields.items() if stability[n] >= STEADY]
-    named = {finding.family for finding in predictive}
+    named = {name: field for name, field in fields.items() if stability[name] >= STEADY}
+    instead = stand_ins(proven.judge, named)
+    predictive = [Finding(name, named[name], stability[name], worth[name], instead[name]) for name in named]
     best = proven.judge.best
     possible = [
         Finding(name, fields.get(name) or best(name, fields), stability[name], worth.get(name, found.worth))

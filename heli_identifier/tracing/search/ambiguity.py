@@ -1,7 +1,8 @@
 """Which other entries of the catalogue would explain the data about as well as the one that was chosen.
 
 The model without the effect is scanned again; rivals are refitted in its place. A rival whose likelihood ratio comes
-within a few units of that of the chosen effect is an alternative that these data cannot rule out.
+within a few units of that of the chosen effect is an alternative that these data cannot rule out. It has to be
+possible by the rules that the search itself keeps: what no search would name is no alternative.
 """
 
 from heli_identifier.tracing.search.candidates import open_moves
@@ -10,7 +11,7 @@ from heli_identifier.tracing.search.scan import Scan, scan, scored, subset
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.settings import SHORTLIST
 from heli_identifier.tracing.search.steps import ELEVATION, best_steps
-from heli_identifier.tracing.search.trials import Trials, contenders, refitted
+from heli_identifier.tracing.search.trials import Trials, contenders, holds_unaveraged, is_possible, refitted
 from heli_plant.effects import AXES, Effect
 
 CLOSE = 6.0
@@ -41,7 +42,8 @@ def alternatives(model: Model, effect: Effect, selection: Selection) -> list[Eff
     contending = contenders(scanned, noise_scan, 0.8 * selection.threshold)[:SHORTLIST]
     likely = [found for found in contending if found.likelihood_ratio >= 0.6 * likelihood_ratio - 3.0 * CLOSE]
     refits = refitted(reduced, scanned, likely, trials)
-    rivals = [rival for rival in refits if rival.likelihood_ratio > likelihood_ratio - CLOSE]
+    close = [rival for rival in refits if rival.likelihood_ratio > likelihood_ratio - CLOSE]
+    rivals = [rival for rival in close if is_possible(rival) and holds_unaveraged(reduced, rival)]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.likelihood_ratio)]
 
 

@@ -209,16 +209,21 @@ def certain_first(ranked: list[Trial]) -> list[Trial]:
 
 
 def passes(candidate: Trial, threshold: float) -> bool:
-    """Whether a refitted effect is inside its range and large enough, and both score and likelihood ratio pass.
+    """Whether a refitted effect is possible, and both its score and its likelihood ratio pass."""
+    enough = abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
+    return enough and is_possible(candidate)
 
-    An effect beside which a gain of the voltages changes its sign is not of the rig: under a controller the inverse of
-    the controller explains the voltages, too, and a law that lets it in explains more than any law of the plant.
+
+def is_possible(candidate: Trial) -> bool:
+    """Whether a refitted effect is inside its range, large enough to be claimed, and of the rig.
+
+    An effect beside which a gain of the voltages changes its sign is not: under a controller the inverse of the
+    controller explains the voltages, too, and a law that lets it in explains more than any law of the plant.
     """
     effect = candidate.effect
     value = getattr(candidate.fit.parameters, effect.field)
     inside = effect.lower <= value <= effect.upper and abs(value) >= smallest(candidate.fit, effect)
-    possible = inside and is_resolved(candidate.fit, effect) and not candidate.reverses
-    return possible and abs(candidate.score) >= threshold and candidate.likelihood_ratio >= threshold**2
+    return inside and is_resolved(candidate.fit, effect) and not candidate.reverses
 
 
 def holds_unaveraged(model: Model, tried: Trial) -> bool:

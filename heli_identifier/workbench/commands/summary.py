@@ -83,8 +83,9 @@ def print_predictive(diagnosis: Diagnosis) -> None:
         )
     if diagnosis.predictive:
         typer.echo("by likelihood: the coefficient that the same logs give one step ahead")
+        typer.echo("or, as well: predicts these logs about as well in its place")
     if diagnosis.predictive or diagnosis.possible:
-        typer.echo("stability: share of halves of the training data that find the effect or its alternatives")
+        typer.echo("stability: share of halves of the training data that find the effect or another one of its family")
         typer.echo("takes off: by how much the error of the axis that needs it most grows without it")
 
 

@@ -36,7 +36,7 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         ),
         (
             "stability",
-            "Share of halves of the training data that find the effect or one of its alternatives. From 80 % an "
+            "Share of halves of the training data that find the effect or another one of its family. From 80 % an "
             "effect can be predictive, from 30 % it is called possible.",
         ),
         (
