@@ -56,7 +56,7 @@ def main(arguments: Sequence[str]) -> None:
         score(tallies.setdefault(title, Tally()), logs)
     rows = [tally.row(title) for title, tally in tallies.items()]
     command = " ".join(["python -m benchmarks.events", *arguments])
-    write_section(PAGE, "events", f"## Events\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows))
+    write_section(PAGE, "events", f"### Events\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows))
     print("\n".join((HEAD, *rows)))
 
 

@@ -81,7 +81,7 @@ def measured(steps: int) -> str:
             print(*rows[-1], file=sys.stderr, flush=True)
     return "\n\n".join(
         [
-            "## Native units in lockstep",
+            "### Native units in lockstep",
             "`python -m benchmarks.lockstep`",
             "Random inputs, steps of 1 to 10 ms, states saved, serialised and restored in between; a step counts as "
             "different if its status or any bit of any output differs from the pythonfmu unit's.",

@@ -63,7 +63,7 @@ def main(arguments: Sequence[str]) -> None:
     write_section(
         asked.page,
         asked.name,
-        f"## {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows) + over_rigs,
+        f"### {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows) + over_rigs,
     )
 
 

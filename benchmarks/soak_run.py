@@ -42,7 +42,7 @@ CASES: dict[str, dict[str, Any]] = {
 """Settings of the identifier. The default forgetting of .001 1/s forgets in a quarter of an hour. The adaptation's .1
 is the least that follows on the flight `CHOSEN_ON`. Prediction errors are weighed by their variance, which a jump of
 this plant without noise raises ten thousandfold, so that ln 1e4 time constants of forgetting pass before new samples
-outweigh old ones; their .3 was found on this flight, and docs/results.md says how it does elsewhere."""
+outweigh old ones; their .3 was found on this flight, and docs/results_earlier.md says how it does elsewhere."""
 
 PLANT = {"encoder.enabled": True}
 
