@@ -87,11 +87,12 @@ def whitened(signals: Sequence[NDArray[np.float64]], taps: NDArray[np.float64], 
 def fit_axis(
     signals: Sequence[NDArray[np.float64]], order: int = ORDER, contraction: float = 1.0
 ) -> tuple[NDArray[np.float64], float]:
-    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,) joined end to end.
+    """Prediction-error filter (order + 1,) and residual scale of one axis, from records (n_i,).
 
-    A joint spoils ``order`` samples of thousands. Without joints the constant offsets of the records would drive the
-    filter towards a unit root, behind which a constant torque can no longer be estimated. The mean of all is taken off
-    for the same reason.
+    The filter is that of the records joined end to end. Without joints their constant offsets would drive it towards a
+    unit root, behind which a constant torque can no longer be estimated; the mean of all is taken off for the same
+    reason. The scale is that of the whitened records, without the joints: there the filter meets a jump from one offset
+    to the next, which a better model can make larger, so that its likelihood would fall.
 
     Parameters
     ----------
@@ -99,13 +100,12 @@ def fit_axis(
         Factor on the radius of the autoregression's poles. Below 1 no step, drift or period can hide behind a pole on
         the unit circle, at the price of a residual that is not quite white (bandwidth expansion, Tohkura 1978).
     """
-    joined = np.concatenate(list(signals))
-    joined = joined - joined.mean()
-    taps, variance = burg(joined, order)
+    mean = np.concatenate(list(signals)).mean()
+    centred = [signal - mean for signal in signals]
+    taps, _ = burg(np.concatenate(centred), order)
     if contraction != 1.0:
         taps = taps * contraction ** np.arange(order + 1)
-        variance = float(np.var(whitened([joined], taps, 1.0)))
-    return taps, float(np.sqrt(variance))
+    return taps, float(np.sqrt(np.mean(whitened(centred, taps, 1.0) ** 2)))
 
 
 def fit_whitener(residuals: Sequence[NDArray[np.float64]], order: int = ORDER) -> Whitener:
