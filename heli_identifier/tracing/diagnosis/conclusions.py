@@ -23,6 +23,7 @@ from heli_identifier.tracing.search.stability import effect_stability, unknown_s
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
 from heli_plant.effects import Effect, effect_of
+from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD
 
 
@@ -102,14 +103,33 @@ def _others(finding: Finding) -> list[Effect]:
     return [effect_of(field) for field in members_of(finding.family) if field != finding.field]
 
 
-def possible_effects(beyond: Beyond) -> tuple[PossibleEffect, ...]:
-    """Families that only some of the training data find, the steadiest first."""
-    found = []
-    for finding in sorted(beyond.possible, key=lambda finding: -finding.stability):
-        effect = effect_of(finding.field)
-        names = tuple((other.name, other.axis) for other in _others(finding))
-        found.append(PossibleEffect(effect.name, effect.axis, names, finding.stability, finding.worth))
-    return tuple(found)
+def possible_effects(
+    by_likelihood: Sequence[tuple[Effect, float]], beyond: Beyond, named: Sequence[FoundEffect]
+) -> tuple[PossibleEffect, ...]:
+    """Effects and families that only some of the training data find, the steadiest first.
+
+    Parameters
+    ----------
+    by_likelihood : sequence of (Effect, float)
+        Effects that the likelihood shows in a share of the halves.
+    beyond : Beyond
+        The families that only some halves need for their predictions.
+    named : sequence of FoundEffect
+        What is shown or predictive: that, and a family of which a member is named, is not possible beside.
+    """
+    taken = {catalogue_effect(found.name, found.axis).field for found in named if found.coefficient is not None}
+    found = [
+        PossibleEffect(effect.name, effect.axis, (), share, None)
+        for effect, share in by_likelihood
+        if effect.field not in taken
+    ]
+    taken |= {effect.field for effect, _ in by_likelihood}
+    for finding in beyond.possible:
+        if not taken.intersection(members_of(finding.family)):
+            effect = effect_of(finding.field)
+            names = tuple((other.name, other.axis) for other in _others(finding))
+            found.append(PossibleEffect(effect.name, effect.axis, names, finding.stability, finding.worth))
+    return tuple(sorted(found, key=lambda entry: -entry.stability))
 
 
 def _shape(fit: Fit, effect: Effect) -> NamedShape:

@@ -125,7 +125,7 @@ def _diagnosed(
         verdict=_verdict(model),
         effects=effects,
         predictive=predictive,
-        possible=possible_effects(beyond),
+        possible=possible_effects(checked.possible, beyond, (*effects, *predictive)),
         withdrawn=(*withdrawn, *beyond.withdrawn),
         catalogue=catalogue_verdicts(selection, model, effects, withdrawn),
         parameters_before=plant_before.base,

@@ -88,25 +88,25 @@ class EffectCurve:
 
 @dataclass(frozen=True)
 class PossibleEffect:
-    """A family of effects that only some halves of the training data find.
+    """An effect that only some halves of the training data show, or a family that they need for their predictions.
 
     Attributes
     ----------
     name, axis : str
-        The member that stands best for the family.
+        Of a family the member that stands best for it.
     alternatives : tuple of (name, axis)
-        Its other members.
+        The family's other members.
     stability : float
         Share of the halves that find it, 0 to 1.
-    worth : float
-        Share of an axis's error that it takes off on the training data.
+    worth : float or None
+        Share of an axis's error that it takes off on the training data; None for what the likelihood finds.
     """
 
     name: str
     axis: str
     alternatives: tuple[tuple[str, str], ...]
     stability: float
-    worth: float
+    worth: float | None
 
 
 @dataclass(frozen=True, eq=False)

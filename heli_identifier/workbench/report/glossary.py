@@ -37,7 +37,7 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         (
             "stability",
             "Share of halves of the training data that find the effect or another one of its family. From 80 % an "
-            "effect can be predictive, from 30 % it is called possible.",
+            "effect can be shown or predictive, from 30 % it is called possible.",
         ),
         (
             "takes off",

@@ -133,7 +133,7 @@ def possible_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
         {
             "effect": effect_name(entry.name, entry.axis),
             "stability": share_text(entry.stability),
-            "worth": share_text(entry.worth),
+            "worth": "–" if entry.worth is None else share_text(entry.worth),
             "or": listed([effect_name(*other) for other in entry.alternatives], "or"),
         }
         for entry in diagnosis.possible
