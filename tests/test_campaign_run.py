@@ -168,7 +168,7 @@ def test_workers_of_another_version_are_refused(stand_in, monkeypatch, request):
 def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(stand_in, monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(cluster, "CONNECTING", 1.0)
+    monkeypatch.setattr(cluster, "CONNECTING", 10.0)  # a busy machine needs its time to connect
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as machines,
         pytest.raises(ConfigurationError, match="has no worker; start some with `dask worker tcp://"),

@@ -127,7 +127,7 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
     # Excited with power 1: Gamma tends to alpha; 500 s after the change exp(-5) of the old value is left.
     assert gain[0, 0] == pytest.approx(alpha, rel=0.2)
     assert omega[0] == pytest.approx(2.0 - exp(-5.0), abs=0.003)
-    assert limit * 0.98 < gain[1, 1] < limit * 1.011
+    assert limit * 0.98 < gain[1, 1] <= limit
 
 
 def test_the_gain_stays_positive_definite_and_bounded_through_ten_million_steps():
@@ -155,11 +155,24 @@ def test_the_gain_stays_positive_definite_and_bounded_through_ten_million_steps(
     coefficients = adaptation_coefficients(0.001, H, limit)
     long_run(np.array(initial_factor(5, limit)), np.zeros(5), np.zeros(5), coefficients, snapshots)
     eigenvalues = np.linalg.eigvalsh([gain_matrix(row.tolist(), 5) for row in snapshots])
-    # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here. Bounded but for
-    # the 1 % that may be forgotten before information is restored.
+    # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here.
     assert snapshots[:, [0, 2, 5, 9, 14]].min() > 0.0
     assert eigenvalues.min() > 1e-12
-    assert limit * 0.9 < eigenvalues.max() < limit * 1.011
+    assert limit * 0.9 < eigenvalues.max() <= limit
+
+
+@pytest.mark.parametrize("alpha", [0.0, 0.001, 0.3, 5.0])
+def test_a_gain_that_begins_at_its_limit_never_exceeds_it(alpha):
+    """In no step: the first ones, in which not every direction has had its turn, and any excitation or none."""
+    limit, n = 1e3, 5
+    random = np.random.default_rng(9)
+    factor, omega = initial_factor(n, limit), [0.0] * n
+    coefficients = adaptation_coefficients(alpha, H, limit)
+    for k in range(4000):
+        phi = (random.standard_normal(n) * (1e-2 if 1500 < k < 1600 else 1e-5 * (k % 700 < 20))).tolist()
+        adapt(factor, omega, phi, 0.1, k, coefficients, [0.0] * n)
+        # to the rounding of eigenvalues, and of the steps where alpha = 0 leaves nothing to restore
+        assert np.linalg.eigvalsh(gain_matrix(factor, n))[-1] <= limit * (1.0 + 1e-12)
 
 
 def test_the_compiled_step_and_the_interpreted_one_agree():

@@ -117,7 +117,6 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
     for axis in (state.pitch, state.elevation):
         spectrum = np.linalg.eigvalsh(np.array(gain_matrix(axis.factor, len(axis.omega)))[:-2, :-2])
         assert spectrum[0] > 0.0
-        # Between two returns of a direction it may grow by exp(.3 N h), N = 6.
-        assert spectrum[-1] <= 1.02 * limit
+        assert spectrum[-1] <= limit
         # Five deviations of what Gamma_max allows.
         assert np.abs(axis.omega[:-2]).max() < 5.0 * np.sqrt(limit)

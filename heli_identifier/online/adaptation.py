@@ -29,9 +29,15 @@ as Gamma approaches a limit: the exact step of
     Gamma'      = alpha Gamma (I - Gamma / Gamma_max) - Gamma phi phi^T Gamma
 
 A well excited direction (Gamma far below the limit) forgets as in (7); in one without excitation Gamma rests at
-Gamma_max. The restored information alpha / Gamma_max I is added every N steps, one unit vector a step, as a
-measurement that agrees with the estimate (sigma = 0): it never moves Omega. Between two additions Gamma can exceed
-the limit by a factor exp(alpha N h), at most 1.01 (for alpha h up to .002).
+Gamma_max. What N steps forget of I / Gamma_max is restored every N steps, one unit vector a step, as a measurement
+that agrees with the estimate (sigma = 0): it never moves Omega. It is restored before it is forgotten,
+
+    (exp(alpha N h) - 1) / Gamma_max,
+
+and by step 0 for the steps that are left until a direction's first turn. A direction that has 1 / Gamma_max before
+its turn has it again before its next one; so Gamma^-1 is never less than I / Gamma_max, and a Gamma that begins at or
+below the limit never exceeds it. In rest Gamma lies between exp(-alpha N h) Gamma_max and Gamma_max; alpha N h is
+.01 (more for alpha h above .002).
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
 """
@@ -41,7 +47,10 @@ from math import exp, expm1, inf
 from typing import NamedTuple
 
 _RESTORING_SHARE = 0.01
-"""Share of the information that may be forgotten before it is restored; it bounds the overshoot of Gamma_max."""
+"""Share of the information that is restored at once; Gamma rests below Gamma_max by as much at most."""
+
+_ROUNDING = 1e-9
+"""What is restored is more by this share, so that rounding does not take Gamma beyond its limit."""
 
 _LONGEST_RESTORING_INTERVAL = 1000
 _SHORTEST_RESTORING_INTERVAL = 5
@@ -51,14 +60,18 @@ _SHORTEST_RESTORING_INTERVAL = 5
 class AdaptationCoefficients(NamedTuple):
     """What one sampling period makes of (7).
 
-    ``forgetting`` beta [1]; ``noise`` r [1/s]; ``restoring_interval`` N [steps]; ``restoring_noise`` the variance of
-    the measurement that restores information [1/s], infinite where no gain limit is set.
+    ``forgetting`` beta [1]; ``noise`` r [1/s]; ``interval`` N [steps]; ``gain_limit`` Gamma_max, infinite where none is
+    set; ``restored`` exp(alpha N h) - 1, and ``restored_first`` the same of the ``first`` steps [1], which are enough
+    until every direction has had its first turn.
     """
 
     forgetting: float
     noise: float
-    restoring_interval: int
-    restoring_noise: float
+    interval: int
+    gain_limit: float
+    restored: float
+    first: int
+    restored_first: float
 
 
 def adaptation_coefficients(
@@ -73,9 +86,9 @@ def adaptation_coefficients(
     noise = alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
     interval = round(_RESTORING_SHARE / (alpha * h)) if alpha > 0.0 else _LONGEST_RESTORING_INTERVAL
     interval = min(max(interval, shortest), _LONGEST_RESTORING_INTERVAL)
-    forgotten = -expm1(-alpha * h * interval)
-    restoring = gain_limit / forgotten if forgotten > 0.0 else inf
-    return AdaptationCoefficients(beta, noise, interval, restoring)
+    more = 1.0 + _ROUNDING
+    restored, restored_first = more * expm1(alpha * h * interval), more * expm1(alpha * h * shortest)
+    return AdaptationCoefficients(beta, noise, interval, gain_limit, restored, shortest, restored_first)
 
 
 def initial_factor(size: int, gain: float) -> list[float]:
@@ -153,9 +166,12 @@ def measure(factor, omega, phi, y, noise, forgetting, direction):
 def measure_one(factor, omega, index, y, noise):
     """Take one measurement y of the parameter ``index`` itself, with the variance ``noise`` r, in place.
 
+    A measurement of infinite variance says nothing.
     This is :func:`measure` with a unit vector for phi and no forgetting: columns before ``index`` do not change.
     """
     n = len(omega)
+    if noise == inf:
+        return
     direction = [0.0] * n
     sigma, s = y - omega[index], noise
     start = index * (index + 1) // 2
@@ -185,35 +201,40 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored. The other
     arguments are those of :func:`measure`.
     """
-    beta, noise, interval, restoring_noise = coefficients
+    beta, noise, interval, gain_limit, restored, _, restored_first = coefficients
     sigma, _ = measure(factor, omega, phi, y, noise, beta, direction)
-    restore(factor, len(phi), count, interval, restoring_noise, direction)
+    n = len(phi)
+    index = count % interval
+    if index < n:
+        restore(factor, n, index, restoring_noise(gain_limit, restored, 1.0), direction)
+    if count == 0:
+        for other in range(1, n):
+            restore(factor, n, other, restoring_noise(gain_limit, restored_first, 1.0), direction)
     return sigma
 
 
-def restore(factor, n, count, interval, restoring_noise, direction):
-    """Give one direction of Gamma back the information that the gain limit holds, in place, if its turn has come.
+def restoring_noise(gain_limit, restored, kept):
+    """Return the variance of the measurement that restores information [1/s].
 
-    ``n`` is the number of parameters; the other arguments are those of :func:`adapt` and :func:`measure`.
+    ``restored`` is that of :class:`AdaptationCoefficients`; ``kept`` [1] is the share of the information that is kept
+    in these steps whatever alpha is. Infinite if there is nothing to restore.
     """
-    index = count % interval
-    if index < n and restoring_noise < inf:
+    share = (restored + (1.0 - kept)) / kept
+    if share > 0.0:
+        return gain_limit / share
+    return inf
+
+
+def restore(factor, n, index, noise, direction):
+    """Give the direction ``index`` of Gamma the information of a measurement of the variance ``noise``, in place.
+
+    ``n`` is the number of parameters; ``direction`` is that of :func:`measure`.
+    """
+    if noise < inf:
         nowhere = [0.0] * n
         unit_vector = [0.0] * n
         unit_vector[index] = 1.0
-        measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
-
-
-def recall(factor, omega, first, count, interval, restoring_noise):
-    """Give one direction of Gamma back the information of the start, and its parameter to the value ``first`` there.
-
-    Unlike :func:`restore` this does not take the present estimate for what was known: without excitation, Omega would
-    otherwise wander as far as noise drives it, while Gamma stays at its limit. In place; ``first`` has the parameters
-    to which this applies, the first ones of ``omega``; the other arguments are those of :func:`restore`.
-    """
-    index = count % interval
-    if index < len(first) and restoring_noise < inf:
-        measure_one(factor, omega, index, first[index], restoring_noise)
+        measure(factor, nowhere, unit_vector, 0.0, noise, 1.0, direction)
 
 
 def loosen(factor, index, variance):

@@ -24,7 +24,7 @@ from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, measure_one, recall
+from .adaptation import AdaptationCoefficients, loosen, measure, measure_one, restoring_noise
 from .axis import AxisState
 from .early import kept_early
 from .moments import no_moments
@@ -162,10 +162,10 @@ def predict_axis(
 
     factor, direction = list(factor_before), [0.0] * (n + 2)
     kept = kept_early(count, 1, h)
-    beta, r, interval, restoring_noise = a
+    beta, r, _, _, _, _, _ = a
     _, s = measure(factor, omega, seen[: n + 2], seen[-1], r * kept, beta * kept, direction)
     certain = r / (r + (s - r * kept))
-    recall(factor, omega, first, count, interval, restoring_noise)
+    _recall(factor, omega, first, count, h, a)
     renewed = count % c.refresh == 0
     if renewed:
         forgotten = 1.0 - kept_early(count, c.refresh, h)
@@ -188,6 +188,26 @@ def predict_axis(
         waiting = 0.0
     noise = remember(past, e, certain, d, bounds)
     return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first)
+
+
+def _recall(
+    factor: list[float], omega: list[float], first: tuple[float, ...], count: int, h: float, a: AdaptationCoefficients
+) -> None:
+    """Restore the information of the start in turn, in place, and bring its parameters to their values ``first`` there.
+
+    Unlike the adaptation this does not take the present estimate for what was known: without excitation, Omega would
+    otherwise wander as far as noise drives it, while Gamma stays at its limit. What will be forgotten early until the
+    next turn is restored as well.
+    """
+    _, _, interval, gain_limit, restored, beginning, restored_first = a
+    index = count % interval
+    if index < len(first):
+        kept = kept_early(count + interval, interval, h)
+        measure_one(factor, omega, index, first[index], restoring_noise(gain_limit, restored, kept))
+    if count == 0:
+        kept = kept_early(beginning, beginning, h)
+        for other in range(1, len(first)):
+            measure_one(factor, omega, other, first[other], restoring_noise(gain_limit, restored_first, kept))
 
 
 def _renew(
