@@ -46,7 +46,7 @@ def section(load: float) -> str:
     runs = list(day.values())
     bars = [
         Bar("least eigenvalue of Gamma", min(run["smallest"] for run in runs), 0.0, "", True),
-        Bar("largest eigenvalue of Gamma", max(run["largest"] for run in runs), 1.01 * GAIN_LIMIT, ""),
+        Bar("largest eigenvalue of Gamma", max(run["largest"] for run in runs), GAIN_LIMIT, ""),
         Bar("samples lost or taken twice", max(abs(run["steps"] - 1 - run["samples"]) for run in runs), 0.0, ""),
         Bar("change of the periodic excitation in a day", max(run["repeats"] for run in runs), 1e-9, "V"),
         Bar("growth of memory, first hour to last", max(r["resident"][-1] - r["resident"][0] for r in runs), 5.0, "MB"),

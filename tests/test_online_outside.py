@@ -102,6 +102,21 @@ def test_steps_of_the_references_determine_the_gain_and_widen_its_error_little()
     assert gain > 0.5
 
 
+@pytest.mark.parametrize("alpha", [0.0, 0.001, 0.3])
+def test_gamma_never_exceeds_its_limit_while_the_first_seconds_are_forgotten(alpha):
+    """20 s of a rig that stands still, then of one that is excited, in every step."""
+    limit = 100.0
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=alpha, gain_limit=limit, initial_gain=limit))
+    state = start_identifier(plan, 0.5, 0.5, 0.0, 0.1, 0.0)
+    for k in range(4000):
+        moved = 0.05 * np.sin(0.02 * k) if k >= 2000 else 0.0
+        state, _ = identifier_step(state, 0.5 + 3.0 * moved, 0.5 - moved, moved, 0.1 - moved, 2.0 * moved, plan)
+        for axis in (state.pitch, state.elevation, state.travel):
+            gain = np.array(gain_matrix(axis.factor, len(axis.omega)))[:-2, :-2]
+            # to the rounding of eigenvalues, and of the steps in which nothing is restored
+            assert np.linalg.eigvalsh(gain)[-1] <= limit * (1.0 + 1e-12)
+
+
 def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_keeps_its_limit():
     """1000 s of encoders that toggle by a count: forgetting .3 1/s leaves nothing of what was known before."""
     limit = 100.0

@@ -83,13 +83,16 @@ _WRITTEN = ("output", "junit", "plot")
 
 
 def _read(options: Mapping[str, object]) -> list[Path]:
-    """Give the files that a command reads, such as a measured log; refuse to write over one of them.
+    """Give the files that a command reads, such as a measured log; refuse to write over one of them, or one twice.
 
     Raises
     ------
     ConfigurationError
         Names the file.
     """
+    named = [Path(os.path.realpath(path)) for key in _WRITTEN if isinstance(path := options.get(key), Path)]
+    if twice := [path for path in named if named.count(path) > 1 and (path.is_file() or not path.exists())]:
+        raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     paths = {key: value if isinstance(value, list) else [value] for key, value in options.items()}
     read = [path for key, given in paths.items() if key not in _WRITTEN for path in given if isinstance(path, Path)]
     for written in (path for key in _WRITTEN for path in paths.get(key, ()) if isinstance(path, Path)):
