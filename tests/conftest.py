@@ -19,10 +19,10 @@ HOSTS = Path(__file__).parent / "hosts"
 
 
 def pytest_configure(config):
-    from hypothesis import settings
+    from hypothesis import HealthCheck, settings
 
-    # a loaded machine is no defect: examples have no deadline
-    settings.register_profile("patient", deadline=None)
+    # a loaded machine is no defect: examples have no deadline, and may be slow to make
+    settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
     config.addinivalue_line("markers", "slow: a test of some seconds, a Monte Carlo or a whole search; -m 'not slow'")
 

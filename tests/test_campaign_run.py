@@ -119,6 +119,16 @@ def test_rig_that_kills_every_worker_fails_alone_and_is_tried_again(stand_in):
     assert sum(seed == 1 for event, seed, _ in stand_in.noted() if event == "ended") == 1
 
 
+@pytest.mark.slow
+def test_a_worker_that_takes_long_to_come_back_is_waited_for(stand_in):
+    """As on a busy machine: each start takes 5 s more, so that 15 s after its first death it is away again."""
+    import dask
+
+    with dask.config.set({"distributed.worker.preload": ["import time; time.sleep(5.0)\n"]}):
+        bad, good = run_campaign(stand_in.sources((-1, 1), 0.0), stand_in.folder, workers=1, work=stand_in.work)
+    assert "KilledWorker" in bad["error"] and good["verdict"] == "model adequate"
+
+
 def test_two_rigs_of_one_name_are_refused(stand_in):
     with pytest.raises(ConfigurationError, match="'rig 1'"):
         run_campaign(stand_in.sources((1, 1), 0.0), stand_in.folder)
@@ -168,7 +178,7 @@ def test_workers_of_another_version_are_refused(stand_in, monkeypatch, request):
 def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(stand_in, monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(cluster, "CONNECTING", 1.0)
+    monkeypatch.setattr(cluster, "CONNECTING", 10.0)  # a busy machine needs its time to connect
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as machines,
         pytest.raises(ConfigurationError, match="has no worker; start some with `dask worker tcp://"),

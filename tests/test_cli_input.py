@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+import weakref
 from contextlib import suppress
 
 import pytest
@@ -16,7 +17,7 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
 from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.guard import guarded
+from heli_identifier.workbench.commands.guard import AGAIN, guarded
 from heli_identifier.workbench.commands.parameters import in_scenario, unit_value
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import SCHEMA
@@ -99,9 +100,22 @@ class Library:
         with suppress(BaseException):
             signal.raise_signal(signal.SIGTERM)
 
+    @staticmethod
+    def dropped_and_gone_on():
+        """As the interpreter does around the callbacks of weak references, which every import has."""
+
+        class Thing:
+            pass
+
+        thing = Thing()
+        _kept = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGTERM))
+        del thing
+        while True:
+            time.sleep(0.01)
+
 
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("library", [Library.another, Library.dropped])
+@pytest.mark.parametrize("library", [Library.another, Library.dropped, Library.dropped_and_gone_on])
 def test_a_command_that_was_asked_to_end_says_so_whatever_a_library_makes_of_it(library):
     one = Typer()
     one.command()(guarded(library))
@@ -312,3 +326,40 @@ def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked)
     finally:
         child.kill()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_cleaning_up_that_takes_its_time_is_not_ended_by_the_signal_that_asks_again():
+    done = []
+
+    def slow():
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        finally:
+            time.sleep(5 * AGAIN)
+            done.append(True)
+
+    one = Typer()
+    one.command()(guarded(slow))
+    assert CliRunner().invoke(one).exit_code == 128 + signal.SIGTERM
+    assert done == [True]
+
+
+STUCK = """
+import signal, threading, typer
+from heli_identifier.workbench.commands import app, main
+from heli_identifier.workbench.commands.guard import guarded
+
+def command():
+    threading.Thread(target=threading.Event().wait).start()
+    signal.raise_signal(signal.SIGTERM)
+
+app.app = typer.Typer()
+app.app.command()(guarded(command))
+main()
+"""
+
+
+def test_a_thread_that_never_ends_does_not_keep_a_command_from_ending():
+    done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")

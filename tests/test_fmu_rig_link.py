@@ -213,12 +213,15 @@ def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is
     early.terminate()
 
     def send():
-        time.sleep(0.2)
-        rig.send(sample(40))
+        refused = True
+        while refused:  # until the unit listens; the system says so with the socket's next error
+            rig.send(sample(40))
+            time.sleep(0.02)
+            refused = rig.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR) != 0
 
     sender = threading.Thread(target=send)
     sender.start()
-    unit, _ = linked(port=port, wait=10.0)
+    unit, _ = linked(port=port, wait=60.0)
     sender.join()
     assert got(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
     for k in range(5):

@@ -113,8 +113,11 @@ def test_the_rate_is_found_from_uneven_times():
 # --- what comes in by the network ------------------------------------------------------------------------------------
 
 
-def heard(samples, until, pause=0.0, at=0, format=CONTRACT, layout=LAYOUT, rate=None, real_time=True):
-    """Instants and kept rows of a listener to whom ``samples`` are sent at 100 Hz, with a ``pause`` before one."""
+def heard(samples, until, pause=0.0, at=0, format=CONTRACT, layout=LAYOUT, rate=None):
+    """Instants and kept rows of a listener to whom ``samples`` are sent without delay, but for a ``pause`` before one.
+
+    The instants are those of the rig's clock, in the datagrams, so that a busy machine changes none of them.
+    """
     kept, seen = [], []
     port = Port("127.0.0.1", 0, "", layout)
     try:
@@ -125,11 +128,9 @@ def heard(samples, until, pause=0.0, at=0, format=CONTRACT, layout=LAYOUT, rate=
 
     def sender():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
-            begun = monotonic()
-            for place_, (instant, content) in enumerate(samples):
-                wait = begun + (instant if real_time else 0.0) + (pause if place_ >= at else 0.0) - monotonic()
-                if wait > 0.0:
-                    sleep(wait)
+            for place_, (_, content) in enumerate(samples):
+                if place_ == at:
+                    sleep(pause)
                 rig.sendto(content, port.address)
 
     thread = Thread(target=sender)
@@ -162,8 +163,7 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once():
     sent = [(0.0, datagram(0)), *sorted(sent)[1:]]
     seen, kept, listening = heard(sent, lambda rig, seen, kept: len(seen) >= 200)
     fresh = [k for k, sample in enumerate(seen[:200]) if sample.fresh]
-    # a machine that is busy for .1 s may be late for a sample, which then counts as late
-    assert set(fresh) <= set(there) and len(fresh) >= len(there) - listening.order.counts.late
+    assert fresh == there
     assert all(seen[k].pitch == 0.001 * k for k in fresh)
     assert [row[0] for row in kept] == sorted({row[0] for row in kept})
     assert listening.status.refused == 2 and listening.rate == 100.0
@@ -171,12 +171,20 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once():
 
 def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
     sent = [(k * H, datagram(k)) for k in (*range(60), *range(160, 220))]
-    seen, kept, listening = heard(sent, lambda rig, seen, kept: sum(sample.fresh for sample in seen) == 120)
+    brought = []
+
+    def until(rig, seen, kept):
+        brought.append(len(seen) if len(kept) == 60 else 0)
+        return sum(sample.fresh for sample in seen) == 120
+
+    seen, kept, listening = heard(sent, until, pause=1.0, at=60)
     fresh = [bool(sample.fresh) for sample in seen]
     first = fresh.index(False)
     again = fresh.index(True, first)
-    # the clock of this computer brings the instants of the pause: as many as it took, to .1 s on a busy machine
-    assert first == 60 and again - first == pytest.approx(100, abs=30)
+    # The clock of this computer brings instants while the rig is silent, and the clock of the rig those that are still
+    # missing when it sends again; a busy machine may find the silence longer than it was.
+    assert first == 60 and max(brought) > 60
+    assert again == 160 or (again == max(brought) > 160)
     assert fresh[again:] == [True] * 60
     assert len(kept) == 120
 
@@ -184,7 +192,7 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
 def test_the_signs_of_the_rig_are_put_right_as_in_its_logs():
     form = LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5)
     sent = [(k * H, datagram(k)) for k in range(60)]
-    _, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, format=form, real_time=False)
+    _, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, format=form)
     assert kept[50][1:] == (1.5, 1.0, -0.05, 0.1, 0.2)
 
 
@@ -193,14 +201,14 @@ def test_a_stream_without_time_needs_the_rate():
     with pytest.raises(ConfigurationError, match="--rate"):
         heard([], lambda *_: True, layout=layout)
     sent = [(k * H, datagram(k)[16:]) for k in range(60)]
-    seen, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, layout=layout, rate=100.0, real_time=False)
+    seen, kept, _ = heard(sent, lambda rig, seen, kept: len(seen) >= 60, layout=layout, rate=100.0)
     assert [round(row[0] / H) for row in kept] == list(range(60)) and len(seen) >= 60
 
 
 def test_a_rig_too_slow_to_be_followed_is_refused():
     sent = [(0.1 * k, encode(Datagram(k, 0.1 * k, (0.0,) * 5), LAYOUT)) for k in range(60)]
     with pytest.raises(ConfigurationError, match="the rig sends at 10 Hz, 50 to 2000 Hz are followed"):
-        heard(sent, lambda *_: False, real_time=False)
+        heard(sent, lambda *_: False)
 
 
 # --- files, screen and page ------------------------------------------------------------------------------------------

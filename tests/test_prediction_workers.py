@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from time import sleep
 
 import pytest
 
@@ -46,3 +47,20 @@ def test_a_forked_process_starts_threads_of_its_own():
     # a pool that came along without its threads would wait for ever
     done = subprocess.run([sys.executable, "-W", "ignore", "-c", FORKED], timeout=300, check=False)
     assert done.returncode == 0
+
+
+def test_a_caller_that_leaves_early_lets_no_further_item_begin(threads):
+    begun = []
+
+    def work(item):
+        begun.append(item)
+        if item == 0:
+            raise ZeroDivisionError
+        sleep(0.05)
+
+    with pytest.raises(ZeroDivisionError):
+        parallel(work, range(1000))
+    count = len(begun)
+    sleep(0.5)
+    # each thread may have been on its way to one more item when the count was taken
+    assert count <= len(begun) <= count + threads < 1000

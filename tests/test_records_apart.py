@@ -1,7 +1,9 @@
 """A reader that crashes, hangs or asks for all memory does not take the command with it."""
 
 import os
+import resource
 import signal
+from time import sleep
 
 import numpy as np
 import pytest
@@ -21,10 +23,33 @@ def test_a_reader_that_asks_for_all_memory_is_refused():
         check_survives(lambda: np.ones(10**10), 1, "log.mat")
 
 
-def test_a_reader_without_end_is_ended(monkeypatch):
+def computing_without_end():
+    while True:
+        pass
+
+
+@pytest.mark.parametrize("read", [computing_without_end, signal.pause])
+def test_a_reader_without_end_is_ended(monkeypatch, read):
+    monkeypatch.setattr(apart, "PATIENCE", 0.1)
+    with pytest.raises(LogError, match=r"its reader came to no end within 0.1 s"):
+        check_survives(read, 1, "log.mat")
+
+
+def test_a_reader_that_only_has_to_wait_for_a_busy_machine_passes(monkeypatch):
     monkeypatch.setattr(apart, "PATIENCE", 0.2)
-    with pytest.raises(LogError, match=r"its reader came to no end within 0.2 s"):
-        check_survives(lambda: signal.pause(), 1, "log.mat")
+    check_survives(lambda: sleep(0.5), 1, "log.mat")
+
+
+def test_a_reader_that_crashes_leaves_no_image_of_its_memory(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = resource.getrlimit(resource.RLIMIT_CORE)
+    resource.setrlimit(resource.RLIMIT_CORE, (before[1], before[1]))
+    try:
+        with pytest.raises(LogError, match="its reader crashes"):
+            check_survives(lambda: os.kill(os.getpid(), signal.SIGSEGV), 1, "log.mat")
+    finally:
+        resource.setrlimit(resource.RLIMIT_CORE, before)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("read", [lambda: 1, lambda: 1 / 0, lambda: os.write(1, b"noise")])

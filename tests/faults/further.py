@@ -83,8 +83,8 @@ FLOWN = (
         "a flight among datagrams that are garbage, too long, not finite, or nested JSON, and those of others",
         parameters(),
         f"set -m; {FOLLOW} --listen 127.0.0.1:0 >o.txt 2>&1 & p=$!; "
-        "for _ in {1..1200}; do port=$(grep -o '127.0.0.1:[0-9]*$' o.txt | cut -d: -f2); [ -n \"$port\" ] && break; sleep .1; done; "
-        "$PYTHON -m tests.faults.hostile $port; kill -INT $p; wait $p; echo exit $?, $(wc -l <out/recorded.csv) rows, $(grep -o '[0-9]* datagrams held no sample' out/events.json); rm o.txt",
+        "for _ in {1..6000}; do port=$(grep -o '127.0.0.1:[0-9]*$' o.txt | cut -d: -f2); [ -n \"$port\" ] && break; sleep .1; done; "
+        "timeout 300 $PYTHON -m tests.faults.hostile $port out/recorded.csv; kill -INT $p; wait $p; echo exit $?, $(wc -l <out/recorded.csv) rows, $(grep -o '[0-9]* datagrams held no sample' out/events.json); rm o.txt",
         "exit 130, 401 rows, 113 datagrams held no sample",
         0,
         ("out",),

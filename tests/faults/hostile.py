@@ -1,17 +1,19 @@
 """Send a flight's samples to a port of this computer, with datagrams between them that hold none.
 
-`python -m tests.faults.hostile PORT` sends 400 samples at 100 Hz of their own time, 4 times as fast, and 113 others.
+`python -m tests.faults.hostile PORT RECORDED` sends 400 samples at 100 Hz of their own time, and 113 others. However slow
+the receiver is, it loses none: the next ones are sent when all before them are recorded in the file RECORDED.
 """
 
 import socket
 import struct
 import sys
 from math import cos, inf, nan, sin
+from pathlib import Path
 from random import Random
 from time import sleep
 
-PACE = 0.0025
-"""Time between two samples [s]."""
+AT_ONCE = 20
+"""Samples that are sent before those recorded are counted; the system keeps some hundred datagrams."""
 
 
 def sample(k: int, *signals: float) -> bytes:
@@ -23,7 +25,7 @@ def sample(k: int, *signals: float) -> bytes:
 def others(random: Random) -> list[bytes]:
     """Give 113 datagrams that hold no sample."""
     garbage = [random.randbytes(size) for size in range(50)]
-    too_long = [bytes(60_000)] + [sample(1) + b"\0"] * 29  # a receiver that is late drops what is over 200 kB
+    too_long = [bytes(60_000)] + [sample(1) + b"\0"] * 29  # the system keeps 200 kB of what is not read yet
     wild = [
         sample(1, nan, 0.0, 0.0, 0.0, 0.0),
         sample(1, 0.0, inf, 0.0, 0.0, 0.0),
@@ -33,7 +35,7 @@ def others(random: Random) -> list[bytes]:
     return garbage + too_long + wild + nested
 
 
-def main(port: int) -> None:
+def main(port: int, recorded: Path) -> None:
     """Send everything; the first samples come before anything else, so that the sender is known."""
     random = Random(0)
     hostile = others(random)
@@ -46,9 +48,14 @@ def main(port: int) -> None:
             if k >= 100 and hostile:
                 rig.sendto(hostile.pop(), ("127.0.0.1", port))
                 stranger.sendto(sample(10 * k), ("127.0.0.1", port))
-            sleep(PACE)
-    sleep(1.0)
+            while k % AT_ONCE == AT_ONCE - 1 and _rows(recorded) <= k:
+                sleep(0.01)
+
+
+def _rows(recorded: Path) -> int:
+    """Return the samples in a recording, which begins with a header."""
+    return recorded.read_bytes().count(b"\n") - 1 if recorded.exists() else 0
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main(int(sys.argv[1]), Path(sys.argv[2]))

@@ -37,8 +37,12 @@ def parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> list[
         for i in left:
             results[i] = function(given[i])
 
-    for thread in [_pool(count).submit(work) for _ in range(min(count, len(given)))]:
-        thread.result()
+    try:
+        for thread in [_pool(count).submit(work) for _ in range(min(count, len(given)))]:
+            thread.result()
+    finally:
+        for _ in left:  # a caller that leaves early wants no more of them: the process could not end before
+            pass
     return [results[i] for i in range(len(given))]
 
 

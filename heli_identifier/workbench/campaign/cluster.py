@@ -92,6 +92,15 @@ def client(scheduler: str | None = None, workers: int | None = None) -> "Iterato
         yield remote
 
 
+RESTART = {"distributed.deploy.lost-worker-timeout": "1 day", "distributed.scheduler.no-workers-timeout": "10 minutes"}
+"""How long a worker that has died may take to come back.
+
+Dask looks 15 s after the death of a worker whether there is one, and otherwise gives its place up for good. On a busy
+machine, where a start takes seconds, it may find it between two deaths; without a worker a campaign would never end.
+Should there be none for a long time all the same, the rigs that wait for one fail, with a row that says so.
+"""
+
+
 @contextmanager
 def _local(workers: int) -> "Iterator[Client]":
     import dask
@@ -100,7 +109,9 @@ def _local(workers: int) -> "Iterator[Client]":
     with (
         draft_folder() as scratch,
         # The scheduler makes its folder, too; that of the workers is named below.
-        dask.config.set({"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": str(scratch)}),
+        dask.config.set(
+            {"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": str(scratch), **RESTART}
+        ),
         # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
         # Any free port for Dask's own pages: two campaigns may run at once.
         LocalCluster(

@@ -180,7 +180,7 @@ def named_function(name: str) -> Callable:
     Raises
     ------
     ConfigurationError
-        The form is wrong, or the module or the function does not exist.
+        The form is wrong, or the module or the function does not exist or cannot be imported.
     """
     module, separator, function = name.partition(":")
     if not (module and separator and function):
@@ -191,6 +191,10 @@ def named_function(name: str) -> Callable:
         raise ConfigurationError(
             f"{name}: module {error.name} cannot be found; run from the folder that holds it, or put that folder on "
             "PYTHONPATH."
+        ) from error
+    except (Exception, SystemExit) as error:  # whatever the user's own file does
+        raise ConfigurationError(
+            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it."
         ) from error
     if not callable(found):
         raise ConfigurationError(f"{name}: module {module} has no function {function}.")

@@ -83,13 +83,16 @@ _WRITTEN = ("output", "junit", "plot")
 
 
 def _read(options: Mapping[str, object]) -> list[Path]:
-    """Give the files that a command reads, such as a measured log; refuse to write over one of them.
+    """Give the files that a command reads, such as a measured log; refuse to write over one of them, or one twice.
 
     Raises
     ------
     ConfigurationError
         Names the file.
     """
+    named = [Path(os.path.realpath(path)) for key in _WRITTEN if isinstance(path := options.get(key), Path)]
+    if twice := [path for path in named if named.count(path) > 1 and (path.is_file() or not path.exists())]:
+        raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     paths = {key: value if isinstance(value, list) else [value] for key, value in options.items()}
     read = [path for key, given in paths.items() if key not in _WRITTEN for path in given if isinstance(path, Path)]
     for written in (path for key in _WRITTEN for path in paths.get(key, ()) if isinstance(path, Path)):
@@ -100,14 +103,26 @@ def _read(options: Mapping[str, object]) -> list[Path]:
     return read
 
 
+AGAIN = 0.05
+"""Time after which a command that was asked to end, and goes on, is asked again [s]."""
+
+
 @contextmanager
 def terminable() -> Iterator[None]:
     """Let SIGTERM, SIGHUP and Ctrl-C end the block as an exception does, so that drafts of results are removed.
 
-    Where the exception is raised within a library, the library may make another one of it, or drop it. The block's end
-    then remembers that it was asked for.
+    Python drops an exception that is raised within the callback of a weak reference, as every import has one, or in a
+    ``__del__``; a library may drop it or make another one of it. While the block goes on as if nothing had been asked,
+    the exception is therefore raised again, and the block's end remembers that it was asked for.
     """
     asked: list[int] = []
+    outer, alarm = sys.unraisablehook, signal.getsignal(signal.SIGALRM)
+
+    def dropped(what: "sys.UnraisableHookArgs") -> None:
+        if not (asked and isinstance(what.exc_value, SystemExit)):
+            outer(what)
+
+    sys.unraisablehook = dropped
     try:
         with handled(partial(_leave, asked)):
             yield
@@ -115,6 +130,11 @@ def terminable() -> Iterator[None]:
         if asked:
             raise SystemExit(128 + asked[0]) from error
         raise
+    finally:
+        if asked:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, alarm)
+        sys.unraisablehook = outer
     if asked:
         raise SystemExit(128 + asked[0])
 
@@ -127,6 +147,18 @@ def _leave(asked: list[int], number: int, _frame: object) -> NoReturn:
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else ():
         child.terminate()
+    signal.signal(signal.SIGALRM, partial(_leave_again, number))
+    signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
+    raise SystemExit(128 + number)
+
+
+def _leave_again(number: int, _alarm: int, _frame: object) -> None:
+    """Leave if the exception has been dropped; while it is on its way, the block is cleaning up."""
+    error = sys.exception()
+    while error is not None:
+        if isinstance(error, SystemExit):
+            return
+        error = error.__context__
     raise SystemExit(128 + number)
 
 

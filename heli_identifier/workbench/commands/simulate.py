@@ -94,7 +94,12 @@ def simulate(
     _check_figure(plot)
     if runs is not None and not native:
         raise ConfigurationError("--runs needs units in C; add --native.")
-    files = dict(_file(word) for word in fmu)
+    given = [_file(word) for word in fmu]
+    files = dict(given)
+    if len(files) < len(given):
+        names = [unit for unit, _ in given]
+        twice = next(unit for unit in names if names.count(unit) > 1)
+        raise ConfigurationError(f"--fmu {twice} is given twice; keep one.")
     values = in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
         if step is None:

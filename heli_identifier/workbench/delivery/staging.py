@@ -13,6 +13,7 @@ from pathlib import Path
 from heli_identifier.drafts import PREFIX, draft_folder, sweep
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import is_kept
+from heli_identifier.signals import deferred
 
 _SWEPT = 4
 """Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
@@ -61,7 +62,8 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
-        _move_all(draft, folder)
+        with deferred():  # all files are moved, or none
+            _move_all(draft, folder)
 
 
 def _of_target(error: OSError, draft: Path, target: Path) -> OSError:
