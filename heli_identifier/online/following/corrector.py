@@ -156,22 +156,26 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
             total = total._replace(spoiled=True)
         new_sensitivities.append(corrected_sensitivity(s, trust.gains[axis]) if fresh else s)
         new_sums.append(total)
-    state = state._replace(
-        sensitivities=(new_sensitivities[0], new_sensitivities[1], new_sensitivities[2]),
-        sums=(new_sums[0], new_sums[1], new_sums[2]),
-    )
+    sensitivities = (new_sensitivities[0], new_sensitivities[1], new_sensitivities[2])
+    memory, torque, gap = state.memory, state.torque, state.gap
+    roughness, uncertainties = state.roughness, state.uncertainties
     if fresh:
-        kept, torque = measured_against(seen, state.torque, *angles, *trust.gains)
-        state = state._replace(memory=state.memory._replace(state=kept), torque=torque)
-        roughness = roughened(state.roughness, voltages, state.gap.unseen > 0, h)
-        begin_here = Instant(state.memory, state.torque, state.sensitivities)
-        state = state._replace(
-            gap=no_gap(begin_here, voltages),
-            roughness=roughness,
-            uncertainties=trust.uncertainties if roughness.in_a_row < plan.remembered else (),
-        )
+        kept, torque = measured_against(seen, torque, *angles, *trust.gains)
+        memory = memory._replace(state=kept)
+        roughness = roughened(roughness, voltages, gap.unseen > 0, h)
+        uncertainties = trust.uncertainties if roughness.in_a_row < plan.remembered else ()
+        gap = no_gap(Instant(memory, torque, sensitivities), voltages)
     else:
-        state = state._replace(gap=widened(state.gap, arrived))
+        gap = widened(gap, arrived)
+    state = state._replace(
+        memory=memory,
+        torque=torque,
+        sensitivities=sensitivities,
+        sums=(new_sums[0], new_sums[1], new_sums[2]),
+        gap=gap,
+        roughness=roughness,
+        uncertainties=uncertainties,
+    )
     compared = False
     if k % plan.coarse == 0:
         state, compared = _coarse_step(state, angles, fresh, plan)
