@@ -94,22 +94,23 @@ def measured_against(
     pitch: float,
     elevation: float,
     travel: float,
-    g: ObserverGains,
-    g_travel: ObserverGains,
+    g_1: ObserverGains,
+    g_2: ObserverGains,
+    g_3: ObserverGains,
 ) -> Kept:
     """Return state and unmodelled accelerations after a sample of the three angles [rad].
 
-    ``g`` for pitch and elevation; ``g_travel`` for the travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
+    ``g_1``, ``g_2``, ``g_3``: gains of pitch, elevation and travel, whose encoder is finer (:data:`TRAVEL_BANDWIDTH`).
     """
     e_1, e_2, e_3 = pitch - state.pitch, elevation - (state.elevation + state.bending), travel - state.travel
     return Kept(
         state._replace(
-            pitch=state.pitch + g.angle * e_1,
-            elevation=state.elevation + g.angle * e_2,
-            travel=state.travel + g_travel.angle * e_3,
-            pitch_rate=state.pitch_rate + g.rate * e_1,
-            elevation_rate=state.elevation_rate + g.rate * e_2,
-            travel_rate=state.travel_rate + g_travel.rate * e_3,
+            pitch=state.pitch + g_1.angle * e_1,
+            elevation=state.elevation + g_2.angle * e_2,
+            travel=state.travel + g_3.angle * e_3,
+            pitch_rate=state.pitch_rate + g_1.rate * e_1,
+            elevation_rate=state.elevation_rate + g_2.rate * e_2,
+            travel_rate=state.travel_rate + g_3.rate * e_3,
         ),
-        Torque(torque.pitch + g.torque * e_1, torque.elevation + g.torque * e_2, torque.travel + g_travel.torque * e_3),
+        Torque(torque.pitch + g_1.torque * e_1, torque.elevation + g_2.torque * e_2, torque.travel + g_3.torque * e_3),
     )

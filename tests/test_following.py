@@ -22,10 +22,12 @@ from heli_identifier.online.following import (
     start_correcting,
     thawed_state,
 )
+from heli_identifier.online.following.adoption import adopted
 from heli_identifier.online.following.baseline import Coefficients, discounted, learned_from
 from heli_identifier.online.following.blocks import Block, Sums, added, multiplied, no_sums, shifted
 from heli_identifier.online.following.detection import AT_ZERO, lowered, paged, threshold
 from heli_identifier.online.following.errors import compared
+from heli_identifier.online.following.naming import compass_of
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.following import H, documents, followed, record
@@ -230,6 +232,36 @@ def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_on
     said = [(one["what"], one["name"]) for one in documents(events, plan) if one["time_s"] > 30.0][2:5]
     friction = "effects.dry_friction.travel"
     assert said == [("held", "travel.damping"), ("alarm", friction), ("adopted", friction)]
+
+
+def test_a_change_that_went_on_while_it_was_watched_is_put_on_trial_again():
+    """The last ten blocks alone tell of what is left: in the mean over all blocks since the change it is too little."""
+    after, _ = CHANGES["elevation.gain"]
+    rows = record(75.0, after, 30.0, seed=4)
+    plan = prepare_following(FollowSettings())
+    state = start_correcting(plan, Sample(*rows[0]))
+    before = state
+    for row in rows[1:]:
+        before = state
+        state, _ = correct(state, Sample(*row), Told(), plan)
+        if MODES[before.mode] == "adopted" and MODES[state.mode] == "following":
+            break
+    twins = before.twins  # the watch ends with the next comparison
+    before = before._replace(
+        twins=twins._replace(rival=twins.rival[-1:] + twins.rival, against=twins.against[-1:] + twins.against)
+    )
+    number, compass = before.finding.change, compass_of(before, plan)
+    assert plan.changes[number].name == "elevation.gain"
+    # what the last ten blocks would be had the gain gone on by a tenth of its smallest change that matters ...
+    for share, mode in ((0.1, "following"), (0.8, "on trial")):
+        left = -share * plan.sizes[number]
+        theta = tuple(tuple(left * x for x in row) for row in compass[number])
+        moved = before._replace(blocks=(*before.blocks[:-10], *(shifted(one, theta) for one in before.blocks[-10:])))
+        ended, _ = adopted(moved, compass, 70.0, plan)
+        assert MODES[ended.mode] == mode
+    # ... and by most of it
+    assert 8 <= ended.finding.blocks <= 12
+    assert ended.finding.size == pytest.approx(0.8 * plan.sizes[number], abs=4.0 * ended.finding.standard_error)
 
 
 def test_what_is_adopted_is_ramped_in_over_two_seconds():

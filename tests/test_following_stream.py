@@ -14,8 +14,10 @@ from heli_identifier.online.following import (
     start_correcting,
 )
 from heli_identifier.online.following.events import BACK, FROZEN, WHY
-from heli_identifier.online.following.stream import doubtful, first_stream, standing
+from heli_identifier.online.following.stream import doubtful, first_stream, standing, watched
+from heli_plant.observer import Torque
 from heli_plant.parameters import TABLE_2
+from heli_plant.state import start_state
 from tests.following import COUNT, documents, followed, record
 
 
@@ -90,6 +92,22 @@ def test_an_alarm_waits_while_an_encoder_stands_that_should_have_moved():
     moving = stream._replace(rates=(0.1, 0.0, 0.0))
     assert doubtful(moving._replace(still=(2, 0, 0)), noise, plan)
     assert not doubtful(moving._replace(still=(1, 50, 50)), noise, plan)
+
+
+def test_an_alarm_waits_while_an_encoder_stands_from_which_the_observer_sets_off():
+    """From rest the rate at which the encoder stopped is 0; .05 rad/s since are .5 mrad a sample, .8 deviations."""
+    plan = prepare_following(FollowSettings())
+    noise = (6e-4, 6e-4, 3e-4)
+    stream = first_stream((0.0, 0.0, 0.0))
+    rest, moving = start_state(0.0, 0.0, 0.0), start_state(0.0, 0.0, 0.0)._replace(pitch_rate=-0.05)
+    stream = watched(stream, (0.0, 0.0, 0.0), True, rest, Torque(), noise, plan)
+    seen = []
+    for _ in range(3):
+        stream = watched(stream, (0.0, 0.0, 0.0), True, moving, Torque(), noise, plan)
+        seen.append(doubtful(stream, noise, plan))
+    assert seen == [False, False, True]
+    # as soon as the encoder moves there is no doubt
+    assert not doubtful(watched(stream, (-0.0015, 0.0, 0.0), True, rest, Torque(), noise, plan), noise, plan)
 
 
 def test_a_twentieth_of_the_samples_lost_hides_no_change():

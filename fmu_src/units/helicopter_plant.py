@@ -186,7 +186,7 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
                 gains = observer_gains(bandwidth, step_size)
                 if fresh > 0.5:
                     on_travel = observer_gains(TRAVEL_BANDWIDTH * bandwidth, step_size)
-                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, on_travel)
+                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, gains, on_travel)
                     memory, torque = memory._replace(state=kept.state), kept.torque
             memory = communicate(
                 memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,

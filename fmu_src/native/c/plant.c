@@ -108,7 +108,7 @@ void model_advance(Model *model, Unit *unit, double time, double step)
             const ObserverGains on_travel = observer_observer_gains(OBSERVER_TRAVEL_BANDWIDTH * bandwidth, step);
             const Kept kept = observer_measured_against(
                 &before.state, &torque, values[REF_measured_pitch].real, values[REF_measured_elevation].real,
-                values[REF_measured_travel].real, &gains, &on_travel);
+                values[REF_measured_travel].real, &gains, &gains, &on_travel);
             before.state = kept.state;
             torque = kept.torque;
         }

@@ -10,11 +10,11 @@ predict better with t > 3, they are taken again.
 
 from .baseline import uncertain
 from .blocks import Block, shifted
-from .detection import AT_ZERO, Direction, Finding, measured
+from .detection import AT_ZERO, NOTHING, Direction, Finding, began, measured
 from .errors import compared
 from .events import ADOPTED, ALARM, BETTER, CONTRADICTED, HELD, NAMED, NOT_BETTER, OUTDONE, ROLLED_BACK, WORSE, Event
 from .hearing import contradicted
-from .naming import axes_of, bounds_of, changed, event_of, seen_by, shares_of, value_of
+from .naming import LEAD, axes_of, bounds_of, changed, event_of, seen_by, shares_of, value_of
 from .plan import FollowPlan, parameters_of
 from .state import WATCHED, CorrectorState, Told
 from .trial import estimated_anew, put_on_trial, renamed, rested
@@ -123,9 +123,14 @@ def adopted(
         return state, []
     least, most = bounds_of(number, state, plan)
     seen = seen_by(state.blocks, compass, shares_of(state.colours))
-    left = measured(seen, number, len(seen), plan.sizes[number], least, most)
+    nu = plan.sizes[number]
+    left = measured(seen, number, len(seen), nu, least, most)
+    if left.change < 0 or abs(left.z) < _REFINING:
+        left = began(seen, number, len(seen), nu, least, most)  # of a slow change the last part tells most
+        if left.evidence < LEAD:
+            left = NOTHING
     state = rested(state)._replace(pages=state.pages)
-    if left.change >= 0 and abs(left.z) >= _REFINING:
+    if left.change >= 0:
         return put_on_trial(state, left, time, plan)
     return state, []
 

@@ -1,23 +1,22 @@
 """The corrector: one sample in, the values in use out."""
 
-from math import cos
-
-from heli_plant.communication import PlantMemory, begin
+from heli_plant.communication import begin
 from heli_plant.motor import saturate
-from heli_plant.observer import Torque, measured_against, predicted
+from heli_plant.observer import Torque, measured_against
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
 from .baseline import allowed_for, first_baseline
 from .blocks import TESTED, UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, noise_of, parted
-from .changes import TRAVEL
 from .detection import AT_ZERO, NOTHING
 from .errors import Row, rms
 from .events import Event
+from .gap import crossed, no_gap, widened
+from .instant import Instant, later
 from .judgement import KEPT, judged
 from .plan import FollowPlan
-from .regressors import acting
-from .sensitivity import corrected_sensitivity, no_sensitivity, predicted_sensitivity
+from .roughness import no_roughness, roughened
+from .sensitivity import corrected_sensitivity, no_sensitivity
 from .state import (
     FOLLOWING,
     ON_TRIAL,
@@ -31,8 +30,9 @@ from .state import (
 )
 from .stream import first_stream, standing, watched
 from .suspension import resumed, suspended
-from .twins import first_twins, launched, moved, scaled
-from .values import RAMP, Values, ramped, start_values
+from .trust import full_trust, trusted
+from .twins import first_twins, launched, moved
+from .values import RAMP, ramped, start_values
 
 LARGEST_INNOVATION = 4.0
 """Innovations count with at most this many standard deviations."""
@@ -43,16 +43,18 @@ _COUNT = 1.5e-3
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
-    first = start_state(now.pitch, now.elevation, now.travel, now.v_front, now.v_rear)
+    voltages = (now.v_front, now.v_rear)
+    first = start_state(now.pitch, now.elevation, now.travel, *voltages)
     values = start_values(plan)
     a, b, c = plan.columns
     angles = (now.pitch, now.elevation, now.travel)
+    instant = Instant(
+        begin(first, values.parameters), Torque(), (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c))
+    )
     return CorrectorState(
         0,
-        (now.v_front, now.v_rear),
-        begin(first, values.parameters),
-        Torque(),
-        (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c)),
+        voltages,
+        *instant,
         (no_sums(a), no_sums(b), no_sums(c)),
         (first_level(_COUNT), first_level(_COUNT), first_level(_COUNT)),
         first_baseline(plan.deviations),
@@ -73,6 +75,9 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         (0,) * len(plan.settings.effects),
         (),
         first_stream(angles),
+        no_gap(instant, voltages),
+        no_roughness(voltages),
+        (),
     )
 
 
@@ -95,20 +100,31 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     """
     h, k = plan.settings.sample_time, state.samples + 1
     time = k * h
-    before = state.memory.state
+    voltages = (now.v_front, now.v_rear)
     values = ramped(state.values, k, plan)
-    memory, arrived = _advanced(state.memory, state.voltages, time - h, values, plan)
-    ahead, torque = predicted(memory.state, state.torque, h, plan.gains)
-    angles = (now.pitch, now.elevation, now.travel)
     fresh = now.fresh > 0.5
+    unseen = state.gap.unseen if state.mode != SUSPENDED else 0
+    if fresh and unseen > 0:
+        ahead, arrived = crossed(state.gap, voltages, k, values, plan)
+    else:
+        before = Instant(state.memory, state.torque, state.sensitivities)
+        ahead, arrived = later(before, state.voltages, (k - 1) * h, values, plan)
+    angles = (now.pitch, now.elevation, now.travel)
     noise = noise_of(state.levels)
-    stream = watched(state.stream, angles, fresh, ahead, torque, noise, plan)
+    trust = full_trust(plan)
+    if fresh:
+        pitch = ahead.memory.state.pitch
+        trust = trusted(state.uncertainties, unseen, pitch, state.roughness, noise, values, plan)
+    a, b, c = trust.deviations
+    expected = (a * noise[0], b * noise[1], c * noise[2])
+    stream = watched(state.stream, angles, fresh, ahead.memory.state, ahead.torque, expected, plan)
     fresh = fresh and not stream.broken
     state = state._replace(
         samples=k,
-        voltages=(now.v_front, now.v_rear),
-        memory=memory._replace(state=ahead),
-        torque=torque,
+        voltages=voltages,
+        memory=ahead.memory,
+        torque=ahead.torque,
+        sensitivities=ahead.sensitivities,
         arrived=(state.arrived[0] + arrived[0], state.arrived[1] + arrived[1]),
         values=values,
         stream=stream,
@@ -119,38 +135,46 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     elif state.mode == SUSPENDED and fresh:
         state, events = resumed(state, now, time, plan)
 
-    # the accelerations by which each change would have acted, from the motion at the step's begin
-    p, seen = values.parameters, state.memory.state
-    mu_diff, mu_sum = plan.thrusts(
-        0.5 * (before.nu_front + seen.nu_front), 0.5 * (before.nu_rear + seen.nu_rear), time, p
-    )
-    g = acting(before, mu_diff, mu_sum, plan.laws, p.theta0)
-    own = ((p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy))
+    seen = state.memory.state
     of_plant = measured_angles(seen)
     ramping = k < values.ramp + round(RAMP / h)
     resting = k < state.settled or stream.broken or ramping
     new_sensitivities = []
     new_sums: list[Sums] = []
     for axis in range(3):
-        stiffness, damping = own[axis]
-        gains = plan.gains_travel if axis == TRAVEL else plan.gains
-        s = predicted_sensitivity(state.sensitivities[axis], g[axis], stiffness, damping, h, gains)
+        s = state.sensitivities[axis]
         total = state.sums[axis]
         stands = standing(stream, axis, plan)
         if fresh and not resting and not stands:
-            innovation = angles[axis] - of_plant[axis]
-            most = LARGEST_INNOVATION * noise[axis]
-            total = added(total, s.angle, saturate(innovation, most) if state.mode != STARTING else innovation)
+            share = 1.0 / trust.deviations[axis]
+            innovation = share * (angles[axis] - of_plant[axis])
+            if state.mode != STARTING:
+                innovation = saturate(innovation, LARGEST_INNOVATION * noise[axis])
+            psi = s.angle if share == 1.0 else tuple([share * x for x in s.angle])
+            total = added(total, psi, innovation)
         elif not total.spoiled and (resting or stands):
             total = total._replace(spoiled=True)
-        new_sensitivities.append(corrected_sensitivity(s, gains) if fresh else s)
+        new_sensitivities.append(corrected_sensitivity(s, trust.gains[axis]) if fresh else s)
         new_sums.append(total)
+    sensitivities = (new_sensitivities[0], new_sensitivities[1], new_sensitivities[2])
+    memory, torque, gap = state.memory, state.torque, state.gap
+    roughness, uncertainties = state.roughness, state.uncertainties
     if fresh:
-        kept, torque = measured_against(seen, state.torque, *angles, plan.gains, plan.gains_travel)
-        state = state._replace(memory=state.memory._replace(state=kept), torque=torque)
+        kept, torque = measured_against(seen, torque, *angles, *trust.gains)
+        memory = memory._replace(state=kept)
+        roughness = roughened(roughness, voltages, gap.unseen > 0, h)
+        uncertainties = trust.uncertainties if roughness.in_a_row < plan.remembered else ()
+        gap = no_gap(Instant(memory, torque, sensitivities), voltages)
+    else:
+        gap = widened(gap, arrived)
     state = state._replace(
-        sensitivities=(new_sensitivities[0], new_sensitivities[1], new_sensitivities[2]),
+        memory=memory,
+        torque=torque,
+        sensitivities=sensitivities,
         sums=(new_sums[0], new_sums[1], new_sums[2]),
+        gap=gap,
+        roughness=roughness,
+        uncertainties=uncertainties,
     )
     compared = False
     if k % plan.coarse == 0:
@@ -159,21 +183,6 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
             state, said = judged(closed(state, plan), told, plan)
             events = events + said
     return state, _output(state, time, compared, events, plan)
-
-
-def _advanced(
-    memory: PlantMemory, voltages: tuple[float, float], time: float, values: Values, plan: FollowPlan
-) -> tuple[PlantMemory, tuple[float, float]]:
-    """Return the plant one sample later, and the voltages that arrived at its motors, without the rotors' shares."""
-    h, p = plan.settings.sample_time, values.parameters
-    front, rear = scaled(voltages, values.now, p.v_max)
-    memory = plan.communicate(
-        memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p, plan.step, plan.arriving
-    )  # fmt: skip
-    if plan.delay > 0.0:
-        front, rear = plan.arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
-        return memory, (front / values.now[-2], rear / values.now[-1])
-    return memory, voltages
 
 
 def _coarse_step(state: CorrectorState, angles: Row, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:

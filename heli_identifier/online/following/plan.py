@@ -17,6 +17,7 @@ from .baseline import deviations
 from .changes import FRONT, REAR, ROTORS, Change, changes, laws
 from .detection import threshold
 from .settings import FollowSettings
+from .uncertainty import Steady, memory_of, steady_state
 
 BLOCK_TIME = 1.0
 """Length of a block of sums, about [s]."""
@@ -37,6 +38,7 @@ class FollowPlan(NamedTuple):
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
     them; the two rotors' shares stand last. ``places``: of each change, which value it changes (-1: the rotors).
     ``columns``: regressors of each axis; ``deviations``: by how much the twin's coefficients of them may err.
+    ``gains`` of the observer on the three axes, its ``steady`` state; samples for which a gap is ``remembered``.
     ``step``, ``arriving``, ``thrusts``: the plant's, in which everything that cannot change is a constant.
     """
 
@@ -51,8 +53,9 @@ class FollowPlan(NamedTuple):
     columns: tuple[int, int, int]
     deviations: tuple[tuple[float, ...], ...]
     laws: tuple[tuple[Candidate, ...], ...]
-    gains: ObserverGains
-    gains_travel: ObserverGains
+    gains: tuple[ObserverGains, ObserverGains, ObserverGains]
+    steady: tuple[Steady, Steady, Steady]
+    remembered: int
     step: Callable
     arriving: Callable
     thrusts: Callable
@@ -82,6 +85,9 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     by_field = {law.name + "_" + law.axis: law.times_gain for own in of_laws for law in own}
     values = tuple(getattr(p, field) for field in fields)
     errs = deviations(p, of_laws)
+    omega = settings.observer_bandwidth
+    gains, gains_travel = observer_gains(omega, h), observer_gains(TRAVEL_BANDWIDTH * omega, h)
+    steady = steady_state(omega, h, gains.kept)
     launches = max(1, round(APART * COARSE / coarse_time))
     return FollowPlan(
         settings,
@@ -95,8 +101,9 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         (len(errs[0]), len(errs[1]), len(errs[2])),
         errs,
         of_laws,
-        observer_gains(settings.observer_bandwidth, h),
-        observer_gains(TRAVEL_BANDWIDTH * settings.observer_bandwidth, h),
+        (gains, gains, gains_travel),
+        (steady, steady, steady_state(TRAVEL_BANDWIDTH * omega, h, gains.kept)),
+        memory_of(omega, h),
         specialised(step, known),
         specialised(arriving, known),
         specialised(thrust_voltages, known),

@@ -9,11 +9,15 @@ from heli_plant.state import PlantState
 from .baseline import Baseline, Coefficients
 from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
+from .gap import Gap
+from .instant import Instant
 from .plan import FollowPlan, parameters_of
+from .roughness import Roughness
 from .sensitivity import Sensitivity
 from .state import CorrectorState
 from .stream import Stream
 from .twins import Twins
+from .uncertainty import Uncertainty
 from .values import Values
 
 
@@ -33,10 +37,12 @@ def _tuples(value: Any) -> Any:
 def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     """Return the state that :func:`frozen_state` turned into lists."""
     fields = dict(zip(CorrectorState._fields, saved, strict=True))
-    state, since, held = fields["memory"]
-    fields["memory"] = PlantMemory(PlantState(*state), list(since), [(front, rear) for front, rear in held])
-    fields["torque"] = Torque(*fields["torque"])
-    fields["sensitivities"] = _each(Sensitivity, fields["sensitivities"])
+    instant = _instant(fields["memory"], fields["torque"], fields["sensitivities"])
+    fields["memory"], fields["torque"], fields["sensitivities"] = instant
+    begin, voltages, unseen, arrived = fields["gap"]
+    fields["gap"] = Gap(_instant(*begin), tuple(voltages), unseen, tuple(arrived))
+    fields["roughness"] = Roughness(*_tuples(fields["roughness"]))
+    fields["uncertainties"] = _each(Uncertainty, fields["uncertainties"])
     fields["sums"] = _each(Sums, fields["sums"])
     fields["levels"] = _each(Level, fields["levels"])
     now, coming, proved, age = fields["baseline"]
@@ -60,6 +66,13 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     for name in ("voltages", "arrived", "scored"):
         fields[name] = tuple(fields[name])
     return CorrectorState(**fields)
+
+
+def _instant(memory: list[Any], torque: list[float], sensitivities: list[Any]) -> Instant:
+    state, since, held = memory
+    kept = PlantMemory(PlantState(*state), list(since), [(front, rear) for front, rear in held])
+    a, b, c = _each(Sensitivity, sensitivities)
+    return Instant(kept, Torque(*torque), (a, b, c))
 
 
 def _each(kind: Any, saved: list[Any]) -> tuple[Any, ...]:

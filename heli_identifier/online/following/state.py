@@ -10,8 +10,11 @@ from .blocks import Block, Colour, Level, Sums
 from .detection import Finding, Page
 from .errors import Row
 from .events import Event
+from .gap import Gap
+from .roughness import Roughness
 from .sensitivity import Sensitivity
 from .stream import Stream
+from .trust import Uncertainties
 from .twins import Twins
 from .values import Values
 
@@ -81,6 +84,9 @@ class CorrectorState(NamedTuple):
     scored: tuple[int, ...]
     heard: tuple[tuple[float, ...], ...]
     stream: Stream
+    gap: Gap
+    roughness: Roughness
+    uncertainties: Uncertainties
 
 
 class CorrectorOutput(NamedTuple):

@@ -7,7 +7,8 @@ An encoder that stands at one count is usual where an axis turns back or rests. 
 * if after half a second it jumps by more than the noise: it stood while the rig moved slowly.
 
 All three are seen only after a while. What comes in from an encoder that stands for half a second does therefore not
-count, and an alarm waits while an encoder stands that should have moved already, if only a little.
+count, and an alarm waits while an encoder stands that should have moved already, if only a little: at the rate that the
+axis had, or by the rates that the observer has seen since, which a rig that set off from rest has.
 """
 
 from typing import NamedTuple
@@ -38,8 +39,8 @@ class Stream(NamedTuple):
     """How the samples come in.
 
     ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
-    not moved, the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped, and
-    whether they are ``stuck``; whether the stream is ``broken``.
+    not moved, the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped, the way
+    that its rates since add up to [rad], and whether they are ``stuck``; whether the stream is ``broken``.
     """
 
     unseen: int
@@ -47,6 +48,7 @@ class Stream(NamedTuple):
     still: tuple[int, int, int]
     rates: Row
     torques: Row
+    ways: Row
     stuck: tuple[bool, bool, bool]
     broken: bool
 
@@ -54,7 +56,7 @@ class Stream(NamedTuple):
 def first_stream(angles: Row) -> Stream:
     """Return how samples come in at sample 0 with its ``angles`` [rad]."""
     nothing = (0.0, 0.0, 0.0)
-    return Stream(0, angles, (0, 0, 0), nothing, nothing, (False, False, False), False)
+    return Stream(0, angles, (0, 0, 0), nothing, nothing, nothing, (False, False, False), False)
 
 
 def standing(stream: Stream, axis: int, plan: FollowPlan) -> bool:
@@ -64,7 +66,10 @@ def standing(stream: Stream, axis: int, plan: FollowPlan) -> bool:
 
 def doubtful(stream: Stream, noise: Row, plan: FollowPlan) -> bool:
     """Return whether an encoder stands still that should have moved; ``noise`` of the innovations [rad]."""
-    return any(_path(stream.rates[axis], stream.still[axis], plan) > _DOUBTFUL * noise[axis] for axis in range(3))
+    return any(
+        max(_path(stream.rates[axis], stream.still[axis], plan), abs(stream.ways[axis])) > _DOUBTFUL * noise[axis]
+        for axis in range(3)
+    )
 
 
 def _path(rate: float, still: int, plan: FollowPlan) -> float:
@@ -97,13 +102,14 @@ def watched(
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
     seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
     still, stuck, jumped = [0, 0, 0], [False, False, False], False
-    began, torques = list(stream.rates), list(stream.torques)
+    began, torques, ways = list(stream.rates), list(stream.torques), [0.0, 0.0, 0.0]
     for axis in range(3):
         if angles[axis] != stream.angles[axis]:
             far = abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
             jumped = jumped or (far and standing(stream, axis, plan))
             continue
         still[axis] = stream.still[axis] + 1
+        ways[axis] = stream.ways[axis] + rates[axis] * plan.settings.sample_time
         if still[axis] == 1:
             began[axis], torques[axis] = rates[axis], torque[axis]
         passed = _path(began[axis], still[axis], plan) > max(_PATH, _PATH_NOISE * noise[axis])
@@ -115,6 +121,7 @@ def watched(
         (still[0], still[1], still[2]),
         (began[0], began[1], began[2]),
         (torques[0], torques[1], torques[2]),
+        (ways[0], ways[1], ways[2]),
         (stuck[0], stuck[1], stuck[2]),
         jumped or True in stuck,
     )

@@ -33,6 +33,7 @@ def suspended(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[Cor
         baseline=forgotten(state.baseline),
         pages=(AT_ZERO,) * len(state.pages),
         alarm=0.0,
+        uncertainties=(),
     ), events
 
 
