@@ -2,16 +2,18 @@
 
 The model without the effect is scanned again; rivals are refitted in its place. A rival whose likelihood ratio comes
 within a few units of that of the chosen effect is an alternative that these data cannot rule out. It has to be
-possible by the rules that the search itself keeps: what no search would name is no alternative.
+possible by the rules that the search itself keeps: what no search would name is no alternative. And it has to make the
+effect needless: beside a rival that explains something else, the effect keeps its score.
 """
 
-from heli_identifier.tracing.search.candidates import open_moves
-from heli_identifier.tracing.search.model import Model, without
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.search.candidates import open_moves, shape_fields
+from heli_identifier.tracing.search.model import Model, asked_score, effect_score, without
 from heli_identifier.tracing.search.scan import Scan, scan, scored, subset
 from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.settings import SHORTLIST
 from heli_identifier.tracing.search.steps import ELEVATION, best_steps
-from heli_identifier.tracing.search.trials import Trials, contenders, holds_unaveraged, is_possible, refitted
+from heli_identifier.tracing.search.trials import Trial, Trials, contenders, holds_unaveraged, is_possible, refitted
 from heli_plant.effects import AXES, Effect
 
 CLOSE = 6.0
@@ -43,8 +45,19 @@ def alternatives(model: Model, effect: Effect, selection: Selection) -> list[Eff
     likely = [found for found in contending if found.likelihood_ratio >= 0.6 * likelihood_ratio - 3.0 * CLOSE]
     refits = refitted(reduced, scanned, likely, trials)
     close = [rival for rival in refits if rival.likelihood_ratio > likelihood_ratio - CLOSE]
-    rivals = [rival for rival in close if is_possible(rival) and holds_unaveraged(reduced, rival)]
+    possible = [rival for rival in close if is_possible(rival) and holds_unaveraged(reduced, rival)]
+    asked = asked_score(model, effect, selection.threshold)
+    rivals = [rival for rival in possible if abs(_score_beside(rival, model, effect)) < asked]
     return [rival.effect for rival in sorted(rivals, key=lambda rival: -rival.likelihood_ratio)]
+
+
+def _score_beside(rival: Trial, model: Model, effect: Effect) -> float:
+    """Score of an effect of a model in a fit that has its rival as well."""
+    known, fields = model.fit, (effect.field, *shape_fields(effect))
+    begin = rival.fit.parameters._replace(**{field: getattr(known.parameters, field) for field in fields})
+    free = tuple(dict.fromkeys((*rival.fit.free, *known.free)))
+    both = fit(known.problem, begin, free, model.extra, rival.fit.linear)
+    return effect_score(both, effect)
 
 
 def _scan_of_rivals(reduced: Model, effect: Effect, selection: Selection) -> Scan:
