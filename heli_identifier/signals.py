@@ -48,6 +48,12 @@ def deferred() -> Iterator[None]:
             signal.raise_signal(number)
 
 
+def alarmed(handler: Handler, first: float, interval: float = 0.0) -> None:
+    """Have ``handler`` called in ``first`` seconds, and then every ``interval`` seconds unless that is 0."""
+    signal.signal(signal.SIGALRM, handler)
+    signal.setitimer(signal.ITIMER_REAL, first, interval)
+
+
 @contextmanager
 def unheard(number: signal.Signals) -> Iterator[None]:
     """Hold a signal back in the block; processes that are started in it never hear it."""

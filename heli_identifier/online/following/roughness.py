@@ -10,9 +10,7 @@ for the difference (front - rear) and the sum of the voltages, over two minutes.
 from typing import NamedTuple
 
 from .blocks import MEMORY
-
-Voltages = tuple[float, float]
-"""Front and rear [V]."""
+from .instant import Voltages
 
 
 class Roughness(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 
-def burg(signal: NDArray[np.float64], order: int) -> tuple[NDArray[np.float64], float]:
+def burg(signal: NDArray[np.float64], order: int) -> NDArray[np.float64]:
     """Fit an autoregression.
 
     Parameters
@@ -24,8 +24,6 @@ def burg(signal: NDArray[np.float64], order: int) -> tuple[NDArray[np.float64], 
     -------
     taps : NDArray, shape (order + 1,)
         Prediction-error filter 1, a_1, ..., in powers of z^-1.
-    variance : float
-        Of what the filter leaves, in the signal's unit squared.
     """
     taps, ahead, behind = np.ones(1), signal, signal
     for _ in range(order):
@@ -35,4 +33,4 @@ def burg(signal: NDArray[np.float64], order: int) -> tuple[NDArray[np.float64], 
         longer = np.append(taps, 0.0)
         taps = longer - k * longer[::-1]
         ahead, behind = f - k * b, b - k * f
-    return taps, float(ahead @ ahead + behind @ behind) / (2.0 * len(ahead))
+    return taps

@@ -102,7 +102,7 @@ def fit_axis(
     """
     mean = np.concatenate(list(signals)).mean()
     centred = [signal - mean for signal in signals]
-    taps, _ = burg(np.concatenate(centred), order)
+    taps = burg(np.concatenate(centred), order)
     if contraction != 1.0:
         taps = taps * contraction ** np.arange(order + 1)
     return taps, float(np.sqrt(np.mean(whitened(centred, taps, 1.0) ** 2)))

@@ -82,9 +82,8 @@ def steady(model: Model, threshold: float) -> tuple[Model, list[tuple[Effect, fl
         if isinstance(least, Effect) and share >= POSSIBLE:
             possible.append((least, share))
         else:
-            why = f"only {share:.0%} of the halves of the training data show it, of {STEADY:.0%} asked".replace(
-                "%", " %"
-            )
+            few, asked = (f"{100.0 * part:.0f} %" for part in (share, STEADY))
+            why = f"only {few} of the halves of the training data show it, of {asked} asked"
             withdrawn.append(Withdrawal(least.name, least.axis, why))
         model = without(model, least) if isinstance(least, Effect) else without_unknown(model, least)
     return model, possible, withdrawn

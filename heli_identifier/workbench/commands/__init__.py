@@ -6,10 +6,9 @@ Whatever takes time to import is imported inside the functions that need it: ``h
 import atexit
 import gc
 import os
-import signal
 import sys
 
-from heli_identifier.signals import ENDING
+from heli_identifier.signals import ENDING, alarmed
 
 _SINGLE_THREADED = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
@@ -47,7 +46,6 @@ def main() -> None:
     if problem is not None:
         print(f"heli: standard output cannot be written: {problem}.", file=sys.stderr)
         code = 2
-    if code in {128 + number for number in ENDING} and hasattr(signal, "SIGALRM"):
-        signal.signal(signal.SIGALRM, lambda *_: os._exit(code))
-        signal.setitimer(signal.ITIMER_REAL, _LONGEST_END)
+    if code in {128 + number for number in ENDING}:
+        alarmed(lambda *_: os._exit(code), _LONGEST_END)
     sys.exit(code)  # type: ignore[arg-type]

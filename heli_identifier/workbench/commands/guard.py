@@ -20,7 +20,7 @@ import typer
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import keeping
-from heli_identifier.signals import ENDING, handled
+from heli_identifier.signals import ENDING, alarmed, handled
 from heli_identifier.workbench.commands.memory import is_of_memory, require_memory
 from heli_plant.errors import PlantError
 
@@ -147,8 +147,7 @@ def _leave(asked: list[int], number: int, _frame: object) -> NoReturn:
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else ():
         child.terminate()
-    signal.signal(signal.SIGALRM, partial(_leave_again, number))
-    signal.setitimer(signal.ITIMER_REAL, AGAIN, AGAIN)
+    alarmed(partial(_leave_again, number), AGAIN, AGAIN)
     raise SystemExit(128 + number)
 
 
