@@ -20,8 +20,7 @@ def judge(correlation, seed=0, blocks=24, rows=30):
     G, h = np.einsum("barp,barq->bapq", J, J), np.einsum("barp,bar->bap", J, y)
     wide = np.full(len(NAMES), np.inf)
     problem = Quadratic(
-        G.sum(axis=1), h.sum(axis=1), G.sum(axis=0), h.sum(axis=0), (y**2).sum(axis=(0, 2)), float(y.size),
-        -wide, wide,
+        G, h, (y**2).sum(axis=2), np.arange(blocks), float(y.size), -wide, wide,
     )  # fmt: skip
     return Judge(problem, NAMES, ("base",), {name: (name,) for name in NAMES[1:]})
 

@@ -3,24 +3,18 @@
 The score of a family with coordinates b and covariance V in the fit of a set is b' V^-1 b, as a score of one degree of
 freedom. Its stability is the share of halves of the data, drawn in complementary pairs, in which it is found: in which
 its score reaches :data:`FOUND_IN_HALF`. Source: Meinshausen and Buehlmann 2010; Shah and Samworth 2013. A family is
-worth its parameters if without it the error of some axis grows by more than :data:`WORTH`.
+worth its parameters if without it the error of some axis grows by more than :data:`WORTH`, on all data and on records
+that the fit has not seen.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, chdtri
 
 from heli_identifier.tracing.predictive.quadratic import Quadratic, SubsetFit
-
-PAIRS = 25
-"""Pairs of halves: the share in which a family is found is known within .07."""
-
-SEED = 0
-"""Of the halves: the same logs give the same answer."""
 
 FOUND = 2.0
 """Score from which a family counts as found: two standard errors."""
@@ -78,20 +72,33 @@ class Judge:
     core: tuple[str, ...]
     families: Mapping[str, tuple[str, ...]]
 
+    def with_single(self, fields: Mapping[str, str]) -> "Judge":
+        """Give the judge under which families have one field each, by name."""
+        return replace(self, families={**self.families, **{name: (field,) for name, field in fields.items()}})
+
     def support(self, asked: Collection[str], kept: Collection[str]) -> dict[str, Support]:
         """Support for each family asked for, all of them in ``kept``, beside the others there."""
         fitted = self.quadratic.fit(self._indices(kept))
         losses, found = self.quadratic.losses(fitted.x), {}
         for name in asked:
             without = self._losses([other for other in kept if other != name])
-            worth = np.sqrt(np.maximum(without, 0.0) / np.maximum(losses, SMALLEST)).max() - 1.0
-            found[name] = Support(self._score(name, fitted), float(worth))
+            found[name] = Support(self._score(name, fitted), _growth(losses, without))
         return found
+
+    def unseen_worth(self, asked: Collection[str], kept: Collection[str]) -> dict[str, float]:
+        """Worth of each family asked for on records that the fit has not seen, beside the others of ``kept``.
+
+        Every record is predicted by fits to all other records, with the family and without it. Source: Stone 1974,
+        Cross-validatory choice.
+        """
+        without = {name: [other for other in kept if other != name] for name in asked}
+        losses = self._unseen_losses(kept)
+        return {name: _growth(losses, self._unseen_losses(without[name])) for name in asked}
 
     def stability(self, asked: Collection[str], kept: Collection[str]) -> dict[str, float]:
         """Share of the halves in which each family asked for is found beside the others of ``kept``."""
         indices = self._indices(kept)
-        fits = [half.fit(indices) for half in self._halves]
+        fits = [half.fit(indices) for half in self.quadratic.halves]
         return {name: float(np.mean([self._score(name, fitted) >= FOUND_IN_HALF for fitted in fits])) for name in asked}
 
     def steady(self) -> list[str]:
@@ -126,25 +133,17 @@ class Judge:
         """Give the field, none of ``excluded``, that alone stands best for a family beside those of ``kept``."""
 
         def loss(field: str) -> float:
-            alone = replace(self, families={**self.families, name: (field,)})
-            return float(alone._losses({*kept, name}).sum())
+            return float(self.with_single({name: field})._losses({*kept, name}).sum())
 
         return min((field for field in self.families[name] if field not in excluded), key=loss)
 
     def as_good(self, kept: Collection[str], others: Collection[str]) -> float:
         """Share of the halves in which the families ``kept`` predict the other half as well as ``others`` do."""
         one, other = self._indices(kept), self._indices(others)
-        pairs = list(zip(self._halves[::2], self._halves[1::2], strict=True))
+        pairs = list(zip(self.quadratic.halves[::2], self.quadratic.halves[1::2], strict=True))
         tried = [*pairs, *((second, first) for first, second in pairs)]
-        wins = [rest.own_loss(half.solve(one)[0]) <= rest.own_loss(half.solve(other)[0]) for half, rest in tried]
-        return float(np.mean(wins))
-
-    @cached_property
-    def _halves(self) -> list[Quadratic]:
-        """Halves of the blocks in complementary pairs."""
-        random, count = np.random.default_rng(SEED), len(self.quadratic.slope)
-        orders = [random.permutation(count) for _ in range(PAIRS)]
-        return [self.quadratic.part(half) for order in orders for half in np.array_split(order, 2)]
+        losses = [(rest.losses(half.solve(one)[0]), rest.losses(half.solve(other)[0])) for half, rest in tried]
+        return float(np.mean([mine.sum() <= theirs.sum() for mine, theirs in losses]))
 
     def _score(self, name: str, fitted: SubsetFit) -> float:
         place = {int(index): i for i, index in enumerate(fitted.free)}
@@ -155,9 +154,19 @@ class Judge:
     def _losses(self, kept: Collection[str]) -> NDArray[np.float64]:
         return self.quadratic.losses(self.quadratic.solve(self._indices(kept))[0])
 
+    def _unseen_losses(self, kept: Collection[str]) -> NDArray[np.float64]:
+        """Twice the loss of the axes, each record under the fit to the others."""
+        indices = self._indices(kept)
+        return np.sum([record.losses(others.solve(indices)[0]) for others, record in self.quadratic.folds], axis=0)
+
     def _indices(self, kept: Collection[str]) -> NDArray[np.intp]:
         fields = (*self.core, *(field for name in kept for field in self.families[name]))
         return np.sort([self.names.index(field) for field in fields])
+
+
+def _growth(losses: NDArray[np.float64], without: NDArray[np.float64]) -> float:
+    """Largest share over the axes by which errors grow from one set of losses to another."""
+    return float(np.sqrt(np.maximum(without, 0.0) / np.maximum(losses, SMALLEST)).max() - 1.0)
 
 
 def _one_degree(statistic: float, degrees: int) -> float:

@@ -5,14 +5,15 @@
 2. The families that are steady beside the effects that are shown (:meth:`Judge.steady`) are candidates. Of each the
    member that stands best for it alone is its representative.
 3. The effects shown and the representatives are fitted. A representative stays if a fit without it is worse by more
-   than :data:`WORTH` on some axis. What this fit lacks is looked for around it, and has to prove the same worth.
+   than :data:`WORTH` on some axis, and if the quadratic problem around the fit says the same of every log predicted by
+   a fit to the others. What this fit lacks is looked for around it, and has to prove the same worth.
    The quadratic problem around everything overstates what a curved law is worth far from there.
 4. Stability is taken once more around this fit, and that is what is reported.
 
 The list says what improves predictions, not what causes the motion.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -110,12 +111,7 @@ def select_predictive(shown: MultistepFit) -> PredictiveSelection:
     named = {name: field for name, field in fields.items() if stability[name] >= STEADY}
     instead = stand_ins(proven.judge, named)
     predictive = [Finding(name, named[name], stability[name], worth[name], instead[name]) for name in named]
-    best = proven.judge.best
-    possible = [
-        Finding(name, fields.get(name) or best(name, fields), stability[name], worth.get(name, found.worth))
-        for name, found in proven.support.items()
-        if name not in named and stability[name] >= POSSIBLE and found.worth > WORTH
-    ]
+    possible = _possible(proven, named)
     unsteady = [field for name, field in fields.items() if name not in named]
     if unsteady:
         fit = without(fit, unsteady)
@@ -158,6 +154,19 @@ class _Proven:
     stability: dict[str, float]
 
 
+def _possible(proven: _Proven, named: Collection[str]) -> list[Finding]:
+    """Families that many halves of the data find, but not enough of them; all that prove their worth on unseen logs."""
+    found, fields = [], proven.fields
+    for name, support in proven.support.items():
+        if name in named or proven.stability[name] < POSSIBLE or support.worth <= WORTH:
+            continue
+        field = fields.get(name) or proven.judge.best(name, fields)
+        beside = {**fields, name: field}
+        if proven.judge.with_single(beside).unseen_worth([name], beside)[name] > WORTH:
+            found.append(Finding(name, field, proven.stability[name], proven.worth.get(name, support.worth)))
+    return found
+
+
 def _proven(
     shown: MultistepFit,
     begun: Search,
@@ -183,6 +192,12 @@ def _proven(
             continue
         around = _around(fit, everything, begun if fit is shown else None)
         judge = Judge(quadratic_of(around), everything.names, shown.names, families)
+        unseen = judge.with_single(fields).unseen_worth(fields, fields)
+        least = min(unseen, key=lambda name: unseen[name], default=None)
+        if least is not None and unseen[least] <= WORTH:
+            fit = settled(smaller[least], True)
+            dropped.add(fields.pop(least))
+            continue
         found, stability = judge.around(list(fields))
         lacking = [n for n in found if n not in fields and found[n].enough and stability[n] >= STEADY]
         for name in sorted(lacking, key=lambda n: -found[n].score):
@@ -203,9 +218,11 @@ def _larger(
     """
     while not dropped.issuperset(judge.families[name]):
         field = judge.best(name, fields, dropped)
-        larger = with_fields(fit, [field])
-        if growth(larger, fit.errors) > WORTH:
-            return larger, field
+        beside = {**fields, name: field}
+        if judge.with_single(beside).unseen_worth([name], beside)[name] > WORTH:
+            larger = with_fields(fit, [field])
+            if growth(larger, fit.errors) > WORTH:
+                return larger, field
         dropped.add(field)
     return None, ""
 

@@ -6,7 +6,6 @@ the halves than make a finding steady.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 from heli_identifier.tracing.predictive.judge import STEADY, Judge
 from heli_plant.effects import effect_of
@@ -41,8 +40,7 @@ def _of(name: str, judge: Judge, fields: Mapping[str, str]) -> tuple[str, ...]:
         field = judge.best(rival, others)
         if not axes & set(effect_of(field).axes):
             continue
-        single = {**{family: (one,) for family, one in fields.items()}, rival: (field,)}
-        alone = replace(judge, families={**judge.families, **single})
+        alone = judge.with_single({**fields, rival: field})
         beside = [*others, rival]
         if not alone.support([rival], beside)[rival].enough or alone.stability([rival], beside)[rival] < STEADY:
             continue
