@@ -30,9 +30,10 @@ def widened(fit: MultistepFit, added: Sequence[Coordinate]) -> Search:
     """Give the search that stands where a fit ended, with further coordinates at zero and all sensitivities."""
     count, zeros = len(fit.x), np.zeros(len(added))
     problem = replace(fit.problem, base=fit.parameters)
-    columns = problem.sensitivities(added, zeros, fit.offsets, fit.errors)
+    columns = problem.by_coordinates(added, zeros, fit.offsets, fit.errors)
     jacobian = [
-        np.concatenate((own[..., :count], new), axis=-1) for own, new in zip(fit.jacobian, columns, strict=True)
+        np.concatenate((own[..., :count], new, own[..., count:]), axis=-1)
+        for own, new in zip(fit.jacobian, columns, strict=True)
     ]
     x = np.concatenate((fit.x, zeros))
     return Search(

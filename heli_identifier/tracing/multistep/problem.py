@@ -75,7 +75,34 @@ class Multistep:
     ) -> Arrays:
         """Give the derivatives of the errors by coordinates and offsets, (S_l, 3, 3, P + 4), the offsets behind.
 
-        Forward differences, backward where a bound is in the way. ``at`` holds the errors at ``x`` and ``offsets``.
+        ``at`` holds the errors at ``x`` and ``offsets``.
+        """
+        parameters, names = self.parameters(fields, x), [c.field for c in fields]
+        moves, sizes, apart = [], [], [number for number, name in enumerate(OFFSETS) if name not in names]
+        for number in apart:
+            moved = offsets.copy()
+            moved[:, number] += 0.1 * OFFSET_WIDTHS[number]
+            moves.append((parameters, moved))
+            sizes.append(0.1 * OFFSET_WIDTHS[number])
+        by_offsets = self._differences(moves, sizes, at)
+        joined = []
+        for own, rest in zip(self.by_coordinates(fields, x, offsets, at), by_offsets, strict=True):
+            # an offset of a field that is fitted acts as the field does
+            columns = [
+                rest[..., apart.index(number)]
+                if number in apart
+                else own[..., names.index(name)] / fields[names.index(name)].slope(getattr(parameters, name))
+                for number, name in enumerate(OFFSETS)
+            ]
+            joined.append(np.concatenate((own, np.stack(columns, axis=-1)), axis=-1))
+        return joined
+
+    def by_coordinates(
+        self, fields: Sequence[Coordinate], x: NDArray[np.float64], offsets: NDArray[np.float64], at: Arrays
+    ) -> Arrays:
+        """Give the derivatives (S_l, 3, 3, P) of the errors by coordinates alone.
+
+        Forward differences, backward where a bound is in the way.
         """
         parameters, cases, sizes = self.parameters(fields, x), [], []
         for c in fields:
@@ -85,11 +112,14 @@ class Multistep:
                 size = -size
             cases.append((parameters._replace(**{c.field: value + size}), offsets))
             sizes.append(size / c.slope(value))
-        for number, width in enumerate(OFFSET_WIDTHS):
-            moved = offsets.copy()
-            moved[:, number] += 0.1 * width
-            cases.append((parameters, moved))
-            sizes.append(0.1 * width)
+        return self._differences(cases, sizes, at)
+
+    def _differences(
+        self, cases: Sequence[tuple[PlantParameters, NDArray[np.float64]]], sizes: Sequence[float], at: Arrays
+    ) -> Arrays:
+        """Differences (S_l, 3, 3, C) between the errors of some cases and those ``at``, over the cases' ``sizes``."""
+        if not cases:
+            return [np.empty((*own.shape, 0)) for own in at]
         columns = [
             np.stack([(moved - own) / size for moved, size in zip(of_record, sizes, strict=True)], axis=-1)
             for own, of_record in zip(at, zip(*self.errors_of(cases), strict=True), strict=True)
