@@ -1,5 +1,6 @@
 """Predictive effects: the quadratic problem is that of direct fits, truth is found, a clean rig is left alone."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -57,8 +58,7 @@ def test_part_is_the_direct_fit_to_its_blocks():
 
 def test_bounds_hold_a_coordinate_and_the_others_are_fitted_beside_it():
     J, y, problem = linear()
-    problem = Quadratic(*(getattr(problem, name) for name in list(problem.__dataclass_fields__)[:-2]),
-                        np.array([-np.inf, 0.0, -np.inf, -np.inf, -np.inf]), problem.upper)  # fmt: skip
+    problem = replace(problem, lower=np.array([-np.inf, 0.0, -np.inf, -np.inf, -np.inf]))
     x, free = problem.solve(np.arange(5))
     assert x[1] == 0.0 and 1 not in free
     np.testing.assert_allclose(x, directly(J, y, [0, 2, 3, 4]), atol=1e-10)
@@ -135,7 +135,7 @@ def test_what_one_record_has_is_worth_nothing_on_the_others():
     assert own.unseen_worth(["torque"], ["torque"])["torque"] < 0.0
 
 
-def test_pieces_of_a_single_record_stand_for_records():
+def test_parts_of_a_single_record_stand_for_records():
     assert torque_by_record([0.6]).unseen_worth(["torque"], ["torque"])["torque"] > 0.05
 
 

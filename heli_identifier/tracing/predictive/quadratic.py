@@ -21,7 +21,7 @@ What differs from log to log, such as where the cable lies, is alike in all piec
 it as often as the log has pieces.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,9 @@ PAIRS = 25
 
 SEED = 0
 """Of the halves: the same logs give the same answer."""
+
+FOLDS = 10
+"""Parts of a single record that are predicted by fits to the rest of it."""
 
 INSIDE = 1e-9
 """Share of a prior's width by which a coordinate may overstep its bound in rounding."""
@@ -78,6 +81,8 @@ class Quadratic:
         n, starts by axis and horizon, each counted by what one of the overlapping predictions is worth.
     lower, upper : NDArray, shape (P,)
         Bounds of the coordinates.
+    own : slice or NDArray, shape (C,)
+        Which of the blocks are the problem's own. Parts of a problem share its arrays: those of long logs are large.
     """
 
     curvature: NDArray[np.float64]
@@ -87,6 +92,7 @@ class Quadratic:
     observations: float
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
+    own: NDArray[np.intp] | slice = field(default_factory=lambda: slice(None))
 
     def solve(self, kept: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
         """Minimise losses and prior over the indices ``kept``, within bounds.
@@ -113,33 +119,33 @@ class Quadratic:
     def fit(self, kept: NDArray[np.intp]) -> SubsetFit:
         """Fit the coordinates ``kept`` with their covariance."""
         x, free = self.solve(kept)
-        own, by_block = np.ix_(free, free), self.summed
-        inverse, scores = np.linalg.inv(self._matrix[own]), (by_block.slope - by_block.curvature @ x)[:, 0, free]
-        count, effective = self.observations, float(np.trace(inverse @ (self._matrix - np.eye(len(self._matrix)))[own]))
+        block, every = np.ix_(free, free), self.summed
+        inverse, scores = (
+            np.linalg.inv(self._matrix[block]),
+            every.slope[self.own, 0] - every.curvature[self.own, 0] @ x,
+        )
+        count, effective = (
+            self.observations,
+            float(np.trace(inverse @ (self._matrix - np.eye(len(self._matrix)))[block])),
+        )
         # scores at the optimum are too small by the share that the fit took from each observation
-        noise = np.sqrt(count / max(count - effective, 1.0)) * scores @ inverse
+        noise = np.sqrt(count / max(count - effective, 1.0)) * scores[:, free] @ inverse
         sandwich = noise.T @ noise
-        posterior = inverse * np.trace(sandwich @ self._matrix[own]) / effective
+        posterior = inverse * np.trace(sandwich @ self._matrix[block]) / effective
         variances = np.maximum(np.diag(posterior), np.diag(sandwich))
-        variances = np.maximum(variances, self._between_records(scores @ inverse))
+        variances = np.maximum(variances, self._between_records(scores[:, free] @ inverse))
         raised = np.sqrt(variances / np.diag(posterior))
         return SubsetFit(x, free, posterior * np.outer(raised, raised))
 
     def part(self, blocks: NDArray[np.intp]) -> "Quadratic":
-        """Give the problem of some of the blocks."""
-        return replace(
-            self,
-            curvature=self.curvature[blocks],
-            slope=self.slope[blocks],
-            constant=self.constant[blocks],
-            records=self.records[blocks],
-            observations=len(blocks) / len(self.slope) * self.observations,
-        )
+        """Give the problem of some of its own blocks."""
+        own = np.arange(len(self.records))[self.own]
+        return replace(self, own=own[blocks], observations=len(blocks) / len(own) * self.observations)
 
     def losses(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Twice the loss (A,) of the axes at coordinates (P,)."""
         curvature, slope = self._curvatures, self._slopes
-        return np.asarray(self.constant.sum(axis=0) + (curvature @ x - 2.0 * slope) @ x)
+        return np.asarray(self.constant[self.own].sum(axis=0) + (curvature @ x - 2.0 * slope) @ x)
 
     @cached_property
     def summed(self) -> "Quadratic":
@@ -152,20 +158,32 @@ class Quadratic:
     @cached_property
     def halves(self) -> list["Quadratic"]:
         """Halves of the blocks in complementary pairs, one behind the other, their axes summed."""
-        random, count = np.random.default_rng(SEED), len(self.slope)
+        random, count = np.random.default_rng(SEED), len(self.records)
         orders = [random.permutation(count) for _ in range(PAIRS)]
         return [self.summed.part(half) for order in orders for half in np.array_split(order, 2)]
 
     @cached_property
     def folds(self) -> list[tuple["Quadratic", "Quadratic"]]:
-        """The problem without a record, and that of the record alone; without and of each piece of a single record."""
-        labels = self.records if len(np.unique(self.records)) > 1 else np.arange(len(self.records))
-        owned = [labels == own for own in np.unique(labels)]
-        return [(self.part(np.flatnonzero(~own)), self.part(np.flatnonzero(own))) for own in owned]
+        """The problem without a record, and that of the record alone; of a single record, its :data:`FOLDS` parts."""
+        count = len(self.records)
+        labels = self.records if len(np.unique(self.records)) > 1 else np.arange(count) * FOLDS // count
+        parts = [self.part(np.flatnonzero(labels == label)) for label in np.unique(labels)]
+        return [(self._without(part), part) for part in parts]
+
+    def _without(self, part: "Quadratic") -> "Quadratic":
+        """Give the problem less one of its parts, as a single block."""
+        return replace(
+            self,
+            curvature=(self._curvatures - part._curvatures)[None],
+            slope=(self._slopes - part._slopes)[None],
+            constant=(self.constant.sum(axis=0) - part.constant[part.own].sum(axis=0))[None],
+            records=np.zeros(1, dtype=np.intp),
+            observations=self.observations - part.observations,
+        )
 
     def _between_records(self, noise: NDArray[np.float64]) -> NDArray[np.float64]:
         """Variances (F,) of the fit from the noise (B, F) of its blocks summed over records; zero for one record."""
-        numbers, labels = np.unique(self.records, return_inverse=True)
+        numbers, labels = np.unique(self.records[self.own], return_inverse=True)
         if len(numbers) < 2:
             return np.zeros(noise.shape[1])
         total = np.zeros((len(numbers), noise.shape[1]))
@@ -175,12 +193,12 @@ class Quadratic:
     @cached_property
     def _curvatures(self) -> NDArray[np.float64]:
         """G (A, P, P) by axis."""
-        return np.asarray(self.curvature.sum(axis=0))
+        return np.asarray(self.curvature[self.own].sum(axis=0))
 
     @cached_property
     def _slopes(self) -> NDArray[np.float64]:
         """Slopes h (A, P) by axis."""
-        return np.asarray(self.slope.sum(axis=0))
+        return np.asarray(self.slope[self.own].sum(axis=0))
 
     @cached_property
     def _matrix(self) -> NDArray[np.float64]:
