@@ -227,10 +227,7 @@ class PlantParameters:
         def __getattr__(self, field: str) -> float: ...
 
     def __init__(self, **values: float) -> None:
-        for field, default in _DEFAULTS.items():
-            object.__setattr__(self, field, values.pop(field, default))
-        if values:
-            raise TypeError(f"no fields of a plant's parameters: {', '.join(values)}")
+        _fill(self, {**_DEFAULTS, **values})
 
     def __setattr__(self, field: str, value: float) -> None:
         raise AttributeError(f"a plant's parameters do not change; _replace({field}=...) gives a changed copy")
@@ -253,7 +250,9 @@ class PlantParameters:
 
     def _replace(self, **values: float) -> "PlantParameters":
         """Return a copy with some fields set; the values are not checked (:func:`checked`)."""
-        return PlantParameters(**{**self._asdict(), **values})
+        copy = object.__new__(PlantParameters)
+        _fill(copy, {**self._asdict(), **values})
+        return copy
 
     def _asdict(self) -> dict[str, float]:
         """Return every value by its field, in order."""
@@ -261,6 +260,16 @@ class PlantParameters:
 
 
 _values = attrgetter(*_DEFAULTS)
+_PUT = tuple(getattr(PlantParameters, field).__set__ for field in _DEFAULTS)
+"""Sets each slot, past the class's own refusal: a fit makes thousands of parameter sets."""
+
+
+def _fill(parameters: PlantParameters, values: dict[str, float]) -> None:
+    """Set every field, in order; refuse names that are none."""
+    if len(values) > len(_DEFAULTS):
+        raise TypeError(f"no fields of a plant's parameters: {', '.join(values.keys() - _DEFAULTS.keys())}")
+    for put, value in zip(_PUT, values.values(), strict=True):
+        put(parameters, value)
 
 
 def _from_dict(values: dict[str, float]) -> PlantParameters:
