@@ -87,7 +87,7 @@ def one_deal(
     if not as_read:
         together = aligned(training, (*held_out, *unseen), partial(model_before, settings=settings))
         notes, unseen = together.notes, list(together.held_out.logs[len(held_out) :])
-    judges = [Starts(reduce_log(log), (SPACING, SPACING, SPACING)) for log in unseen]
+    judges = [Starts(reduce_log(log), SPACING) for log in unseen]
     began = perf_counter()
     found = diagnose(training, held_out=held_out, settings=settings)
     seconds = perf_counter() - began

@@ -40,7 +40,7 @@ def main(arguments: Sequence[str]) -> None:
             start = first_estimate([reduce_log(logs[i]) for i in training], PlantParameters(v_max=voltage_limit(logs)))
             null = fit_multistep(Multistep(tuple(Starts(reduce_log(logs[i], RATE)) for i in training), start))
             found = with_fields(null, fields)
-            judges = [Starts(reduce_log(logs[i]), (SPACING, SPACING, SPACING)) for i in unseen]
+            judges = [Starts(reduce_log(logs[i]), SPACING) for i in unseen]
             ratio = root_mean_squares(judges, found.parameters)[1] / root_mean_squares(judges, null.parameters)[1]
             estimates = [(field, found.estimate(field)) for field in fields]
             values = ", ".join(f"{field} {e.value:.4f} ± {e.standard_error:.4f}" for field, e in estimates)

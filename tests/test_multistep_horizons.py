@@ -22,7 +22,7 @@ def record():
 @pytest.mark.parametrize("bending", [0.0, 0.01])
 def test_each_horizon_is_the_prediction_over_that_time_alone(record, number, horizon, bending):
     plant = PLANT._replace(arm_bending_elevation=bending)
-    errors = horizon_errors(Starts(record, (SPACING, SPACING, SPACING)), plant)[:, number]
+    errors = horizon_errors(Starts(record, SPACING), plant)[:, number]
     alone = prediction_errors(record, plant, horizon)
     # the motors are simulated with the axes at rest here and with them in motion there: the same numbers
     np.testing.assert_allclose(errors[: len(alone)], alone, rtol=0.0, atol=1e-12)
@@ -53,12 +53,3 @@ def test_record_shorter_than_the_longest_horizon_keeps_its_shorter_ones():
     errors = horizon_errors(Starts(short), TABLE_2)
     assert np.isfinite(errors[:, 0]).all()
     assert np.isnan(errors[:, 2]).all()
-
-
-def test_starts_without_a_horizon_have_no_error_there_and_the_others_are_unchanged(record):
-    """Every second start is one of the longest horizon; predictions that end earlier are the same as far as they go."""
-    sparse, every = (horizon_errors(Starts(record, apart), PLANT) for apart in ((0.5, 0.5, 1.0), (0.5, 0.5, 0.5)))
-    assert np.isnan(sparse[1::2, 2]).all()
-    taken = ~np.isnan(sparse)
-    assert taken[::2].sum() == (~np.isnan(every[::2])).sum()
-    np.testing.assert_array_equal(sparse[taken], every[taken])

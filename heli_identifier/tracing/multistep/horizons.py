@@ -4,8 +4,8 @@ From every start t_i the plant runs under the measured voltages; its error is
 
     e_ihj = y_j(t_i + H_h) - y_hat_j(t_i + H_h | t_i),    H = .5, 1, 2 s,    j = pitch, elevation, travel.
 
-Starts lie the shortest horizon apart, those of the longest one half of it: more of them would cost as much again and
-tell little, since predictions that overlap fail together. The encoder of the pitch may read z more than the angle in a
+Starts lie the shortest horizon apart: more of them would cost as much again and tell little, since predictions that
+overlap fail together. The encoder of the pitch may read z more than the angle in a
 log: then the plant starts at theta - z, and z is added to what it predicts.
 """
 
@@ -25,8 +25,8 @@ from heli_plant.parameters import PlantParameters
 HORIZONS = (0.5, 1.0, 2.0)
 """Horizons H [s]: a quarter of the pitch's period and longer, so that no encoder noise decides, short of a free run."""
 
-APART = (0.5, 0.5, 1.0)
-"""Time [s] from one start to the next, by horizon; multiples of the first."""
+APART = HORIZONS[0]
+"""Time [s] from one start to the next."""
 
 DIVERGED = 1e4
 """Error [rad] from which on a prediction has diverged."""
@@ -43,39 +43,33 @@ class Starts:
     Attributes
     ----------
     record : Log
-    apart : tuple of float
-        Time [s] from one start to the next, by horizon.
+    spacing : float
+        Time [s] from one start to the next.
     at : NDArray, shape (S,)
         Samples at which predictions start.
     motion : NDArray, shape (S, 6)
         Smoothed pitch, elevation, travel [rad] and their rates [rad/s] there.
     measured : NDArray, shape (S, 3, 3)
-        Measured angles [rad] by start, horizon and axis; not a number beyond the record's end, and where the horizon
-        has no start.
-    reach : NDArray, shape (S,)
-        How many of the horizons are predicted from each start.
+        Measured angles [rad] by start, horizon and axis; not a number beyond the record's end.
     driven : callable
         Gives the states (S, 12) of motors and bending alone. Most parameter sets of a fit share them.
     """
 
     record: Log
-    apart: tuple[float, float, float] = APART
+    spacing: float = APART
     at: NDArray[np.intp] = field(init=False)
     motion: NDArray[np.float64] = field(init=False)
     measured: NDArray[np.float64] = field(init=False)
-    reach: NDArray[np.intp] = field(init=False)
     driven: Callable[[PlantParameters], NDArray[np.float64]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         record, steps = self.record, horizon_steps(self.record.step)
-        at = prediction_starts(record, int(steps[0]), self.apart[0])
+        at = prediction_starts(record, int(steps[0]), self.spacing)
         motion = np.column_stack((smoothed_motion(record)[at], smoothed_motion(record, 1)[at]))
         ends = at[:, None] + steps
         measured = record.angles[np.minimum(ends, record.samples - 1)]
-        taken = np.arange(len(at))[:, None] % np.round(np.array(self.apart) / self.apart[0]).astype(int) == 0
-        measured[(ends >= record.samples) | ~taken] = np.nan
-        reach = (taken * (1 + np.arange(len(HORIZONS)))).max(axis=1)
-        for name, values in (("at", at), ("motion", read_only(motion)), ("measured", measured), ("reach", reach)):
+        measured[ends >= record.samples] = np.nan
+        for name, values in (("at", at), ("motion", read_only(motion)), ("measured", measured)):
             object.__setattr__(self, name, values)
         object.__setattr__(self, "driven", lru_cache(REMEMBERED)(partial(driven, record, at)))
 
@@ -98,13 +92,13 @@ def horizon_errors(starts: Starts, parameters: PlantParameters, pitch_zero: floa
     Returns
     -------
     NDArray, shape (S, 3, 3)
-        Errors [rad] by start, horizon and axis; not a number where nothing is measured, infinite where the prediction
-        diverged.
+        Errors [rad] by start, horizon and axis; not a number where the record ends before the horizon, infinite where
+        the prediction diverged.
     """
     record = starts.record
     states = moving(starts.driven(still(parameters)), starts.motion, record)
     states[:, 0] -= pitch_zero
-    angles = predicted(record, starts.at, states, horizon_steps(record.step), parameters, starts.reach)
+    angles = predicted(record, starts.at, states, horizon_steps(record.step), parameters)
     angles[..., 0] += pitch_zero
     errors = starts.measured - angles
     errors[~(np.abs(errors) < DIVERGED) & ~np.isnan(starts.measured)] = np.inf

@@ -131,7 +131,7 @@ class Multistep:
         """Give the number of the piece of :data:`PIECE` seconds that each start lies in, one array a record."""
         labels, first = [], 0
         for starts in self.records:
-            count = max(1, round(len(starts.at) * APART[0] / PIECE))
+            count = max(1, round(len(starts.at) * APART / PIECE))
             labels.append(first + np.arange(len(starts.at)) * count // len(starts.at))
             first += count
         return labels
@@ -142,4 +142,4 @@ def overlap_weights() -> NDArray[np.float64]:
 
     Starts lie no farther apart than their horizons, so that each is worth APART / H; horizons are views of one motion.
     """
-    return np.array(APART) / HORIZONS / len(HORIZONS)
+    return APART / np.array(HORIZONS) / len(HORIZONS)

@@ -23,13 +23,13 @@ def prediction_starts(record: Log, steps: int, spacing: float = SPACING) -> NDAr
     return np.arange(int(WINDOW / h), record.samples - steps, max(1, round(spacing / h)))
 
 
-def _predict(time, voltages, at, states, steps, reach, h, p, angles):
-    """Fill ``angles`` (S, H, 3) [rad] as far as ``reach`` (S,); a start stops where the record does."""
+def _predict(time, voltages, at, states, steps, h, p, angles):
+    """Fill ``angles`` (S, H, 3) [rad]; a start stops where the record does and leaves the rest as it is."""
     for i in range(len(at)):
         s = states[i]
         state = PlantState(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9], s[10], s[11])
         k = at[i]
-        for j in range(reach[i]):
+        for j in range(len(steps)):
             if at[i] + steps[j] >= len(voltages):
                 break
             while k < at[i] + steps[j]:
@@ -39,12 +39,7 @@ def _predict(time, voltages, at, states, steps, reach, h, p, angles):
 
 
 def predicted(
-    record: Log,
-    at: NDArray[np.intp],
-    states: NDArray[np.float64],
-    steps: NDArray[np.intp],
-    parameters: PlantParameters,
-    reach: NDArray[np.intp] | None = None,
+    record: Log, at: NDArray[np.intp], states: NDArray[np.float64], steps: NDArray[np.intp], parameters: PlantParameters
 ) -> NDArray[np.float64]:
     """Predict the angles some numbers of samples after each start, in one simulation of every start.
 
@@ -59,17 +54,14 @@ def predicted(
     steps : NDArray, shape (H,)
         Numbers of samples to predict ahead, ascending.
     parameters : PlantParameters
-    reach : NDArray, shape (S,), optional
-        How many of ``steps`` are predicted from each start; all if not given.
 
     Returns
     -------
     NDArray, shape (S, H, 3)
-        Pitch, elevation, travel [rad]; not a number where the record ends before, and beyond ``reach``.
+        Pitch, elevation, travel [rad]; not a number where the record ends before.
     """
-    reach = np.full(len(at), len(steps)) if reach is None else reach
     angles = np.full((len(at), len(steps), 3), np.nan)
     compiled_for(_predict, parameters)(
-        record.time, record.voltages, at, states, steps, reach, record.step, parameter_record(parameters), angles
+        record.time, record.voltages, at, states, steps, record.step, parameter_record(parameters), angles
     )
     return angles
