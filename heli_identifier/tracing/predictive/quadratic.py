@@ -120,20 +120,15 @@ class Quadratic:
         """Fit the coordinates ``kept`` with their covariance."""
         x, free = self.solve(kept)
         block, every = np.ix_(free, free), self.summed
-        inverse, scores = (
-            np.linalg.inv(self._matrix[block]),
-            every.slope[self.own, 0] - every.curvature[self.own, 0] @ x,
-        )
-        count, effective = (
-            self.observations,
-            float(np.trace(inverse @ (self._matrix - np.eye(len(self._matrix)))[block])),
-        )
+        scores = (every.slope[self.own, 0] - every.curvature[self.own, 0] @ x)[:, free]
+        inverse, of_data = np.linalg.inv(self._matrix[block]), self._matrix - np.eye(len(self._matrix))
+        count, effective = self.observations, float(np.trace(inverse @ of_data[block]))
         # scores at the optimum are too small by the share that the fit took from each observation
-        noise = np.sqrt(count / max(count - effective, 1.0)) * scores[:, free] @ inverse
+        noise = np.sqrt(count / max(count - effective, 1.0)) * scores @ inverse
         sandwich = noise.T @ noise
         posterior = inverse * np.trace(sandwich @ self._matrix[block]) / effective
         variances = np.maximum(np.diag(posterior), np.diag(sandwich))
-        variances = np.maximum(variances, self._between_records(scores[:, free] @ inverse))
+        variances = np.maximum(variances, self._between_records(scores @ inverse))
         raised = np.sqrt(variances / np.diag(posterior))
         return SubsetFit(x, free, posterior * np.outer(raised, raised))
 
