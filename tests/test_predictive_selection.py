@@ -125,18 +125,18 @@ def test_what_all_records_share_is_as_significant_as_its_rows():
 
 def test_worth_on_unseen_records_is_that_of_what_records_share():
     """A torque t that all records have takes sqrt(1 + t^2) - 1 off the error of each, also of one that is left out."""
-    shared = torque_by_record([0.6] * 5).unseen_worth(["torque"], ["torque"])["torque"]
+    shared = torque_by_record([0.6] * 5).unseen_worth(["torque"], {"torque": "torque"})["torque"]
     assert shared == pytest.approx(np.sqrt(1.36) - 1.0, abs=0.06)
 
 
 def test_what_one_record_has_is_worth_nothing_on_the_others():
     own = torque_by_record([1.5, 0.0, 0.0, 0.0, 0.0])
     assert own.support(["torque"], ["torque"])["torque"].worth > 0.02
-    assert own.unseen_worth(["torque"], ["torque"])["torque"] < 0.0
+    assert own.unseen_worth(["torque"], {"torque": "torque"})["torque"] < 0.0
 
 
 def test_parts_of_a_single_record_stand_for_records():
-    assert torque_by_record([0.6]).unseen_worth(["torque"], ["torque"])["torque"] > 0.05
+    assert torque_by_record([0.6]).unseen_worth(["torque"], {"torque": "torque"})["torque"] > 0.05
 
 
 def test_families_part_the_catalogue():

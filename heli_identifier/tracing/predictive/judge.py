@@ -85,15 +85,15 @@ class Judge:
             found[name] = Support(self._score(name, fitted), _growth(losses, without))
         return found
 
-    def unseen_worth(self, asked: Collection[str], kept: Collection[str]) -> dict[str, float]:
-        """Worth of each family asked for on records that the fit has not seen, beside the others of ``kept``.
+    def unseen_worth(self, asked: Collection[str], fields: Mapping[str, str]) -> dict[str, float]:
+        """Worth of each family asked for on records that the fit has not seen, beside the others of ``fields``.
 
-        Every record is predicted by fits to all other records, with the family and without it. Source: Stone 1974,
-        Cross-validatory choice.
+        ``fields`` has the one field that represents each family. Every record is predicted by fits to all other
+        records, with the family and without it. Source: Stone 1974, Cross-validatory choice.
         """
-        without = {name: [other for other in kept if other != name] for name in asked}
-        losses = self._unseen_losses(kept)
-        return {name: _growth(losses, self._unseen_losses(without[name])) for name in asked}
+        single = self.with_single(fields)
+        losses = single._unseen_losses(fields)
+        return {name: _growth(losses, single._unseen_losses(fields.keys() - {name})) for name in asked}
 
     def stability(self, asked: Collection[str], kept: Collection[str]) -> dict[str, float]:
         """Share of the halves in which each family asked for is found beside the others of ``kept``."""

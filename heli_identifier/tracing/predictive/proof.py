@@ -68,7 +68,7 @@ def prove(
         if least is None:
             around = _around(fit, everything, begun if fit is shown else None)
             judge = Judge(quadratic_of(around), everything.names, shown.names, families)
-            least = _worthless(judge.with_single(fields).unseen_worth(fields, fields))
+            least = _worthless(judge.unseen_worth(fields, fields))
         if least is not None:
             fit = settled(smaller[least], True)
             dropped.add(fields.pop(least))
@@ -99,8 +99,7 @@ def _larger(
     """
     while not dropped.issuperset(judge.families[name]):
         field = judge.best(name, fields, dropped)
-        beside = {**fields, name: field}
-        if judge.with_single(beside).unseen_worth([name], beside)[name] > WORTH:
+        if judge.unseen_worth([name], {**fields, name: field})[name] > WORTH:
             larger = with_fields(fit, [field])
             if growth(larger, fit.errors) > WORTH:
                 return larger, field

@@ -122,8 +122,8 @@ def _possible(proven: Proven, named: Collection[str]) -> list[Finding]:
         if name in named or proven.stability[name] < POSSIBLE or support.worth <= WORTH:
             continue
         field = fields.get(name) or proven.judge.best(name, fields)
-        beside = {**fields, name: field}
-        if proven.judge.with_single(beside).unseen_worth([name], beside)[name] > WORTH:
+        # those of the fit have proved their worth there
+        if name in fields or proven.judge.unseen_worth([name], {**fields, name: field})[name] > WORTH:
             found.append(Finding(name, field, proven.stability[name], proven.worth.get(name, support.worth)))
     return found
 
