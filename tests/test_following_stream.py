@@ -14,7 +14,7 @@ from heli_identifier.online.following import (
     start_correcting,
 )
 from heli_identifier.online.following.events import BACK, FROZEN, WHY
-from heli_identifier.online.following.stream import doubtful, first_stream, standing, watched
+from heli_identifier.online.following.stream import discounted, doubtful, first_stream, watched
 from heli_plant.observer import Torque
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import start_state
@@ -80,7 +80,44 @@ def test_what_an_encoder_says_that_stands_for_half_a_second_does_not_count():
     for stands in (False, True):
         state, _ = correct(state, Sample(*rows[3121][:4], rows[3120][4]), Told(), plan)
         assert [sums.spoiled for sums in state.sums] == [False, False, stands]
-        assert standing(state.stream, 2, plan) == stands
+        assert discounted(state.stream, 2, plan) == stands
+
+
+def test_what_came_in_from_an_encoder_before_it_had_stood_for_half_a_second_is_withdrawn():
+    """The travel, held at rest, stands from 20 samples before the end of a block until 30 samples into the next."""
+    rows = record(34.0, seed=7)
+    rng = np.random.default_rng(3)
+    for k in range(len(rows)):
+        shown = rng.choice([0.0, COUNT]) if k < 3080 else 0.0
+        rows[k] = [*rows[k][:4], shown if k % 2 else COUNT - shown]
+    for k in range(3080, len(rows)):
+        rows[k][4] = rows[3080][4]
+    # a travel that nothing drives: the others' motion is a rig's with k_y = 0
+    plan = prepare_following(FollowSettings(parameters=TABLE_2._replace(k_y=1e-6, a_lt=0.0)))
+    state = start_correcting(plan, Sample(*rows[0]))
+    states = [state]
+    for row in rows[1:3132]:
+        state, _ = correct(state, Sample(*row), Told(), plan)
+        states.append(state)
+    after = next(k for k in range(3080, 3132) if discounted(states[k].stream, 2, plan))
+    assert 3100 < after < 3132
+    assert states[after - 1].pages != states[3099].pages
+    assert states[after].pages == states[3099].pages
+    assert len(states[after].blocks) == len(states[3100].blocks)
+    assert {x for row in (*state.blocks[-1].information, *state.blocks[-1].response) for x in row} == {0.0}
+
+
+def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled():
+    plan = prepare_following(FollowSettings())
+    noise, rest = (6e-4, 6e-4, 3e-4), start_state(0.0, 0.0, 0.0)
+    stream = first_stream((0.0, 0.0, 0.0))
+    for _ in range(plan.stuck):
+        stream = watched(stream, (0.0, 0.0, 0.0), True, rest, Torque(), noise, plan)
+    counted = []
+    for k in range(plan.settling + 1):
+        stream = watched(stream, (0.0, 0.0, COUNT * (1 + k % 2)), True, rest, Torque(), (1.0, 1.0, 1.0), plan)
+        counted.append(not discounted(stream, 2, plan))
+    assert counted == [False] * plan.settling + [True]
 
 
 def test_an_alarm_waits_while_an_encoder_stands_that_should_have_moved():

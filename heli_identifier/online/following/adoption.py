@@ -91,6 +91,7 @@ def _taken(
         mode=WATCHED,
         since=state.samples,
         pages=(AT_ZERO,) * len(state.pages),
+        pages_before=(AT_ZERO,) * len(state.pages),
         alarm=0.0,
         finding=finding,
         values=values,
@@ -129,7 +130,7 @@ def adopted(
         left = began(seen, number, len(seen), nu, least, most)  # of a slow change the last part tells most
         if left.evidence < LEAD:
             left = NOTHING
-    state = rested(state)._replace(pages=state.pages)
+    state = rested(state)._replace(pages=state.pages, pages_before=state.pages_before)
     if left.change >= 0:
         return put_on_trial(state, left, time, plan)
     return state, []

@@ -172,6 +172,15 @@ def kappa(c: Colour) -> float:
     return max(1.0, (_DOUBT * _DOUBTED + c.blocks * found) / (_DOUBT + c.blocks))
 
 
+def emptied(block: Block) -> Block:
+    """Return a block like ``block`` that tells nothing."""
+    a, b, c = block.information
+    d, e, f = block.response
+    return Block(
+        ((0.0,) * len(a), (0.0,) * len(b), (0.0,) * len(c)), ((0.0,) * len(d), (0.0,) * len(e), (0.0,) * len(f))
+    )
+
+
 def shifted(block: Block, coefficients: tuple[tuple[float, ...], ...]) -> Block:
     """Return ``block`` for a twin to whose regressors ``coefficients`` were added since: b - R theta on each axis."""
     responses = []

@@ -28,8 +28,8 @@ from .state import (
     Sample,
     Told,
 )
-from .stream import first_stream, standing, watched
-from .suspension import resumed, suspended
+from .stream import discounted, first_stream, watched, withdraws
+from .suspension import resumed, suspended, withdrawn
 from .trust import full_trust, trusted
 from .twins import first_twins, launched, moved
 from .values import RAMP, ramped, start_values
@@ -64,6 +64,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         first_twins(angles),
         (),
         (),
+        (AT_ZERO,) * len(plan.changes),
         (AT_ZERO,) * len(plan.changes),
         0.0,
         values,
@@ -134,6 +135,8 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
         state, events = suspended(state, time, plan)
     elif state.mode == SUSPENDED and fresh:
         state, events = resumed(state, now, time, plan)
+    elif withdraws(stream, k, plan):
+        state = withdrawn(state)
 
     seen = state.memory.state
     of_plant = measured_angles(seen)
@@ -144,15 +147,15 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     for axis in range(3):
         s = state.sensitivities[axis]
         total = state.sums[axis]
-        stands = standing(stream, axis, plan)
-        if fresh and not resting and not stands:
+        left_out = resting or discounted(stream, axis, plan)
+        if fresh and not left_out:
             share = 1.0 / trust.deviations[axis]
             innovation = share * (angles[axis] - of_plant[axis])
             if state.mode != STARTING:
                 innovation = saturate(innovation, LARGEST_INNOVATION * noise[axis])
             psi = s.angle if share == 1.0 else tuple([share * x for x in s.angle])
             total = added(total, psi, innovation)
-        elif not total.spoiled and (resting or stands):
+        elif not total.spoiled and left_out:
             total = total._replace(spoiled=True)
         new_sensitivities.append(corrected_sensitivity(s, trust.gains[axis]) if fresh else s)
         new_sums.append(total)

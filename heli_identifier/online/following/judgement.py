@@ -44,7 +44,7 @@ def judged(state: CorrectorState, told: Told, plan: FollowPlan) -> tuple[Correct
     if state.mode in (FOLLOWING, WATCHED):
         pages = paged(state.pages, newest, plan.sizes)
         alarm, run = alarm_of(pages, limits_of(state.colours, plan))
-        state = state._replace(pages=pages, alarm=alarm)
+        state = state._replace(pages=pages, pages_before=state.pages, alarm=alarm)
     if state.mode == FOLLOWING:
         return following(state, compass, run, time, plan)
     if state.mode == ALARMED:

@@ -53,6 +53,7 @@ def thawed_state(saved: list[Any], plan: FollowPlan) -> CorrectorState:
     fields["colours"] = _each(Colour, fields["colours"])
     fields["blocks"] = _each(Block, fields["blocks"])
     fields["pages"] = _each(Page, fields["pages"])
+    fields["pages_before"] = _each(Page, fields["pages_before"])
     fields["finding"] = Finding(*fields["finding"])
     fields["stream"] = Stream(*_tuples(fields["stream"]))
     twins = _tuples(fields["twins"])

@@ -53,10 +53,10 @@ class CorrectorState(NamedTuple):
 
     ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
     ``steps``: coarse steps so far; ``blocks``: the last ones; ``tested``: the last few of them as the tests see them
-    (:mod:`.baseline`); ``alarm``: the largest of Page's sums over its threshold; ``since``: sample at which ``mode``
-    began; ``settled``: sample from which sums count; ``run``: blocks for which the sum that gave the alarm had been
-    above zero; ``scored``: blocks for which the score of each effect has been beyond its threshold; ``heard``:
-    what the identifier has said after each block.
+    (:mod:`.baseline`); ``pages``: Page's sums, ``pages_before`` those before the last block; ``alarm``: the largest of
+    Page's sums over its threshold; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums
+    count; ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the
+    score of each effect has been beyond its threshold; ``heard``: what the identifier has said after each block.
     """
 
     samples: int
@@ -74,6 +74,7 @@ class CorrectorState(NamedTuple):
     blocks: tuple[Block, ...]
     tested: tuple[Block, ...]
     pages: tuple[Page, ...]
+    pages_before: tuple[Page, ...]
     alarm: float
     values: Values
     mode: int

@@ -6,9 +6,11 @@ An encoder that stands at one count is usual where an axis turns back or rests. 
 * if after half a second the observer holds the axis by an acceleration that no bearing has,
 * if after half a second it jumps by more than the noise: it stood while the rig moved slowly.
 
-All three are seen only after a while. What comes in from an encoder that stands for half a second does therefore not
-count, and an alarm waits while an encoder stands that should have moved already, if only a little: at the rate that the
-axis had, or by the rates that the observer has seen since, which a rig that set off from rest has.
+All three are seen only after a while, and an encoder that stood while the rig moved by a few counts cannot be told from
+one that rested. What an encoder says therefore does not count while it stands for half a second or more. It does not
+count afterwards either, until the observer has settled, because the observer took that angle for the rig's. An alarm
+waits while an encoder stands that should have moved already, if only a little: at the rate that the axis had, or by the
+rates that the observer has seen since, which a rig that set off from rest has.
 """
 
 from typing import NamedTuple
@@ -40,7 +42,8 @@ class Stream(NamedTuple):
 
     ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
     not moved, the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped, the way
-    that its rates since add up to [rad], and whether they are ``stuck``; whether the stream is ``broken``.
+    that its rates since add up to [rad], and whether they are ``stuck``; for how many samples the observer has not
+    ``settled`` since one that stood for half a second moved again; whether the stream is ``broken``.
     """
 
     unseen: int
@@ -50,18 +53,25 @@ class Stream(NamedTuple):
     torques: Row
     ways: Row
     stuck: tuple[bool, bool, bool]
+    unsettled: tuple[int, int, int]
     broken: bool
 
 
 def first_stream(angles: Row) -> Stream:
     """Return how samples come in at sample 0 with its ``angles`` [rad]."""
     nothing = (0.0, 0.0, 0.0)
-    return Stream(0, angles, (0, 0, 0), nothing, nothing, nothing, (False, False, False), False)
+    return Stream(0, angles, (0, 0, 0), nothing, nothing, nothing, (False, False, False), (0, 0, 0), False)
 
 
-def standing(stream: Stream, axis: int, plan: FollowPlan) -> bool:
-    """Return whether the encoder of an axis has stood still for so long that what it says does not count."""
-    return stream.still[axis] >= plan.stuck
+def discounted(stream: Stream, axis: int, plan: FollowPlan) -> bool:
+    """Return whether what the encoder of an axis says does not count: it stands, or has stood until shortly before."""
+    return stream.still[axis] >= plan.stuck or stream.unsettled[axis] > 0
+
+
+def withdraws(stream: Stream, samples: int, plan: FollowPlan) -> bool:
+    """Return whether an encoder has just stood for half a second, and in the block before that of ``samples`` too."""
+    within = samples % (plan.block * plan.coarse)
+    return within < plan.stuck and plan.stuck in stream.still
 
 
 def doubtful(stream: Stream, noise: Row, plan: FollowPlan) -> bool:
@@ -101,12 +111,14 @@ def watched(
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
     seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
-    still, stuck, jumped = [0, 0, 0], [False, False, False], False
+    still, unsettled, stuck, jumped = [0, 0, 0], [0, 0, 0], [False, False, False], False
     began, torques, ways = list(stream.rates), list(stream.torques), [0.0, 0.0, 0.0]
     for axis in range(3):
+        unsettled[axis] = max(0, stream.unsettled[axis] - 1)
         if angles[axis] != stream.angles[axis]:
-            far = abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
-            jumped = jumped or (far and standing(stream, axis, plan))
+            if stream.still[axis] >= plan.stuck:
+                unsettled[axis] = plan.settling
+                jumped = jumped or abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
             continue
         still[axis] = stream.still[axis] + 1
         ways[axis] = stream.ways[axis] + rates[axis] * plan.settings.sample_time
@@ -123,5 +135,6 @@ def watched(
         (torques[0], torques[1], torques[2]),
         (ways[0], ways[1], ways[2]),
         (stuck[0], stuck[1], stuck[2]),
+        (unsettled[0], unsettled[1], unsettled[2]),
         jumped or True in stuck,
     )

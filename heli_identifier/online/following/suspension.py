@@ -5,7 +5,7 @@ from heli_plant.observer import Torque
 from heli_plant.state import start_state
 
 from .baseline import forgotten
-from .blocks import noise_is_known
+from .blocks import emptied, noise_is_known
 from .detection import AT_ZERO
 from .events import BACK, CUT, FROZEN, HELD, STOPPED, STREAM, Event
 from .plan import LEARNING, FollowPlan
@@ -32,9 +32,19 @@ def suspended(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[Cor
         tested=(),
         baseline=forgotten(state.baseline),
         pages=(AT_ZERO,) * len(state.pages),
+        pages_before=(AT_ZERO,) * len(state.pages),
         alarm=0.0,
         uncertainties=(),
     ), events
+
+
+def withdrawn(state: CorrectorState) -> CorrectorState:
+    """Return the state as if the last block had told nothing: an encoder stood in it, which has been seen only now."""
+    return state._replace(
+        blocks=(*state.blocks[:-1], *[emptied(block) for block in state.blocks[-1:]]),
+        tested=(*state.tested[:-1], *[emptied(block) for block in state.tested[-1:]]),
+        pages=state.pages_before,
+    )
 
 
 def resumed(state: CorrectorState, now: Sample, time: float, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:

@@ -28,6 +28,7 @@ def rested(state: CorrectorState) -> CorrectorState:
         mode=FOLLOWING,
         since=state.samples,
         pages=(AT_ZERO,) * len(state.pages),
+        pages_before=(AT_ZERO,) * len(state.pages),
         alarm=0.0,
         finding=NOTHING,
         values=state.values._replace(rival=()),
