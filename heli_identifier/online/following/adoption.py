@@ -18,7 +18,7 @@ from .naming import LEAD, axes_of, bounds_of, changed, event_of, seen_by, shares
 from .plan import FollowPlan, parameters_of
 from .state import WATCHED, CorrectorState, Told
 from .trial import estimated_anew, put_on_trial, renamed, rested
-from .twins import without_rival
+from .twins import WINDOWS, without_rival
 from .values import heading
 
 _SURELY = 0.5
@@ -30,8 +30,9 @@ _TRIAL_WINDOWS = 3
 _ROLL_BACK = 3.0
 """t of the difference of squared errors at which an adopted change is taken back; it is looked at once per second."""
 
-_WORSE, _CLEARLY = 0.1, 4.0
-"""Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values."""
+_WORSE, _CLEARLY = 0.1, 4.7
+"""Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values. With
+29 degrees of freedom t is as improbable as 4 standard deviations: it is looked at once per second of a flight."""
 
 _WATCH_WINDOWS = 2
 """An adopted change is watched for this many windows."""
@@ -137,8 +138,8 @@ def adopted(
 
 
 def worse_than_alone(state: CorrectorState, plan: FollowPlan) -> bool:
-    """Return whether the twin in use has clearly been worse over the last window than the one left alone."""
-    if state.values.end == plan.first_values or len(state.twins.alone) < plan.window:
+    """Return whether the twin in use has clearly been worse over the last windows than the one left alone."""
+    if state.values.end == plan.first_values or len(state.twins.alone) < WINDOWS * plan.window:
         return False
     mean, t = compared(state.twins.alone, state.twins.used, (0, 1, 2))
     return mean < -_WORSE and t < -_CLEARLY

@@ -14,12 +14,16 @@ from .errors import Row
 from .plan import FollowPlan
 from .values import Values
 
+WINDOWS = 3
+"""Windows for which the errors of the twins in use and left alone are kept. In one window of steady hover a gain that
+is wrong may predict better by chance, together with an offset that is wrong as well."""
+
 
 class Twins(NamedTuple):
     """Running copies and errors of the twins: in use, left alone, rival (empty without one).
 
-    ``used``, ``alone``: errors of the last window [rad]; ``against`` and ``rival``: pairs of errors since a rival runs;
-    the last predictions that fell due [rad].
+    ``used``, ``alone``: errors of the last :data:`WINDOWS` windows [rad]; ``against`` and ``rival``: pairs of errors
+    since a rival runs; the last predictions that fell due [rad].
     """
 
     copies: tuple[PlantState, ...]
@@ -104,8 +108,8 @@ def launched(
         used_error = _difference(angles, predicted)
         if fresh:
             twins = twins._replace(
-                used=(*twins.used, used_error)[-plan.window :],
-                alone=(*twins.alone, _difference(angles, alone))[-plan.window :],
+                used=(*twins.used, used_error)[-WINDOWS * plan.window :],
+                alone=(*twins.alone, _difference(angles, alone))[-WINDOWS * plan.window :],
             )
         twins = twins._replace(
             copies=twins.copies[1:], copies_alone=twins.copies_alone[1:], predicted=predicted, predicted_alone=alone
