@@ -30,7 +30,8 @@ from heli_identifier.records import Log
 from heli_identifier.tracing.prediction.fit import BASE, fit
 from heli_identifier.tracing.prediction.problem import Problem, reduce_log
 from heli_identifier.tracing.prediction.start import first_estimate
-from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import TABLE_2
 
 FIELDS = (*BASE, "T_m")
 CONSTANT = "constant_torque_travel"

@@ -21,7 +21,7 @@ from fmu_src.master.instance import Instance
 from fmu_src.native import build_native
 from fmu_src.variables import Value
 from heli_identifier.online import Estimate, ModelParameters
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 INPUTS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 NAMES = ModelParameters._fields

@@ -7,7 +7,8 @@ therefore stands before the motor, behind the saturation of its voltage.
 from typing import NamedTuple
 
 from .motor import saturate
-from .parameters import BY_FIELD, PlantParameters
+from .parameter_table import BY_FIELD
+from .parameters import PlantParameters
 
 
 class Correction(NamedTuple):

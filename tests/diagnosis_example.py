@@ -17,7 +17,8 @@ from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
-from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
 

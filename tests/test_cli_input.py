@@ -21,7 +21,7 @@ from heli_identifier.workbench.commands.guard import AGAIN, guarded
 from heli_identifier.workbench.commands.parameters import in_scenario, unit_value
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import SCHEMA
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 from tests.test_cli_app import _refused as refused
 
 

@@ -124,7 +124,7 @@ def test_every_structure_entry_points_at_its_variable(fmus):
 
 
 def test_the_plant_lists_every_physical_parameter_with_its_metadata(fmus):
-    from heli_plant.parameters import PARAMETERS
+    from heli_plant.parameter_table import PARAMETERS
 
     variables = {v.get("name"): v for v in description(fmus["HelicopterPlant"]).iter("ScalarVariable")}
     for row in PARAMETERS:

@@ -9,7 +9,8 @@ import pytest
 from fmu_src import build
 from heli_plant import plant
 from heli_plant.effects import AXES, CATALOGUE, VOLTAGE
-from heli_plant.parameters import BY_FIELD, PARAMETERS, TABLE_2, PlantParameters
+from heli_plant.parameter_table import BY_FIELD, PARAMETERS
+from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 from tests.native_builds import library, lockstep, needs_a_compiler

@@ -12,7 +12,8 @@ from fmu_src.native import build_native
 from heli_identifier.online import Estimate
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
-from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import TABLE_2
 from tests.native_builds import needs_a_compiler
 
 RECORD = ["plant.pitch", "plant.elevation"]

@@ -9,16 +9,8 @@ from hypothesis import strategies as st
 
 from heli_plant.effects import CATALOGUE, effect
 from heli_plant.errors import ParameterError, did_you_mean
-from heli_plant.parameters import (
-    BY_FIELD,
-    BY_NAME,
-    PARAMETERS,
-    TABLE_2,
-    PlantParameters,
-    checked,
-    from_names,
-    to_names,
-)
+from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
+from heli_plant.parameters import TABLE_2, PlantParameters, checked, from_names, to_names
 
 DESIGN = {
     "dry_friction": "pitch elevation travel",

@@ -11,7 +11,7 @@ from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_docu
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import corrected_parameters
 from heli_identifier.workbench.delivery.provenance import provenance
-from heli_plant.parameters import BY_NAME
+from heli_plant.parameter_table import BY_NAME
 from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
 

@@ -29,7 +29,8 @@ from heli_identifier.online.excitation import (
 )
 from heli_plant import communication, continuous, control, correction, laws, motor, observer, plant, state
 from heli_plant.encoders import EncoderCounts
-from heli_plant.parameters import PARAMETERS, PlantParameters
+from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameters import PlantParameters
 
 from ..variables import Variable
 from .definition import Definition, Exchange

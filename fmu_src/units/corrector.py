@@ -22,7 +22,8 @@ from heli_identifier.online.following import (
 )
 from heli_plant.correction import CORRECTED
 from heli_plant.errors import ParameterError
-from heli_plant.parameters import PARAMETERS, PlantParameters, checked
+from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameters import PlantParameters, checked
 
 from ..errors import Refusal
 from ..slave_base import MOST_SUBSTEPS, SlaveBase

@@ -10,7 +10,8 @@ from heli_plant.encoders import EncoderCounts
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
 from heli_plant.observer import TRAVEL_BANDWIDTH, Torque, measured_against, observer_gains, predicted
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, checked
+from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameters import TABLE_2, PlantParameters, checked
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state, start_state

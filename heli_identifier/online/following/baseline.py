@@ -27,7 +27,8 @@ from math import exp, sqrt
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 from .. import Candidate
 from .blocks import Block

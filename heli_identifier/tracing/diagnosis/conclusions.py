@@ -24,7 +24,7 @@ from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, V
 from heli_identifier.tracing.validation.beyond import Beyond
 from heli_plant.effects import Effect, effect_of
 from heli_plant.effects import effect as catalogue_effect
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 
 def found_effects(

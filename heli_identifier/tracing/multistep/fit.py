@@ -22,7 +22,8 @@ from heli_identifier.tracing.multistep.problem import Arrays, Multistep
 from heli_identifier.tracing.multistep.robust import loss
 from heli_identifier.tracing.multistep.search import Search
 from heli_identifier.tracing.prediction.fit import BASE
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 TRIAL_STEPS = 3
 """Steps from every start before the best of them goes on alone."""

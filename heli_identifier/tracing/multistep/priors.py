@@ -24,7 +24,8 @@ from types import MappingProxyType
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_plant.effects import BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 WIDTHS_IN_RANGE = 3.0
 """Widths of an effect's prior between zero and the end of its plausible range."""

@@ -16,7 +16,8 @@ from heli_identifier.tracing.prediction.covariance import block_covariance
 from heli_identifier.tracing.prediction.problem import Problem, Residuals
 from heli_identifier.tracing.prediction.whitening import Whitener, fit_whitener
 from heli_plant.effects import CATALOGUE, Effect, Shape
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 BASE = ModelParameters._fields
 """Fields of the simplified model that every fit estimates."""

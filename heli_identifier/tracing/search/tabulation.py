@@ -13,7 +13,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.tracing.search.description import curve_at
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.search.splines import DEGREE
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, Torques, tabulated_torque
 
 POINTS = 10

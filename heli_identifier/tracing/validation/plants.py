@@ -19,7 +19,8 @@ from heli_identifier.tracing.prediction.fit import BASE, Fit
 from heli_identifier.tracing.prediction.problem import reduce_log
 from heli_identifier.tracing.search.model import Model
 from heli_identifier.tracing.validation.disagreement import Disagreement, disagree, spanning
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 RATE = 25.0
 """Rate [Hz] of the records that multi-step errors are computed on: the fastest motion that counts a second ahead."""

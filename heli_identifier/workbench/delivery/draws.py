@@ -4,7 +4,7 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet
-from heli_plant.parameters import BY_NAME
+from heli_plant.parameter_table import BY_NAME
 
 
 def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:

@@ -24,7 +24,8 @@ from heli_identifier.workbench.report.rounding import unit_text, with_interval
 from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
-from heli_plant.parameters import BY_FIELD, PARAMETERS, PlantParameters, from_names
+from heli_plant.parameter_table import BY_FIELD, PARAMETERS
+from heli_plant.parameters import PlantParameters, from_names
 
 SCHEMA = "heli-parameters/1"
 PLANT = "HelicopterPlant"

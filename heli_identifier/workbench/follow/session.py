@@ -29,7 +29,8 @@ from heli_identifier.workbench.follow.journal import Journal
 from heli_identifier.workbench.follow.listening import Status
 from heli_identifier.workbench.follow.view import Due, View, due_at, view_of
 from heli_plant.effects import AXES
-from heli_plant.parameters import PARAMETERS, PlantParameters
+from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameters import PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""

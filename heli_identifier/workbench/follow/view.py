@@ -7,7 +7,7 @@ from heli_identifier.online.following import MODES, Follower, FollowOutput, Samp
 from heli_identifier.workbench.follow.listening import Status
 from heli_identifier.workbench.report.rounding import unit_text
 from heli_plant.effects import AXES
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 EVENTS_SHOWN = 50
 """Events that a view holds, the latest ones."""

@@ -27,7 +27,8 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.records import Log, RigConfiguration
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
 
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""

@@ -15,7 +15,8 @@ from heli_identifier.workbench.linearise.documents import CONTROLLER, controller
 from heli_identifier.workbench.linearise.margins import LOOPS
 from heli_identifier.workbench.linearise.retuning import PEAK
 from heli_plant.control import PidSettings
-from heli_plant.parameters import PARAMETERS, PlantParameters
+from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameters import PlantParameters
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,8 @@ from heli_identifier.workbench.linearise.operating_point import operating_point
 from heli_identifier.workbench.linearise.retuning import retuned
 from heli_identifier.workbench.linearise.step_response import StepResponse, step_response
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
+from heli_plant.parameter_table import BY_FIELD, BY_NAME
+from heli_plant.parameters import PlantParameters
 
 FIGURES = tuple(Margins.__dataclass_fields__)
 """Figures of a loop, in the order of their intervals."""

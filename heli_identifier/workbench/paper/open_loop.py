@@ -16,7 +16,7 @@ from heli_identifier.online import ModelParameters
 from heli_identifier.workbench.paper.runs import KNOWN, PITCH_RUN, STEP, Run, Start, order_of
 from heli_identifier.workbench.paper.tables import write_table
 from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, canvas, key, styled, thinned
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 _STRIDE = 10
 """Samples from one row of the CSV to the next."""

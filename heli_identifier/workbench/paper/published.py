@@ -7,7 +7,8 @@ compared with the truth.
 from typing import NamedTuple
 
 from heli_identifier.online import ModelParameters
-from heli_plant.parameters import BY_FIELD, TABLE_2
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import TABLE_2
 
 EXPERIMENTS = (1, 2)
 PITCH = ("a_wx", "a_th", "k_x")

@@ -16,7 +16,7 @@ from heli_identifier.tracing import (
 )
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.effects import CATALOGUE
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 VARIABLES = {
     "mu_sum": "sum of the rotors' voltages",

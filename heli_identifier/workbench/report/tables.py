@@ -17,7 +17,7 @@ from heli_identifier.workbench.report.rounding import (
     with_interval,
 )
 from heli_identifier.workbench.report.sentences import effect_name, listed, meaning_of
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 KINDS = {
     Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.NOT_SHOWN: "open",

@@ -24,7 +24,7 @@ from heli_identifier.workbench.report.figures.style import (
 from heli_identifier.workbench.report.rounding import unit_text
 from heli_identifier.workbench.report.sentences import meaning
 from heli_plant.effects import AXES
-from heli_plant.parameters import BY_FIELD
+from heli_plant.parameter_table import BY_FIELD
 
 if TYPE_CHECKING:
     from heli_identifier.workbench.identify.identification import EstimateHistory, Together
