@@ -1,18 +1,23 @@
 """The corrected plant takes what improves predictions, if the held-out logs bear it out."""
 
+from dataclasses import replace
 from functools import cache
+from math import log
 
+import numpy as np
 import pytest
 
+from heli_identifier.tracing.multistep.priors import GAIN_WIDTH
 from heli_identifier.tracing.prediction.fit import fit
 from heli_identifier.tracing.prediction.problem import Problem
 from heli_identifier.tracing.prediction.start import first_estimate
 from heli_identifier.tracing.search.model import Model, with_unknown
 from heli_identifier.tracing.search.selection import score_catalogue
 from heli_identifier.tracing.search.unknown import search
-from heli_identifier.tracing.validation.beyond import find_beyond
+from heli_identifier.tracing.validation.beyond import _harmless, find_beyond
 from heli_identifier.tracing.validation.held_out import hold_out
 from heli_identifier.tracing.validation.plants import Plants
+from heli_identifier.tracing.validation.withdrawal import harmed_axes
 from heli_plant.parameters import TABLE_2
 from tests.simulated import drive, noisy
 
@@ -51,6 +56,21 @@ def test_what_is_otherwise_on_the_held_out_logs_is_withdrawn_with_the_figure():
     assert found.plant.parameters.constant_torque_travel == 0.0
     (why,) = (entry.why for entry in found.withdrawn if entry.axis == "travel")
     assert "held-out logs are predicted no better" in why
+
+
+def test_predictive_effects_go_where_their_plant_spoils_an_axis():
+    """Eight times the elevation's gain, and nothing gained over the same plant without this: it is of no use."""
+    found, held_out, _ = beyond(TRUTH)
+    sound = found.plant.fit
+    far = sound.x + np.where(np.array(sound.names) == "k_z", log(8.0) / GAIN_WIDTH, 0.0)
+    fit, predictive, withdrawn = _harmless(sound, list(found.predictive), sound.parameters, held_out)
+    assert (fit, predictive, withdrawn) == (sound, list(found.predictive), [])
+    spoiled = replace(sound, x=far)
+    assert harmed_axes(spoiled.parameters, sound.parameters, held_out) == [1]
+    _, predictive, withdrawn = _harmless(spoiled, list(found.predictive), sound.parameters, held_out)
+    assert predictive == []
+    assert len(withdrawn) == len(found.predictive)
+    assert "of the elevation on the held-out logs is" in withdrawn[0].why
 
 
 def test_unknown_torque_that_a_predictive_effect_explains_is_withdrawn():

@@ -7,6 +7,7 @@ import numpy as np
 
 from heli_identifier.tracing.multistep.fit import MultistepFit, settled
 from heli_identifier.tracing.multistep.nested import search_without
+from heli_identifier.tracing.multistep.search import Search
 from heli_identifier.tracing.prediction.fit import Fit, fit
 from heli_identifier.tracing.predictive.selection import Finding, PredictiveSelection, select_predictive
 from heli_identifier.tracing.search.agreement import unknown_score
@@ -17,8 +18,8 @@ from heli_identifier.tracing.search.verdict import Withdrawal
 from heli_identifier.tracing.validation.held_out import HeldOut
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_identifier.tracing.validation.tables import Tabled, reason_against, with_tables
-from heli_identifier.tracing.validation.withdrawal import mean_over
-from heli_plant.effects import Effect, effect_of
+from heli_identifier.tracing.validation.withdrawal import harmed_axes, mean_over
+from heli_plant.effects import AXES, Effect, effect_of
 from heli_plant.parameters import PlantParameters
 
 
@@ -99,6 +100,8 @@ def _predictive(model: Model, tables: Tabled, plants: Plants, held_out: HeldOut)
     assert shown.fit is not None
     selection = select_predictive(shown.fit)
     corrected, predictive, withdrawn = _borne_out(selection, held_out)
+    corrected, predictive, harmful = _harmless(corrected, predictive, shown.parameters, held_out)
+    withdrawn += harmful
     plant = plants.beyond(corrected, model, shown.tables) if predictive else shown
     everything = selection.everything.parameters
     return Beyond(model, tables, plant, tuple(predictive), selection.possible, tuple(withdrawn), everything)
@@ -126,6 +129,34 @@ def _borne_out(
         )
         withdrawn.append(Withdrawal(effect.name, effect.axis, why))
         fit = settled(smaller[least], True)
+    return fit, predictive, withdrawn
+
+
+def _harmless(
+    fit: MultistepFit, predictive: list[Finding], shown: PlantParameters, held_out: HeldOut
+) -> tuple[MultistepFit, list[Finding], list[Withdrawal]]:
+    """Withdraw predictive effects while their plant is of less use than that of the effects shown.
+
+    An effect of one axis moves the parameters of all. The plant is of less use where it surely predicts an axis worse
+    and the others do not make up for it, by the geometric mean of the three errors. The effect goes first whose removal
+    lowers this mean most.
+    """
+
+    def mean(other: MultistepFit | Search) -> float:
+        return float(np.exp(np.log(held_out.ratios(other.parameters, shown)).mean()))
+
+    predictive, withdrawn = list(predictive), []
+    while predictive and mean(fit) > 1.0 and (harmed := harmed_axes(fit.parameters, shown, held_out)):
+        ratio = held_out.ratios(fit.parameters, shown)[harmed[0]]
+        smaller = [search_without(fit, {finding.field}) for finding in predictive]
+        best = int(np.argmin([mean(other) for other in smaller]))
+        effect = effect_of(predictive.pop(best).field)
+        why = (
+            f"with the predictive effects the mean squared prediction error of the {AXES[harmed[0]]} on the held-out "
+            f"logs is {ratio:.3g} times that of the plant without them, and the other axes do not make up for it"
+        )
+        withdrawn.append(Withdrawal(effect.name, effect.axis, why))
+        fit = settled(smaller[best], True)
     return fit, predictive, withdrawn
 
 

@@ -16,6 +16,7 @@ from heli_identifier.tracing.validation.held_out import (
 )
 from heli_identifier.tracing.validation.plants import FittedPlant, Plants
 from heli_plant.effects import AXES, Effect
+from heli_plant.parameters import PlantParameters
 
 TOLERATED = 1.05
 """Ratio of squared errors above which an axis counts as worse: less is of no use to anybody."""
@@ -128,10 +129,10 @@ def remove_harmful(
         The model without the effect, its plant, and the withdrawal.
     """
     before = plants.before.parameters
-    ratio, sure = held_out.ratios(after.parameters, before), held_out.surely_worse(after.parameters, before) > SURE
-    for axis in np.argsort(-ratio):
+    ratio = held_out.ratios(after.parameters, before)
+    for axis in harmed_axes(after.parameters, before, held_out):
         acting = [effect for effect in model.effects if AXES[axis] in effect.axes]
-        if ratio[axis] <= TOLERATED or not sure[axis] or not acting:
+        if not acting:
             continue
         models = [_without(model, effect, plants.null) for effect in acting]
         fitted = [plants.of(reduced) for reduced in models]
@@ -147,6 +148,13 @@ def remove_harmful(
             why = f"on the held-out logs the mean squared prediction error of the {AXES[axis]} is {change}"
             return models[best], fitted[best], Withdrawal(acting[best].name, acting[best].axis, why)
     return None
+
+
+def harmed_axes(parameters: PlantParameters, reference: PlantParameters, held_out: HeldOut) -> list[int]:
+    """Numbers of the axes that ``parameters`` surely predict worse than ``reference`` on held-out logs, worst first."""
+    ratio = held_out.ratios(parameters, reference)
+    harmed = (ratio > TOLERATED) & (held_out.surely_worse(parameters, reference) > SURE)
+    return [int(axis) for axis in np.argsort(-ratio) if harmed[axis]]
 
 
 def _without(model: Model, effect: Effect, null: Fit) -> Model:
