@@ -152,3 +152,15 @@ def test_a_diagnosis_cuts_events_out_lists_them_and_keeps_them_if_asked():
     kept = diagnose(training, held_out=held_out, settings=DiagnosisSettings(keep_events=True))
     assert kept.events == found.events
     assert [series.log.name for series in kept.series] == [held_out[0].name]
+
+
+@pytest.mark.slow
+def test_a_log_of_which_nothing_remains_is_asked_whether_it_belongs():
+    """A push leaves it 55 s, where a filter of .15 rad/s needs 69 s; its pitch counts the other way."""
+    logs, _ = flown("open_touched", 11)
+    flipped = replace(logs[0], angles=logs[0].angles * np.array([-1.0, 1.0, 1.0]))
+    training, held_out = (logs[1], flipped), logs[3:4]
+    assert without_events(training, held_out, VOLTAGE_LIMIT, 0.15).left_out == (flipped,)
+    found = diagnose(training, held_out=held_out, settings=DiagnosisSettings(bandwidth=0.15))
+    strangers = {own.log: own.why for own in found.logs if not own.belongs}
+    assert strangers == {flipped.name: "the sign of its pitch is flipped"}

@@ -115,7 +115,9 @@ def _diagnosed(
     beyond = find_beyond(validated.of_plant, validated.after, validated.plants, held_out)
     model, plant_before, plant_after = _unexplained(model, beyond.model), validated.before, beyond.plant
     stages = (plant_before.parameters, beyond.shown.parameters, plant_after.parameters, beyond.everything)
-    alone = beside(_values_of_logs, plant_after.fit, validated.plants.starts, held_out.logs)
+    # a log of another rig, or with a sign flipped, may look like one long event: it is asked as well
+    others = (*used.left_out, *held_out.logs)
+    alone = beside(_values_of_logs, plant_after.fit, validated.plants.starts, others)
     axes, before, after = compared(held_out, *stages, model.fit.whitener)
     logs_alone = alone.result()
     effects = found_effects(model, agreed, rivals.result(), selection.threshold, beyond)
@@ -195,10 +197,10 @@ def _rivals(selection: Selection, model: Model) -> dict[str, list[Effect]]:
 
 
 def _values_of_logs(
-    fit: MultistepFit | None, training: Sequence[Starts], held_out: Sequence[Log]
+    fit: MultistepFit | None, training: Sequence[Starts], others: Sequence[Log]
 ) -> tuple[LogValues, ...]:
     """Estimate what each log has of its own; nothing where the plant could not be fitted by multi-step errors."""
-    return () if fit is None else values_of_logs(fit, (*training, *(Starts(reduce_log(log, RATE)) for log in held_out)))
+    return () if fit is None else values_of_logs(fit, (*training, *(Starts(reduce_log(log, RATE)) for log in others)))
 
 
 def _series(

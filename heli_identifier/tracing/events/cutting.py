@@ -31,12 +31,15 @@ class WithoutEvents:
     events : tuple of Event
     notes : tuple of str
         What was cut and what was left out, one sentence each.
+    left_out : tuple of Log
+        Whole logs of which no piece remains.
     """
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
     events: tuple[Event, ...] = ()
     notes: tuple[str, ...] = ()
+    left_out: tuple[Log, ...] = ()
 
 
 def shortest_piece(bandwidth: float) -> float:
@@ -68,13 +71,15 @@ def without_events(
     if keep:
         return WithoutEvents(tuple(training), tuple(held_out), events)
     notes = []
-    kept = []
+    kept, left_out = [], []
     for logs, what in ((training, "training"), (held_out, "held-out")):
-        pieces = []
+        pieces, nothing_left = [], []
         for log in logs:
             own = [event for event in events if event.log == log.name]
             left = cut(log, own, shortest_piece(bandwidth))
             pieces += left
+            if not left:
+                nothing_left.append(log)
             if own:
                 notes.append(_note(log, own, left))
         if not pieces and logs:
@@ -82,7 +87,8 @@ def without_events(
                 f"events leave no {what} log of {shortest_piece(bandwidth):.3g} s: the {what} logs are used as they are"
             )
         kept.append(tuple(pieces) or tuple(logs))
-    return WithoutEvents(kept[0], kept[1], events, tuple(notes))
+        left_out += nothing_left if pieces else []
+    return WithoutEvents(kept[0], kept[1], events, tuple(notes), tuple(left_out))
 
 
 def cut(log: Log, events: Sequence[Event], shortest: float) -> list[Log]:
