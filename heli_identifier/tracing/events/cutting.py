@@ -73,7 +73,7 @@ def without_events(
     notes = []
     kept, left_out = [], []
     for logs, what in ((training, "training"), (held_out, "held-out")):
-        pieces, nothing_left = [], []
+        pieces, nothing_left, said = [], [], []
         for log in logs:
             own = [event for event in events if event.log == log.name]
             left = cut(log, own, shortest_piece(bandwidth))
@@ -81,11 +81,12 @@ def without_events(
             if not left:
                 nothing_left.append(log)
             if own:
-                notes.append(_note(log, own, left))
+                said.append(_note(log, own, left))
         if not pieces and logs:
-            notes.append(
+            said = [
                 f"events leave no {what} log of {shortest_piece(bandwidth):.3g} s: the {what} logs are used as they are"
-            )
+            ]
+        notes += said
         kept.append(tuple(pieces) or tuple(logs))
         left_out += nothing_left if pieces else []
     return WithoutEvents(kept[0], kept[1], events, tuple(notes), tuple(left_out))
