@@ -168,6 +168,17 @@ def test_the_sentence_does_not_praise_what_brings_nothing():
     assert "falls from" not in verdict_sentence(replace(whole, axes=same))
 
 
+def test_the_sentence_says_improves_only_where_no_axis_is_predicted_worse():
+    whole = example()
+    assert "motor lag of the rotors improves the predictions" in verdict_sentence(whole)
+    travel = whole.axes["travel"]
+    harmed = replace(travel, after=replace(travel.after, prediction_1s=ErrorFigure(0.188, 0.15, 0.2)))
+    said = verdict_sentence(replace(whole, axes={**whole.axes, "travel": harmed}))
+    assert "motor lag of the rotors changes the predictions and makes those of the travel worse, and the cause" in said
+    assert "2.00 to 188 mrad" in said
+    assert "improve" not in said
+
+
 def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(text):
     assert "Spectrum of the elevation&#39;s residual on the held-out log" in text
     assert "The curve that was found, against the travel" in text

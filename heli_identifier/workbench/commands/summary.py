@@ -63,10 +63,10 @@ def print_effects(diagnosis: Diagnosis) -> None:
 
 
 def print_predictive(diagnosis: Diagnosis) -> None:
-    """Print the effects that improve the predictions, and those that only some of the training data find."""
+    """Print the predictive effects, and those that only some of the training data find."""
     if diagnosis.predictive:
         print_table(
-            "Effects that improve the predictions; the cause is not established",
+            "Predictive effects; their cause is not established",
             ("effect", "coefficient >", "by likelihood >", "stability >", "takes off >", "or, as well"),
             [
                 (r["effect"], r["coefficient"], r["likelihood"], r["stability"], r["worth"], r["or"])

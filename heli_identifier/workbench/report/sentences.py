@@ -110,20 +110,22 @@ def _nothing_shown(diagnosis: Diagnosis) -> str:
 
 
 def _beyond(diagnosis: Diagnosis) -> str:
-    """Say that effects improve the predictions beyond what is shown, and by how much; nothing if none does."""
+    """Say what predictive effects make of the predictions beside what is shown; nothing if there are none."""
     if not diagnosis.predictive:
         return ""
+    several = len(diagnosis.predictive) > 1
     names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive])
-    improve = "improves" if len(diagnosis.predictive) == 1 else "improve"
-    pairs = [
-        (significant(1e3 * error.prediction_1s.value) for error in (report.shown, report.after))
-        for report in diagnosis.axes.values()
-    ]
-    errors = [f"{before} to {after}" for before, after in pairs]
+    stages = {a: (r.shown.prediction_1s.value, r.after.prediction_1s.value) for a, r in diagnosis.axes.items()}
+    errors = [f"{significant(1e3 * shown)} to {significant(1e3 * after)}" for shown, after in stages.values()]
+    worse = [axis for axis, (shown, after) in stages.items() if after > WORTH_SAYING * shown]
+    if worse:
+        change, make = ("change", "make") if several else ("changes", "makes")
+        said = f"{change} the predictions and {make} those of the {listed(worse)} worse, and"
+    else:
+        said = f"improve{'' if several else 's'} the predictions, but"
     return (
-        f" Beyond that {names} {improve} the predictions, but the cause is not established: with "
-        f"{'it' if len(diagnosis.predictive) == 1 else 'them'} the error 1 s ahead goes from {listed(errors)} mrad "
-        f"({', '.join(diagnosis.axes)})."
+        f" Beyond that {names} {said} the cause is not established: with {'them' if several else 'it'} the error "
+        f"1 s ahead goes from {listed(errors)} mrad ({', '.join(diagnosis.axes)})."
     )
 
 
