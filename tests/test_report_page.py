@@ -9,7 +9,10 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing.diagnosis.conclusions import acts_in
+from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.validation.figures import AxisError, ErrorFigure
+from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
@@ -18,7 +21,9 @@ from heli_identifier.workbench.report.figures.style import COLOURS, thinned
 from heli_identifier.workbench.report.page import report_page
 from heli_identifier.workbench.report.residuals import residual_text
 from heli_identifier.workbench.report.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.workbench.report.sentences import law_text, verdict_sentence
+from heli_identifier.workbench.report.sentences import law_text, plant_sentence, verdict_sentence
+from heli_plant.effects import effect
+from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import adequate, example, made_log
 
 ORIGIN = provenance(["heli", "diagnose", "run.csv"])
@@ -177,6 +182,30 @@ def test_the_sentence_says_improves_only_where_no_axis_is_predicted_worse():
     assert "motor lag of the rotors changes the predictions and makes those of the travel worse, and the cause" in said
     assert "2.00 to 188 mrad" in said
     assert "improve" not in said
+
+
+def test_an_effect_whose_coefficient_is_another_one_in_the_plant_is_shown_with_both():
+    whole = example()
+    friction, zero, half = whole.effects[0], Estimate(0.0, 1e-3, "rad/s^2"), Estimate(0.0125, 1e-3, "rad/s^2")
+    assert plant_sentence(friction, whole.effects_after) == ""
+    assert "has dry friction on the pitch with c = 0.0125 ± 0.0020 rad/s²" in plant_sentence(
+        friction, {"dry_friction_pitch": half}
+    )
+    lost = replace(friction, in_plant=False)
+    without = replace(whole, effects=(lost, *whole.effects[1:]), effects_after={"dry_friction_pitch": zero})
+    said = (
+        "The corrected plant does not have dry friction on the pitch: fitted by prediction errors, its coefficient is 0"
+    )
+    assert said in report_page(without, ORIGIN, "rig")
+
+
+def test_an_effect_that_the_plant_has_with_the_coefficient_zero_does_not_act_in_it():
+    friction = effect("dry_friction", "pitch")
+    estimates = {field: Estimate(getattr(TABLE_2, field), 0.1, "1") for field in (*BASE, "T_m")}
+    for value, acts in ((0.0, False), (0.02, True)):
+        plant = FittedPlant(TABLE_2, {**estimates, friction.field: Estimate(value, 0.01, "rad/s^2")})
+        assert acts_in(plant, friction) == acts
+    assert not acts_in(FittedPlant(TABLE_2, estimates), friction)
 
 
 def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(text):

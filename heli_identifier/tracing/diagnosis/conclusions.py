@@ -22,9 +22,13 @@ from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.stability import effect_stability, unknown_stability
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
+from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_plant.effects import Effect, effect_of
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
+
+NEGLIGIBLE = 1e-9
+"""Share of an effect's largest coefficient that is rounding: the fit has stopped at its bound of zero."""
 
 
 def found_effects(
@@ -51,7 +55,7 @@ def found_effects(
                 separating(effect.name, others[0].name) if others else "",
                 stability=effect_stability(model, effect, threshold),
                 together=together((effect.field, *(other.field for other in others)), model.fit.parameters),
-                in_plant=effect.field in beyond.plant.of_effects,
+                in_plant=acts_in(beyond.plant, effect),
             )
         )
     for index, unknown in enumerate(model.unknowns):
@@ -64,6 +68,12 @@ def found_effects(
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def acts_in(plant: FittedPlant, effect: Effect) -> bool:
+    """Whether a plant has an effect with a coefficient other than zero, at which a fit by prediction errors may end."""
+    estimate = plant.of_effects.get(effect.field)
+    return estimate is not None and abs(estimate.value) > NEGLIGIBLE * effect.upper
 
 
 def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:

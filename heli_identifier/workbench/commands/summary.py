@@ -7,6 +7,7 @@ from heli_identifier.workbench.commands.terminal import print_table, warn
 from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
 from heli_identifier.workbench.report.sentences import (
     effect_title,
+    plant_sentence,
     tabled_sentence,
     verdict_sentence,
     withdrawn_sentence,
@@ -58,6 +59,8 @@ def print_effects(diagnosis: Diagnosis) -> None:
         for found in diagnosis.effects:
             if found.verdict == Verdict.UNKNOWN and found.in_plant:
                 typer.echo(tabled_sentence(found))
+            elif differs := plant_sentence(found, diagnosis.effects_after):
+                typer.echo(differs)
         if any(found.alternatives for found in diagnosis.effects):
             typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
 

@@ -1,7 +1,7 @@
 """The words of a diagnosis: names as people say them, and the verdict in one sentence."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
@@ -16,6 +16,7 @@ from heli_identifier.tracing import (
 )
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.effects import CATALOGUE
+from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
 
 VARIABLES = {
@@ -138,6 +139,24 @@ def found_effect(effect: FoundEffect) -> str:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
         text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
     return text
+
+
+def plant_sentence(effect: FoundEffect, after: Mapping[str, Estimate]) -> str:
+    """Say which coefficient the corrected plant has, where it is not the one that is shown; nothing else.
+
+    ``after`` are the coefficients of the corrected plant by its fields.
+    """
+    shown = effect.coefficient
+    has = None if shown is None else after.get(catalogue_effect(effect.name, effect.axis).field)
+    if shown is None or has is None:
+        return ""
+    name = effect_name(effect.name, effect.axis)
+    if not effect.in_plant:
+        return f"The corrected plant does not have {name}: fitted by prediction errors, its coefficient is 0."
+    low, high = shown.interval
+    if low <= has.value <= high:
+        return ""
+    return f"The corrected plant, fitted by prediction errors, has {name} with c = {with_interval(has)}."
 
 
 def unknown_effect(effect: FoundEffect) -> str:
