@@ -58,6 +58,17 @@ def test_a_score_between_suggestive_level_and_threshold_is_suggestive():
     assert "suggestive" in verdict.why
 
 
+@pytest.mark.parametrize(
+    ("coefficient", "said"), [(0.013, "not shown beside the other effects"), (-0.013, "is outside of 0 to 1 rad/s^2")]
+)
+def test_a_score_above_what_is_needed_is_not_called_suggestive_and_has_a_reason(coefficient, said):
+    verdict = verdict_on(FRICTION, coefficient, 0.001, 0.4)
+    assert verdict.verdict == Verdict.NOT_SHOWN
+    assert not verdict.suggestive
+    assert verdict.why.startswith(f"score {1e3 * coefficient:+.1f}, 4.0 needed; not shown")
+    assert said in verdict.why
+
+
 def test_an_effect_that_the_parameters_imitate_is_not_testable():
     verdict = verdict_on(FRICTION, 0.0, 0.001, 0.009)
     assert (verdict.verdict, verdict.upper_bound) == (Verdict.NOT_TESTABLE, None)

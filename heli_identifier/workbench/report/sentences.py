@@ -89,13 +89,35 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         return _nothing_shown(diagnosis) + _beyond(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
     unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
-    parts = []
+    shared, parts = _shared(named), []
     if named:
-        parts.append(f"The rig has {listed([found_effect(effect) for effect in named])}, which the model lacks")
+        texts = [
+            _with_coefficient(effect) if effect.alternatives in shared else found_effect(effect) for effect in named
+        ]
+        parts.append(f"The rig has {listed(texts)}, which the model lacks")
     if unknown:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_beyond(diagnosis)}"
+    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}{_beyond(diagnosis)}"
+
+
+def _shared(effects: Sequence[FoundEffect]) -> dict[tuple[tuple[str, str], ...], list[FoundEffect]]:
+    """Give the ambiguous effects by their alternatives, where several effects have the same ones."""
+    by_rivals: dict[tuple[tuple[str, str], ...], list[FoundEffect]] = {}
+    for effect in effects:
+        if effect.verdict == Verdict.AMBIGUOUS and effect.alternatives:
+            by_rivals.setdefault(effect.alternatives, []).append(effect)
+    return {rivals: found for rivals, found in by_rivals.items() if len(found) > 1}
+
+
+def _instead(shared: Mapping[tuple[tuple[str, str], ...], Sequence[FoundEffect]]) -> str:
+    """Say once what could stand in for each of several effects."""
+    said = ""
+    for rivals, effects in shared.items():
+        instead = listed([effect_name(*rival) for rival in rivals], "or")
+        names = listed([effect_name(effect.name, effect.axis) for effect in effects], "or")
+        said += f" In place of {names}, {instead} explains these logs about as well."
+    return said
 
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
@@ -131,14 +153,17 @@ def _beyond(diagnosis: Diagnosis) -> str:
 
 
 def found_effect(effect: FoundEffect) -> str:
-    """Give a found effect with its coefficient."""
-    text = effect_name(effect.name, effect.axis)
-    if effect.coefficient is not None:
-        text += f" (c = {with_interval(effect.coefficient)})"
+    """Give a found effect with its coefficient and what could stand in for it."""
+    text = _with_coefficient(effect)
     if effect.verdict == Verdict.AMBIGUOUS:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
         text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
     return text
+
+
+def _with_coefficient(effect: FoundEffect) -> str:
+    text = effect_name(effect.name, effect.axis)
+    return text if effect.coefficient is None else f"{text} (c = {with_interval(effect.coefficient)})"
 
 
 def plant_sentence(effect: FoundEffect, after: Mapping[str, Estimate]) -> str:
