@@ -192,7 +192,17 @@ def catalogue_verdicts(
             if key in reasons:
                 verdict = replace(verdict, why=f"withdrawn: {reasons[key]}", suggestive=False, withdrawn=True)
             verdicts.append(replace(verdict, verdict=Verdict.NOT_SHOWN))
-    return tuple(verdicts)
+    return tuple(with_stand_in(verdict, effects, selection.threshold) for verdict in verdicts)
+
+
+def with_stand_in(verdict: CatalogueVerdict, effects: Sequence[FoundEffect], threshold: float) -> CatalogueVerdict:
+    """Say of an entry that is not shown in spite of its score which of ``effects`` explains the same, if one does."""
+    same = [found for found in effects if (verdict.name, verdict.axis) in found.alternatives]
+    if not same or verdict.verdict != Verdict.NOT_SHOWN or verdict.withdrawn or abs(verdict.score) < threshold:
+        return verdict
+    names = " and ".join(f"{found.name.replace('_', ' ')} ({found.axis})" for found in same)
+    why = f"score {verdict.score:+.1f}, {threshold:.1f} needed; not shown beside {names}, which it could stand in for"
+    return replace(verdict, why=why)
 
 
 def _visibility(selection: Selection, effect: Effect) -> float:
