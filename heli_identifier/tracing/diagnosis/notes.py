@@ -88,8 +88,7 @@ def worse_axis_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
             change = f"from {1e3 * before:.3g} to {1e3 * after:.3g} mrad"
             notes.append(
                 f"the {axis} is predicted worse than before ({change}): of this axis the corrected model is not the "
-                "better one. Each effect on this axis was removed on trial. No removal helped clearly, or it made "
-                "another axis worse"
+                "better one. An effect is taken out only where that clearly helps and costs the other axes less"
             )
     return tuple(notes)
 
