@@ -17,4 +17,4 @@ def test_an_axis_that_is_predicted_worse_is_named_with_both_errors_and_the_other
     assert note.startswith("the elevation is predicted worse than before")
     assert f"to {1e3 * worse.value:.3g} mrad" in note
     # it must not promise what the check does not do: an effect of several axes may stay though it harms one of them
-    assert "without costing more on the other axes" in note
+    assert "costs the other axes less" in note

@@ -9,7 +9,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing.diagnosis.conclusions import acts_in
+from heli_identifier.tracing.prediction.fit import BASE
+from heli_identifier.tracing.search.verdict import Verdict
 from heli_identifier.tracing.validation.figures import AxisError, ErrorFigure
+from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
@@ -18,7 +22,10 @@ from heli_identifier.workbench.report.figures.style import COLOURS, thinned
 from heli_identifier.workbench.report.page import report_page
 from heli_identifier.workbench.report.residuals import residual_text
 from heli_identifier.workbench.report.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.workbench.report.sentences import law_text, verdict_sentence
+from heli_identifier.workbench.report.sentences import law_text, plant_sentence, verdict_sentence
+from heli_identifier.workbench.report.tables import catalogue_remarks
+from heli_plant.effects import effect
+from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import adequate, example, made_log
 
 ORIGIN = provenance(["heli", "diagnose", "run.csv"])
@@ -134,7 +141,24 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
 def test_a_residual_is_called_white_only_where_the_test_says_so_and_else_weighed_by_what_it_costs(p, after, said):
     report = example().axes["pitch"]
     error = replace(report.after, prediction_1s=ErrorFigure(after, 0.9 * after, 1.1 * after))
-    assert said in residual_text(replace(report, after=error, whiteness_p={"before": 1e-9, "after": p}))
+    assert said in residual_text(
+        "pitch", replace(report, after=error, whiteness_p={"before": 1e-9, "after": p}), TABLE_2
+    )
+
+
+@pytest.mark.parametrize(
+    ("axis", "changes", "said"),
+    [
+        ("pitch", {"a_th": -0.5}, "Nothing pulls this axis back"),
+        ("travel", {}, "Nothing pulls this axis back"),
+        ("pitch", {"a_th": 0.89, "a_wx": 0.0}, "The model has no damping on this axis"),
+        ("elevation", {}, "The model's free run leaves the rig"),
+    ],
+)
+def test_an_axis_without_a_free_run_is_said_to_lack_stiffness_only_where_it_does(axis, changes, said):
+    report = example().axes[axis]
+    lost = replace(report, after=replace(report.after, free_run=None))
+    assert said in residual_text(axis, lost, TABLE_2._replace(**changes))
 
 
 def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
@@ -166,6 +190,59 @@ def test_the_sentence_does_not_praise_what_brings_nothing():
     whole = example()
     same = {axis: replace(report, shown=report.before, after=report.before) for axis, report in whole.axes.items()}
     assert "falls from" not in verdict_sentence(replace(whole, axes=same))
+
+
+def test_an_alternative_that_several_effects_share_is_said_once():
+    whole = example()
+    bending = whole.effects[1]
+    assert verdict_sentence(whole).count("or ground effect on the elevation, which explains these logs") == 1
+    friction = replace(whole.effects[0], verdict=Verdict.AMBIGUOUS, alternatives=bending.alternatives)
+    said = verdict_sentence(replace(whole, effects=(friction, *whole.effects[1:])))
+    assert said.count("ground effect on the elevation") == said.count("explains these logs about as well") == 1
+    assert "In place of dry friction on the pitch or arm bending on the elevation, ground effect on the" in said
+    assert "arm bending on the elevation (c = " in said
+
+
+def test_the_sentence_says_improves_only_where_no_axis_is_predicted_worse():
+    whole = example()
+    assert "motor lag of the rotors improves the predictions" in verdict_sentence(whole)
+    travel = whole.axes["travel"]
+    harmed = replace(travel, after=replace(travel.after, prediction_1s=ErrorFigure(0.188, 0.15, 0.2)))
+    said = verdict_sentence(replace(whole, axes={**whole.axes, "travel": harmed}))
+    assert "motor lag of the rotors changes the predictions and makes those of the travel worse, and the cause" in said
+    assert "2.00 to 188 mrad" in said
+    assert "improve" not in said
+
+
+def test_an_effect_whose_coefficient_is_another_one_in_the_plant_is_shown_with_both():
+    whole = example()
+    friction, zero, half = whole.effects[0], Estimate(0.0, 1e-3, "rad/s^2"), Estimate(0.0125, 1e-3, "rad/s^2")
+    assert plant_sentence(friction, whole.effects_after) == ""
+    assert "has dry friction on the pitch with c = 0.0125 ± 0.0020 rad/s²" in plant_sentence(
+        friction, {"dry_friction_pitch": half}
+    )
+    lost = replace(friction, in_plant=False)
+    without = replace(whole, effects=(lost, *whole.effects[1:]), effects_after={"dry_friction_pitch": zero})
+    said = (
+        "The corrected plant does not have dry friction on the pitch: fitted by prediction errors, its coefficient is 0"
+    )
+    assert said in report_page(without, ORIGIN, "rig")
+
+
+def test_an_effect_that_the_plant_has_with_the_coefficient_zero_does_not_act_in_it():
+    friction = effect("dry_friction", "pitch")
+    estimates = {field: Estimate(getattr(TABLE_2, field), 0.1, "1") for field in (*BASE, "T_m")}
+    for value, acts in ((0.0, False), (0.02, True)):
+        plant = FittedPlant(TABLE_2, {**estimates, friction.field: Estimate(value, 0.01, "rad/s^2")})
+        assert acts_in(plant, friction) == acts
+    assert not acts_in(FittedPlant(TABLE_2, estimates), friction)
+
+
+def test_an_entry_that_is_not_shown_though_its_score_would_be_enough_has_its_reason_on_the_page():
+    whole = example()
+    thrust = replace(whole.catalogue[5], score=13.3, why="score +13.3, 3.7 needed; not shown beside the other effects")
+    catalogue = (*whole.catalogue[:5], thrust, *whole.catalogue[6:])
+    assert thrust.why in [why for _, why in catalogue_remarks(replace(whole, catalogue=catalogue))]
 
 
 def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(text):

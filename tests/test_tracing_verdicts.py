@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing.diagnosis.conclusions import with_stand_in
 from heli_identifier.tracing.search.candidates import Candidate
 from heli_identifier.tracing.search.experiments import EXPERIMENTS, experiment_for, separating
 from heli_identifier.tracing.search.open_entries import open_verdicts, upper_bound
 from heli_identifier.tracing.search.verdict import Verdict
 from heli_plant.effects import CATALOGUE, effect
+from tests.diagnosis_example import found_effects
 
 FRICTION, MISMATCH = effect("dry_friction", "pitch"), effect("rotor_mismatch", "pitch")
 
@@ -56,6 +58,26 @@ def test_a_score_between_suggestive_level_and_threshold_is_suggestive():
     assert verdict.verdict == Verdict.NOT_SHOWN
     assert verdict.suggestive
     assert "suggestive" in verdict.why
+
+
+@pytest.mark.parametrize(
+    ("coefficient", "said"), [(0.013, "not shown beside the other effects"), (-0.013, "is outside of 0 to 1 rad/s^2")]
+)
+def test_a_score_above_what_is_needed_is_not_called_suggestive_and_has_a_reason(coefficient, said):
+    verdict = verdict_on(FRICTION, coefficient, 0.001, 0.4)
+    assert verdict.verdict == Verdict.NOT_SHOWN
+    assert not verdict.suggestive
+    assert verdict.why.startswith(f"score {1e3 * coefficient:+.1f}, 4.0 needed; not shown")
+    assert said in verdict.why
+
+
+def test_an_entry_in_whose_place_another_effect_is_shown_says_which():
+    verdict, (_, bending, *_) = verdict_on(effect("ground_effect", "elevation"), 0.013, 0.001, 0.4), found_effects()
+    said = with_stand_in(verdict, (bending,), 4.0).why
+    assert said.endswith("not shown beside arm bending (elevation), which it could stand in for")
+    assert with_stand_in(verdict, (), 4.0) == verdict
+    below = verdict_on(effect("ground_effect", "elevation"), 0.0035, 0.001, 0.4)
+    assert with_stand_in(below, (bending,), 4.0) == below
 
 
 def test_an_effect_that_the_parameters_imitate_is_not_testable():

@@ -22,9 +22,13 @@ from heli_identifier.tracing.search.selection import Selection
 from heli_identifier.tracing.search.stability import effect_stability, unknown_stability
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
 from heli_identifier.tracing.validation.beyond import Beyond
+from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_plant.effects import Effect, effect_of
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
+
+NEGLIGIBLE = 1e-9
+"""Share of an effect's largest coefficient that is rounding: the fit has stopped at its bound of zero."""
 
 
 def found_effects(
@@ -51,7 +55,7 @@ def found_effects(
                 separating(effect.name, others[0].name) if others else "",
                 stability=effect_stability(model, effect, threshold),
                 together=together((effect.field, *(other.field for other in others)), model.fit.parameters),
-                in_plant=effect.field in beyond.plant.of_effects,
+                in_plant=acts_in(beyond.plant, effect),
             )
         )
     for index, unknown in enumerate(model.unknowns):
@@ -64,6 +68,12 @@ def found_effects(
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda f: -abs(f.score)))
+
+
+def acts_in(plant: FittedPlant, effect: Effect) -> bool:
+    """Whether a plant has an effect with a coefficient other than zero, at which a fit by prediction errors may end."""
+    estimate = plant.of_effects.get(effect.field)
+    return estimate is not None and abs(estimate.value) > NEGLIGIBLE * effect.upper
 
 
 def predictive_effects(beyond: Beyond, shown: Model) -> tuple[FoundEffect, ...]:
@@ -182,7 +192,17 @@ def catalogue_verdicts(
             if key in reasons:
                 verdict = replace(verdict, why=f"withdrawn: {reasons[key]}", suggestive=False, withdrawn=True)
             verdicts.append(replace(verdict, verdict=Verdict.NOT_SHOWN))
-    return tuple(verdicts)
+    return tuple(with_stand_in(verdict, effects, selection.threshold) for verdict in verdicts)
+
+
+def with_stand_in(verdict: CatalogueVerdict, effects: Sequence[FoundEffect], threshold: float) -> CatalogueVerdict:
+    """Say of an entry that is not shown in spite of its score which of ``effects`` explains the same, if one does."""
+    same = [found for found in effects if (verdict.name, verdict.axis) in found.alternatives]
+    if not same or verdict.verdict != Verdict.NOT_SHOWN or verdict.withdrawn or abs(verdict.score) < threshold:
+        return verdict
+    names = " and ".join(f"{found.name.replace('_', ' ')} ({found.axis})" for found in same)
+    why = f"score {verdict.score:+.1f}, {threshold:.1f} needed; not shown beside {names}, which it could stand in for"
+    return replace(verdict, why=why)
 
 
 def _visibility(selection: Selection, effect: Effect) -> float:

@@ -1,11 +1,12 @@
-"""What a reader of a diagnosis has to keep in mind: wrong signs, saturation, imitation, axes that got worse."""
+"""What a reader of a diagnosis has to keep in mind: wrong signs, impossible values, saturation, axes that got worse."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
+from heli_identifier.tracing.diagnosis.impossible import impossible_notes, impossible_values
 from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.tracing.diagnosis.signs import sign_notes
 from heli_identifier.tracing.prediction.fit import Fit
@@ -20,6 +21,12 @@ from heli_identifier.tracing.validation.plants import FittedPlant
 from heli_identifier.tracing.validation.tables import Tabled
 from heli_identifier.tracing.validation.withdrawal import TOLERATED
 
+GAINS = ("k_x", "k_z", "k_y")
+"""Gains of the voltages."""
+
+FAR = 3.0
+"""Standard deviations from an expected value at which it is in doubt: one in four hundred is by chance."""
+
 NO_SCORE = 2.0
 """Standard errors below which an estimate is no sign of an effect."""
 
@@ -28,13 +35,20 @@ def diagnosis_notes(
     null: Fit, beyond: Beyond, axes: Mapping[str, AxisReport], settings: DiagnosisSettings
 ) -> tuple[str, ...]:
     """Everything that has to be said beside the figures, one sentence each."""
+    wrong_signs, likeliest = sign_notes(parameter_estimates(null)), beyond.model.fit
+    impossible = impossible_values({field: likeliest.estimate(field) for field in likeliest.free})
+    if wrong_signs:  # they have said what is wrong with the gains
+        impossible = {field: value for field, value in impossible.items() if field not in GAINS}
     return (
-        *sign_notes(parameter_estimates(null)),
+        *wrong_signs,
+        *impossible_notes(impossible, beyond.plant.estimates),
+        *unexpected_notes(settings.effects, beyond.plant.estimates),
         *_model_notes(beyond.model, beyond.plant, settings),
         *_unknown_notes(beyond.model, beyond.tables),
         *_undetermined_notes(beyond.plant),
-        *disputed_notes(beyond.plant.disputed),
+        *disputed_notes(beyond.plant.disputed, impossible),
         *worse_axis_notes(axes),
+        *beaten_notes(axes),
     )
 
 
@@ -74,8 +88,43 @@ def worse_axis_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
             change = f"from {1e3 * before:.3g} to {1e3 * after:.3g} mrad"
             notes.append(
                 f"the {axis} is predicted worse than before ({change}): of this axis the corrected model is not the "
-                "better one. No effect acts there whose removal improves it by more than chance without costing more "
-                "on the other axes that it acts on"
+                "better one. An effect is taken out only where that clearly helps and costs the other axes less"
+            )
+    return tuple(notes)
+
+
+def beaten_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
+    """Name the axes on which a prediction that knows no model is better than the corrected model."""
+    notes = []
+    for axis, report in axes.items():
+        stays = {"angle stays": report.angle_stays, "rate stays": report.rate_stays}
+        name, least = min(((n, e.prediction_1s.value) for n, e in stays.items()), key=lambda pair: pair[1])
+        error = report.after.prediction_1s.value
+        if error > least:
+            notes.append(
+                f"the corrected model predicts the {axis} worse than no model does: 1 s ahead its error is "
+                f'{1e3 * error:.3g} mrad, that of "{name}" is {1e3 * least:.3g} mrad. Do not use the plant for '
+                f"predictions of the {axis}"
+            )
+    return tuple(notes)
+
+
+def unexpected_notes(expected: Mapping[str, Estimate], found: Mapping[str, Estimate]) -> tuple[str, ...]:
+    """Name the effects of the configuration whose coefficients come out far from what it expects.
+
+    Parameters
+    ----------
+    expected, found : mapping of str to Estimate
+        By field: what the configuration gives, with its standard deviation, and what the plant has.
+    """
+    notes = []
+    for field, given in expected.items():
+        distance = abs(found[field].value - given.value) / (given.standard_error or np.inf)
+        if distance > FAR:
+            notes.append(
+                f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
+                f"logs give {found[field].value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it "
+                "is right, the logs hold something that the model lacks"
             )
     return tuple(notes)
 
@@ -118,23 +167,31 @@ def _unknown_notes(model: Model, tables: Tabled) -> list[str]:
     ]
     if any(unknown not in tables.curves for unknown in model.unknowns):
         notes.append(
-            "the corrected parameters let the model imitate an unknown torque that it does not have, which predicts "
-            "better; coefficients listed with the effects are those found beside it"
+            "the plant lacks the unknown torque, and its parameters were fitted without it. The listed coefficients "
+            "were fitted with it"
         )
     return notes
 
 
-def disputed_notes(disputed: Sequence[Disagreement]) -> tuple[str, ...]:
-    """Name the parameters about which prediction errors and likelihood disagree."""
+def disputed_notes(disputed: Sequence[Disagreement], impossible: Collection[str] = ()) -> tuple[str, ...]:
+    """Name the parameters about which prediction errors and likelihood disagree.
+
+    ``impossible`` are the fields whose likeliest values no rig can have.
+    """
     if not disputed:
         return ()
     values = "; ".join(f"{d.field} {d.by_errors.value:.3g}, {_interval(d.by_likelihood)}" for d in disputed)
-    return (
+    note = (
         f"prediction errors and likelihood give different values: {values}. The corrected model has the first ones, "
-        "which predict best, and the intervals span both. Under a controller the measured voltages already answer the "
-        "torques of the second that is predicted, and errors are least for gains that are too small: there the second "
-        "value is the one to trust",
+        "which predict best, and the intervals span both"
     )
+    gains = [d.field for d in disputed if d.field in GAINS and d.field not in impossible]
+    if gains:
+        note += (
+            ". If a controller flew the rig, the corrected model's gains may be too small. "
+            f"For a gain ({', '.join(gains)}), trust the second value"
+        )
+    return (note,)
 
 
 def _interval(estimate: Estimate) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing.search.experiments import experiment_for
-from heli_identifier.tracing.search.scan import Scan
+from heli_identifier.tracing.search.scan import Scan, admissible
 from heli_identifier.tracing.search.verdict import CatalogueVerdict, Verdict
 from heli_plant.effects import CATALOGUE, Effect
 
@@ -45,11 +45,24 @@ def _verdict(
         return _not_testable(effect, estimate, score, visibility, why)
     bound = max(upper_bound(effect, _linear_estimate(scanned, i)) for i in rows if _testable(scanned, i))
     why = f"score {score:+.1f}, {threshold:.1f} needed"
-    suggestive = abs(score) >= suggestive_level
+    suggestive = suggestive_level <= abs(score) < threshold
     if suggestive:
         why += f"; suggestive, above the {suggestive_level:.1f} of one clean record in twenty"
+    elif abs(score) >= threshold:
+        why += f"; {_why_not(effect, estimate)}"
     return CatalogueVerdict(
         effect.name, effect.axis, Verdict.NOT_SHOWN, estimate, score, visibility, bound, why, "", suggestive
+    )
+
+
+def _why_not(effect: Effect, estimate: Estimate) -> str:
+    """Say why an effect is not shown though its score, of a linear estimate, would be enough."""
+    if not admissible(effect, estimate.value):
+        unit = "" if effect.unit == "1" else f" {effect.unit}"
+        possible = f"{effect.lower:g} to {effect.upper:g}{unit}"
+        return f"not shown, as its coefficient {estimate.value:.2g} is outside of {possible}"
+    return (
+        "not shown beside the other effects: refitted in the model its value was impossible, or it explained too little"
     )
 
 

@@ -58,7 +58,7 @@ class CatalogueVerdict:
     experiment : str
         What would make the effect visible; empty if nothing is needed.
     suggestive : bool
-        Whether the score of an effect that is not shown reaches the suggestive level.
+        Whether the score of an effect that is not shown is between the suggestive level and what is needed.
     withdrawn : bool
         Whether the effect was found in the training logs and removed again.
     """

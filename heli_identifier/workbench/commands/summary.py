@@ -7,6 +7,7 @@ from heli_identifier.workbench.commands.terminal import print_table, warn
 from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
 from heli_identifier.workbench.report.sentences import (
     effect_title,
+    plant_sentence,
     tabled_sentence,
     verdict_sentence,
     withdrawn_sentence,
@@ -58,15 +59,17 @@ def print_effects(diagnosis: Diagnosis) -> None:
         for found in diagnosis.effects:
             if found.verdict == Verdict.UNKNOWN and found.in_plant:
                 typer.echo(tabled_sentence(found))
+            elif differs := plant_sentence(found, diagnosis.effects_after):
+                typer.echo(differs)
         if any(found.alternatives for found in diagnosis.effects):
             typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
 
 
 def print_predictive(diagnosis: Diagnosis) -> None:
-    """Print the effects that improve the predictions, and those that only some of the training data find."""
+    """Print the predictive effects, and those that only some of the training data find."""
     if diagnosis.predictive:
         print_table(
-            "Effects that improve the predictions; the cause is not established",
+            "Predictive effects; their cause is not established",
             ("effect", "coefficient >", "by likelihood >", "stability >", "takes off >", "or, as well"),
             [
                 (r["effect"], r["coefficient"], r["likelihood"], r["stability"], r["worth"], r["or"])

@@ -1,12 +1,21 @@
 """What the report says about the effects that were found: facts, figure and caption, without any markup."""
 
+from collections.abc import Mapping
 from typing import Any
 
+from heli_identifier.online import Estimate
 from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
 from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
-from heli_identifier.workbench.report.sentences import effect_name, effect_title, law_text, listed, variable_name
+from heli_identifier.workbench.report.sentences import (
+    effect_name,
+    effect_title,
+    law_text,
+    listed,
+    plant_sentence,
+    variable_name,
+)
 from heli_identifier.workbench.report.tables import KINDS
 from heli_plant.effects import effect as catalogue_effect
 
@@ -29,7 +38,7 @@ def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 "title": effect_title(found),
                 "verdict": found.verdict,
                 "kind": KINDS[found.verdict],
-                "facts": _facts(found),
+                "facts": _facts(found, diagnosis.effects_after),
                 "figure": svg,
                 "caption": caption,
             }
@@ -51,8 +60,8 @@ def _caption(curve: EffectCurve) -> str:
     )
 
 
-def _facts(found: FoundEffect) -> list[tuple[str, str]]:
-    """Terms and texts that describe a found effect."""
+def _facts(found: FoundEffect, after: Mapping[str, Estimate]) -> list[tuple[str, str]]:
+    """Terms and texts that describe a found effect; ``after`` are the corrected plant's coefficients."""
     facts = []
     if found.coefficient is not None:
         entry = catalogue_effect(found.name, found.axis)
@@ -68,6 +77,8 @@ def _facts(found: FoundEffect) -> list[tuple[str, str]]:
     if isinstance(found.shape, CurveShape):
         held = f"has it as a table (table.{found.axis}.*)" if found.in_plant else "does not have it"
         facts.append(("corrected plant", held))
+    elif differs := plant_sentence(found, after):
+        facts.append(("corrected plant", differs))
     elif found.coefficient is not None and not found.in_plant:
         facts.append(("corrected plant", "does not have it, because it predicts worse with it (see the notes)"))
     if isinstance(found.shape, PeriodicShape):

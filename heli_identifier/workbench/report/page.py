@@ -145,7 +145,7 @@ def _panels(diagnosis: Diagnosis, each: Each) -> list[dict[str, Any]]:
     panels = []
     for number, axis in places:
         figures = [{"svg": next(drawn), "caption": caption} for _, _, caption in _CAPTIONS]
-        text = residual_text(diagnosis.axes[axis])
+        text = residual_text(axis, diagnosis.axes[axis], diagnosis.plant_after)
         panels.append({"title": f"{axis.capitalize()}{_where(diagnosis, number)}", "text": text, "figures": figures})
     return panels
 

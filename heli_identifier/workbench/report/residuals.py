@@ -2,6 +2,7 @@
 
 from heli_identifier.tracing import AxisReport
 from heli_identifier.workbench.report.rounding import is_known, p_text, significant
+from heli_plant.parameters import PlantParameters
 
 SIGNIFICANT = 0.01
 """P value below which the residual is not white; at 5 % one of three axes would often fail by chance."""
@@ -12,9 +13,21 @@ BY_CHANCE = 1.6
 _WHERE = "Residual after, over all held-out logs:"
 
 
-def residual_text(report: AxisReport) -> str:
-    """Say whether the residual after is white, whether it still follows the inputs, and what that costs."""
-    return f"{_whiteness(report)} {_correlation(report.input_correlation['after'])}{_free_run(report)}"
+RETURN = {
+    "pitch": ("a_th", "a_wx"),
+    "elevation": ("a_e", "a_wz"),
+    "travel": ("cable_stiffness_travel", "a_wy"),
+}
+"""Fields of an axis's stiffness and damping."""
+
+
+def residual_text(axis: str, report: AxisReport, plant: PlantParameters) -> str:
+    """Say whether an axis's residual after is white, whether it still follows the inputs, and what that costs.
+
+    Of an axis without a free run the corrected ``plant`` tells why.
+    """
+    run = "" if report.after.free_run is not None else f" {_no_free_run(axis, plant)}"
+    return f"{_whiteness(report)} {_correlation(report.input_correlation['after'])}{run}"
 
 
 def _whiteness(report: AxisReport) -> str:
@@ -43,7 +56,10 @@ def _correlation(ratio: float) -> str:
     return f"{said}, {within} over 50 lags."
 
 
-def _free_run(report: AxisReport) -> str:
-    if report.after.free_run is not None:
-        return ""
-    return " Nothing pulls this axis back, so its free run drifts and is not judged."
+def _no_free_run(axis: str, plant: PlantParameters) -> str:
+    stiffness, damping = (getattr(plant, field) for field in RETURN[axis])
+    if stiffness <= 0.0:
+        return "Nothing pulls this axis back, so its free run drifts and is not judged."
+    if damping <= 0.0:
+        return "The model has no damping on this axis, so its free run swings on and is not judged."
+    return "The model's free run leaves the rig, so it is not judged."

@@ -1,7 +1,7 @@
 """The words of a diagnosis: names as people say them, and the verdict in one sentence."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
@@ -16,6 +16,7 @@ from heli_identifier.tracing import (
 )
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.effects import CATALOGUE
+from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
 
 VARIABLES = {
@@ -88,13 +89,35 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
         return _nothing_shown(diagnosis) + _beyond(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
     unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
-    parts = []
+    shared, parts = _shared(named), []
     if named:
-        parts.append(f"The rig has {listed([found_effect(effect) for effect in named])}, which the model lacks")
+        texts = [
+            _with_coefficient(effect) if effect.alternatives in shared else found_effect(effect) for effect in named
+        ]
+        parts.append(f"The rig has {listed(texts)}, which the model lacks")
     if unknown:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_beyond(diagnosis)}"
+    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}{_beyond(diagnosis)}"
+
+
+def _shared(effects: Sequence[FoundEffect]) -> dict[tuple[tuple[str, str], ...], list[FoundEffect]]:
+    """Give the ambiguous effects by their alternatives, where several effects have the same ones."""
+    by_rivals: dict[tuple[tuple[str, str], ...], list[FoundEffect]] = {}
+    for effect in effects:
+        if effect.verdict == Verdict.AMBIGUOUS and effect.alternatives:
+            by_rivals.setdefault(effect.alternatives, []).append(effect)
+    return {rivals: found for rivals, found in by_rivals.items() if len(found) > 1}
+
+
+def _instead(shared: Mapping[tuple[tuple[str, str], ...], Sequence[FoundEffect]]) -> str:
+    """Say once what could stand in for each of several effects."""
+    said = ""
+    for rivals, effects in shared.items():
+        instead = listed([effect_name(*rival) for rival in rivals], "or")
+        names = listed([effect_name(effect.name, effect.axis) for effect in effects], "or")
+        said += f" In place of {names}, {instead} explains these logs about as well."
+    return said
 
 
 def _nothing_shown(diagnosis: Diagnosis) -> str:
@@ -110,32 +133,55 @@ def _nothing_shown(diagnosis: Diagnosis) -> str:
 
 
 def _beyond(diagnosis: Diagnosis) -> str:
-    """Say that effects improve the predictions beyond what is shown, and by how much; nothing if none does."""
+    """Say what predictive effects make of the predictions beside what is shown; nothing if there are none."""
     if not diagnosis.predictive:
         return ""
+    several = len(diagnosis.predictive) > 1
     names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive])
-    improve = "improves" if len(diagnosis.predictive) == 1 else "improve"
-    pairs = [
-        (significant(1e3 * error.prediction_1s.value) for error in (report.shown, report.after))
-        for report in diagnosis.axes.values()
-    ]
-    errors = [f"{before} to {after}" for before, after in pairs]
+    stages = {a: (r.shown.prediction_1s.value, r.after.prediction_1s.value) for a, r in diagnosis.axes.items()}
+    errors = [f"{significant(1e3 * shown)} to {significant(1e3 * after)}" for shown, after in stages.values()]
+    worse = [axis for axis, (shown, after) in stages.items() if after > WORTH_SAYING * shown]
+    if worse:
+        change, make = ("change", "make") if several else ("changes", "makes")
+        said = f"{change} the predictions and {make} those of the {listed(worse)} worse, and"
+    else:
+        said = f"improve{'' if several else 's'} the predictions, but"
     return (
-        f" Beyond that {names} {improve} the predictions, but the cause is not established: with "
-        f"{'it' if len(diagnosis.predictive) == 1 else 'them'} the error 1 s ahead goes from {listed(errors)} mrad "
-        f"({', '.join(diagnosis.axes)})."
+        f" Beyond that {names} {said} the cause is not established: with {'them' if several else 'it'} the error "
+        f"1 s ahead goes from {listed(errors)} mrad ({', '.join(diagnosis.axes)})."
     )
 
 
 def found_effect(effect: FoundEffect) -> str:
-    """Give a found effect with its coefficient."""
-    text = effect_name(effect.name, effect.axis)
-    if effect.coefficient is not None:
-        text += f" (c = {with_interval(effect.coefficient)})"
+    """Give a found effect with its coefficient and what could stand in for it."""
+    text = _with_coefficient(effect)
     if effect.verdict == Verdict.AMBIGUOUS:
         rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
         text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
     return text
+
+
+def _with_coefficient(effect: FoundEffect) -> str:
+    text = effect_name(effect.name, effect.axis)
+    return text if effect.coefficient is None else f"{text} (c = {with_interval(effect.coefficient)})"
+
+
+def plant_sentence(effect: FoundEffect, after: Mapping[str, Estimate]) -> str:
+    """Say which coefficient the corrected plant has, where it is not the one that is shown; nothing else.
+
+    ``after`` are the coefficients of the corrected plant by its fields.
+    """
+    shown = effect.coefficient
+    has = None if shown is None else after.get(catalogue_effect(effect.name, effect.axis).field)
+    if shown is None or has is None:
+        return ""
+    name = effect_name(effect.name, effect.axis)
+    if not effect.in_plant:
+        return f"The corrected plant does not have {name}: fitted by prediction errors, its coefficient is 0."
+    low, high = shown.interval
+    if low <= has.value <= high:
+        return ""
+    return f"The corrected plant, fitted by prediction errors, has {name} with c = {with_interval(has)}."
 
 
 def unknown_effect(effect: FoundEffect) -> str:

@@ -160,11 +160,15 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give the reasons of the entries that are not testable, suggestive or withdrawn."""
+    """Give the reasons of the entries that are not testable, suggestive or withdrawn, or whose score is enough."""
+    needed = float(diagnosis.settings["threshold"])
     return [
         (effect_name(entry.name, entry.axis), entry.why)
         for entry in diagnosis.catalogue
-        if entry.verdict == Verdict.NOT_TESTABLE or entry.suggestive or entry.withdrawn
+        if entry.verdict == Verdict.NOT_TESTABLE
+        or entry.suggestive
+        or entry.withdrawn
+        or (entry.verdict == Verdict.NOT_SHOWN and abs(entry.score) >= needed)
     ]
 
 
