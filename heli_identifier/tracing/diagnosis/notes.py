@@ -94,13 +94,13 @@ def worse_axis_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
 
 
 def beaten_notes(axes: Mapping[str, AxisReport]) -> tuple[str, ...]:
-    """Name the axes on which a prediction that knows no model is better than the corrected model."""
+    """Name the axes that a prediction without any model predicts better, by more than chance."""
     notes = []
     for axis, report in axes.items():
         stays = {"angle stays": report.angle_stays, "rate stays": report.rate_stays}
         name, least = min(((n, e.prediction_1s.value) for n, e in stays.items()), key=lambda pair: pair[1])
         error = report.after.prediction_1s.value
-        if error > least:
+        if error**2 > TOLERATED * least**2:
             notes.append(
                 f"the corrected model predicts the {axis} worse than no model does: 1 s ahead its error is "
                 f'{1e3 * error:.3g} mrad, that of "{name}" is {1e3 * least:.3g} mrad. Do not use the plant for '
