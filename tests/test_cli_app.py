@@ -144,6 +144,7 @@ def test_a_file_that_is_no_table_or_not_there_is_refused(tmp_path):
         (("ssp", "nowhere"), "no scenario"),
         (("diagnose", "a.csv", "--config", "nothing.toml"), "nothing.toml"),
         (("diagnose", "--validate", "a.csv"), "LOG"),
+        (("diagnose", "a.csv", "--validate", "--output", "x"), "--validate names no log"),
         (("diagnose", "a.csv", "--no-such-option"), "--no-such-option"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, tuple) else None,

@@ -1,13 +1,19 @@
 """What heli.toml gives of the model is kept by every fit, whatever the logs say; without it, it is estimated."""
 
 import json
+import math
 import os
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from heli_identifier.records import RigConfiguration, demo_logs, read_log
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import Estimate
+from heli_identifier.records import LOWEST_RATE_HZ, RigConfiguration, demo_logs, read_log
 from heli_identifier.tracing import DiagnosisSettings, diagnose, use_threads
+from heli_identifier.tracing.diagnosis.settings import FASTEST
+from heli_identifier.tracing.prediction.observer import gains
 from heli_identifier.workbench.campaign import Rig
 from heli_identifier.workbench.campaign.row import diagnosed
 from heli_identifier.workbench.commands.app import app
@@ -64,6 +70,47 @@ def test_settings_of_a_rig_hold_all_that_its_configuration_states():
     settings = DiagnosisSettings.from_rig(rig, bandwidth=3.0)
     assert settings == DiagnosisSettings(3.0, motor_time_constant=0.05, rest_pitch=-0.1)
     assert settings.voltage_limit == rig.format.voltage_limit
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"bandwidth": 0}, r"bandwidth = 0 rad/s must lie in \[0.01, 30\] rad/s: .* take some 4 rad/s"),
+        ({"bandwidth": math.nan}, "bandwidth = nan rad/s must lie in"),
+        ({"bandwidth": 500}, "bandwidth = 500 rad/s must lie in"),
+        ({"agreement": (2.0, -8.0)}, r"agreement\[1\] = -8.0 rad/s must lie in"),
+        ({"agreement": 8.0}, "agreement = 8.0 must be a tuple of filter frequencies"),
+        ({"voltage_limit": 0.0}, "voltage_limit = 0.0 V must be positive"),
+        ({"motor_time_constant": math.inf}, "^motor_time_constant = inf s must lie in"),
+        ({"rest_pitch": -7.8}, "^rest_pitch = -7.8 rad must lie in"),
+        ({"elevation_gain": -1.0}, "^elevation_gain = -1.0 rad/s.2/V must lie in"),
+        ({"horizontal": 30.0}, "^horizontal = 30.0 rad must lie in"),
+        (
+            {"effects": {"bogus": Estimate(1.0, 0.1, "1")}},
+            "^effects.bogus is no effect that can be given; choose one of",
+        ),
+        (
+            {"effects": {"inertial_coupling": Estimate(1.0, 0.1, "1")}},
+            "did you mean 'inertial_coupling_elevation' or 'inertial_coupling_travel'",
+        ),
+        ({"effects": {"inertial_couplng_travel": Estimate(1.0, 0.1, "1")}}, "did you mean 'inertial_coupling_travel'"),
+        ({"effects": {"inertial_coupling_travel": 1.0}}, "inertial_coupling_travel = 1.0 must be an Estimate"),
+    ],
+    ids=lambda value: None if isinstance(value, str) else str(value),
+)
+def test_settings_that_cannot_be_are_refused_at_once(given, said):
+    with pytest.raises(ConfigurationError, match=said):
+        DiagnosisSettings(**given)
+
+
+def test_the_fastest_filter_is_where_the_observers_poles_at_the_lowest_rate_become_real():
+    for factor, complex_pair in ((0.99, True), (1.01, False)):
+        step, frequency = 1.0 / LOWEST_RATE_HZ, factor * FASTEST
+        on_angle, on_rate = gains(frequency, step)
+        motion = np.array([[1.0, step], [0.0, 1.0]])
+        poles = np.linalg.eigvals(motion @ np.array([[1.0 - on_angle, 0.0], [-on_rate, 1.0]]))
+        assert np.all(np.abs(poles) < 1.0)
+        assert bool(np.any(np.iscomplex(poles))) == complex_pair
 
 
 class Given:

@@ -293,6 +293,19 @@ def test_bad_input_is_refused_in_one_sentence(tmp_path):
         assert not (tmp_path / "out").exists()
 
 
+def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_is_said(tmp_path, monkeypatch):
+    (log, *_), (held,) = demo_logs("rig-a")
+    folders = [folder_of(tmp_path / name, log, held) for name in ("one", "other")]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "heli.toml").write_text("[log]\nstart = 1e6\n")  # refused once it is applied
+    (folders[0] / "heli.toml").write_text("[log]\nstart = 1e6\n")
+    done = run(*folders)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert "configuration: heli.toml of this folder, for rigs without one of their own" in done.stderr
+    named = run(*folders, "--config", "heli.toml")
+    assert "configuration:" not in named.stderr
+
+
 @pytest.mark.slow
 def test_two_rigs_with_friction_and_one_without(tmp_path):
     training, held = demo_logs("rig-a")

@@ -116,6 +116,10 @@ def test_every_key_arrives(configured):
         ("[rig]\nrest_pitch = -7.8", r"rig.rest_pitch = -7.8 rad must lie in \[-1.6, 1.6\]"),
         ("[rig]\nhorizontal = 30", r"rig.horizontal = 30.0 rad must lie in \[-1, 1\]"),
         ("[rig.effects]\ninertia = [1.0, 0.1]", "rig.effects.inertia is no effect that can be given"),
+        (
+            "[rig.effects]\ninertial_coupling = [1.0, 0.1]",
+            "did you mean 'inertial_coupling_elevation' or 'inertial_coupling_travel'",
+        ),
         ("[rig.effects]\nbreakaway_friction_pitch = [0.1, 0.1]", "did you mean 'dry_friction_pitch'"),
         ("[rig.effects]\ndry_friction_pitch = [0.0, 0.1]", "coefficient 0: what is not there need not be given"),
         ("[rig.effects]\ndry_friction_pitch = [0.1, 0.0]", "the standard deviation of rig.effects.dry_friction_pitch"),

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.timing import GAP_STEPS, check_forward, find_sampling, mean_of_held
+from heli_identifier.records.timing import GAP_STEPS, check_extent, check_forward, find_sampling, mean_of_held
 
 
 def row(sample):
@@ -147,3 +147,11 @@ def test_a_constant_voltage_stays_constant_when_resampled():
     time = np.array([0.0, 0.012, 0.019, 0.031, 0.04])
     resampled = mean_of_held(time, np.full(5, 1.7), np.arange(5) * 0.01)
     assert np.allclose(resampled, 1.7, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "samples", "said"), [(2000.0, 9999, "4.9995 s"), (100.0, 499, "4.99 s"), (50.0, 100, "2 s")]
+)
+def test_a_log_a_little_too_short_is_refused_with_a_length_below_the_bound(rate_hz, samples, said):
+    with pytest.raises(LogError, match=f"^log.csv: {said} of log are shorter than 5 s"):
+        check_extent(rate_hz, samples, "log.csv")

@@ -1,4 +1,4 @@
-from .configuration import CONFIGURATION_NAME, RigConfiguration, read_configuration
+from .configuration import CONFIGURATION_NAME, RigConfiguration, check_given, read_configuration
 from .data_set import (
     DEMO_RIGS,
     check_apart,
@@ -15,7 +15,7 @@ from .log import Log
 from .reading import read_log
 from .suspicion import suspicions
 from .template import write_template
-from .timing import GAP_STEPS
+from .timing import GAP_STEPS, LOWEST_RATE_HZ
 from .units import CONTRACT_HEADERS
 from .writing import write_log
 
@@ -26,11 +26,13 @@ __all__ = [
     "DEMO_RIGS",
     "GAP_STEPS",
     "Guess",
+    "LOWEST_RATE_HZ",
     "Log",
     "LogFormat",
     "RigConfiguration",
     "check_apart",
     "check_excitation",
+    "check_given",
     "check_moving",
     "demo_logs",
     "guess",

@@ -80,29 +80,67 @@ class RigConfiguration:
     format: LogFormat = CONTRACT
 
     def __post_init__(self) -> None:
-        require_range("rig.motor_time_constant", self.motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
-        if self.rest_pitch is not None:
-            require_range("rig.rest_pitch", self.rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
-        if self.elevation_gain is not None:
-            require_range("rig.elevation_gain", self.elevation_gain, "rad/s^2/V", *_ELEVATION_GAIN_BOUNDS)
-        if self.horizontal is not None:
-            require_range("rig.horizontal", self.horizontal, "rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND)
-        for name, coefficient in self.effects.items():
-            _check_expected(name, coefficient)
+        check_given(
+            "rig.", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects
+        )
 
 
-def _check_expected(name: str, coefficient: Estimate) -> None:
+def check_given(
+    prefix: str,
+    motor_time_constant: float,
+    rest_pitch: float | None,
+    elevation_gain: float | None,
+    horizontal: float | None,
+    effects: Mapping[str, Estimate],
+) -> None:
+    """Refuse what cannot be true of a rig.
+
+    Parameters
+    ----------
+    prefix : str
+        Precedes the names in messages: "rig." in heli.toml.
+    motor_time_constant : float
+        [s].
+    rest_pitch, horizontal : float or None
+        [rad].
+    elevation_gain : float or None
+        [rad/s^2/V].
+    effects : Mapping[str, Estimate]
+        Coefficients of effects by their field.
+
+    Raises
+    ------
+    ConfigurationError
+        A value is out of bounds, or the catalogue has no such effect.
+    """
+    require_range(f"{prefix}motor_time_constant", motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
+    if rest_pitch is not None:
+        require_range(f"{prefix}rest_pitch", rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
+    if elevation_gain is not None:
+        require_range(f"{prefix}elevation_gain", elevation_gain, "rad/s^2/V", *_ELEVATION_GAIN_BOUNDS)
+    if horizontal is not None:
+        require_range(f"{prefix}horizontal", horizontal, "rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND)
+    for name, coefficient in effects.items():
+        _check_expected(f"{prefix}effects.{name}", name, coefficient)
+
+
+def _check_expected(key: str, name: str, coefficient: Estimate) -> None:
     """Refuse an effect that the catalogue lacks or that depends on what only a search finds, and values out of range.
 
     Raises
     ------
     ConfigurationError
     """
-    key = f"rig.effects.{name}"
     known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
     if name not in known:
-        advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
+        on_axes = [field for field in known if name and field.startswith(f"{name}_")]
+        advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
+        advice = advice or f"; choose one of {', '.join(known)}."
         raise ConfigurationError(f"{key} is no effect that can be given{advice}")
+    if not isinstance(coefficient, Estimate):
+        raise ConfigurationError(
+            f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
+        )
     effect, width = effect_of(name), coefficient.standard_error or 0.0
     require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
     require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)

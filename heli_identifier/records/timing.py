@@ -187,8 +187,9 @@ def check_extent(rate_hz: float, samples: int, file: str) -> None:
         )
     # Half a sample of tolerance: a log is not refused for whether the last sample's hold counts.
     if samples < SHORTEST_S * rate_hz - 0.5:
+        # Six digits tell 5 s from half a step less at the highest rate, 4.99975 s.
         raise LogError(
-            f"{file}: {samples / rate_hz:.3g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less."
+            f"{file}: {samples / rate_hz:.6g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less."
         )
 
 

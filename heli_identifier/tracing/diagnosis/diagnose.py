@@ -173,7 +173,8 @@ def _check_long_enough(logs: Sequence[Log], bandwidth: float) -> None:
             raise LogError(
                 f"{log.path or log.name}: lasts {log.duration:.4g} s, but a diagnosis needs {least:.4g} s: the filter "
                 f"at {bandwidth:g} rad/s settles in {least - memory:.4g} s, and whitening needs {memory:g} s more; "
-                "give a longer log, leave this one out, or take higher filter frequencies."
+                "give a longer log, leave this one out, or set higher filter frequencies in Python with "
+                "DiagnosisSettings(bandwidth=..., agreement=...)."
             )
 
 

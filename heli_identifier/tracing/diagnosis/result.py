@@ -99,7 +99,8 @@ class PossibleEffect:
     stability : float
         Share of the halves that find it, 0 to 1.
     worth : float or None
-        Share of an axis's error that it takes off on the training data; None for what the likelihood finds.
+        Share by which the error of the axis that needs it most grows without it, on the training data; None for what
+        the likelihood finds.
     """
 
     name: str

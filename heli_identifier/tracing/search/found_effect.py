@@ -130,7 +130,7 @@ class FoundEffect:
     together : str
         What the effect and its alternatives come to together, in words; empty where there is no such figure.
     worth : float or None
-        Of a predictive effect: the share of an axis's error that it takes off.
+        Of a predictive effect: the share by which the error of the axis that needs it most grows without it.
     by_likelihood : Estimate or None
         Of a predictive effect: its coefficient by the likelihood of one step ahead, beside the effects shown; None
         where that sees nothing of it.

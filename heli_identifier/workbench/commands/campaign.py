@@ -95,7 +95,7 @@ def _sources(
     """Give the rigs of a folder or of a generator, whichever was named."""
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.campaign.sources import folder_rigs, generated_rigs
-    from heli_identifier.workbench.commands.logs import configuration_here
+    from heli_identifier.workbench.commands.logs import shared_configuration
 
     if (folder is None) == (generator == ""):
         raise ConfigurationError("name either a folder of rigs or a --generator.")
@@ -104,7 +104,7 @@ def _sources(
             raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
-        return [*folder_rigs(folder, config or configuration_here())]
+        return [*folder_rigs(folder, shared_configuration(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

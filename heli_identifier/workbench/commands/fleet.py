@@ -38,7 +38,7 @@ def fleet(
     Writes fleet.json and fleet.html, with a forest plot of every effect.
     """
     from heli_identifier.files import write_atomically
-    from heli_identifier.workbench.commands.logs import configuration_here
+    from heli_identifier.workbench.commands.logs import shared_configuration
     from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
     from heli_identifier.workbench.delivery.provenance import from_command_line
@@ -47,7 +47,7 @@ def fleet(
     from heli_identifier.workbench.fleet.fleet import Finding, fleet_of
     from heli_identifier.workbench.fleet.rig_folders import rig_folders
 
-    rigs = rig_folders(folders, config or configuration_here())
+    rigs = rig_folders(folders, shared_configuration(config))
     with whole_folder(output) as draft:
         with progress_bar() as progress:
             diagnoses = {

@@ -36,6 +36,13 @@ def found_configuration(path: Path | None) -> RigConfiguration:
     return RigConfiguration() if path is None else read_configuration(path)
 
 
+def shared_configuration(path: Path | None) -> Path | None:
+    """Give the configuration of rigs that have none of their own: the file that was named, else this folder's."""
+    if path is None and (path := configuration_here()) is not None:
+        note(f"configuration: {CONFIGURATION_NAME} of this folder, for rigs without one of their own")
+    return path
+
+
 def print_notes(logs: Sequence[Log]) -> None:
     """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
     for log in logs:

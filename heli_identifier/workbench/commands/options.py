@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -97,6 +98,8 @@ class Spreading(TyperCommand):
         """
         if not ctx.resilient_parsing and any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args):
             raise fail("an argument is empty; name the file, or set the variable that should name it")
+        if not ctx.resilient_parsing and any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
+            raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
         return super().parse_args(ctx, spread(args))
 
 
