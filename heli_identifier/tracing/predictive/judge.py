@@ -33,7 +33,7 @@ HOPELESS = 1.0
 """Score in all of the data below which few halves can find a family: stability is taken as zero."""
 
 WORTH = 0.05
-"""Share of an axis's error that a family has to take off: less is not worth a parameter on a rig."""
+"""Share by which an axis's error has to grow without a family: less is not worth a parameter on a rig."""
 
 SMALLEST = 1e-12
 """Loss below which there is nothing to explain."""
@@ -41,7 +41,7 @@ SMALLEST = 1e-12
 
 @dataclass(frozen=True)
 class Support:
-    """What speaks for a family beside others: its score, and the share of an axis's error that it takes off."""
+    """What speaks for a family beside others: its score, and by which share an axis's error grows without it."""
 
     score: float
     worth: float

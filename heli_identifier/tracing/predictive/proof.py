@@ -29,7 +29,7 @@ class Proven:
     fields : dict of str to str
         The representatives left, by family.
     worth : dict of str to float
-        Share of an axis's error that each takes off.
+        Share by which an axis's error grows without each.
     judge : Judge
         Of the quadratic problem around the fit.
     support : dict of str to Support

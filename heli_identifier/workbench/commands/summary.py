@@ -70,7 +70,7 @@ def print_predictive(diagnosis: Diagnosis) -> None:
     if diagnosis.predictive:
         print_table(
             "Predictive effects; their cause is not established",
-            ("effect", "coefficient >", "by likelihood >", "stability >", "takes off >", "or, as well"),
+            ("effect", "coefficient >", "by likelihood >", "stability >", "error without >", "or, as well"),
             [
                 (r["effect"], r["coefficient"], r["likelihood"], r["stability"], r["worth"], r["or"])
                 for r in predictive_rows(diagnosis)
@@ -81,7 +81,7 @@ def print_predictive(diagnosis: Diagnosis) -> None:
     if diagnosis.possible:
         print_table(
             "Possible effects, which the corrected model does not have",
-            ("effect", "stability >", "takes off >", "or, as well"),
+            ("effect", "stability >", "error without >", "or, as well"),
             [(r["effect"], r["stability"], r["worth"], r["or"]) for r in possible_rows(diagnosis)],
         )
     if diagnosis.predictive:
@@ -89,7 +89,7 @@ def print_predictive(diagnosis: Diagnosis) -> None:
         typer.echo("or, as well: predicts these logs about as well in its place")
     if diagnosis.predictive or diagnosis.possible:
         typer.echo("stability: share of halves of the training data that find the effect or another one of its family")
-        typer.echo("takes off: by how much the error of the axis that needs it most grows without it")
+        typer.echo("error without: by how much the error of the axis that needs the effect most grows in a fit without it")
 
 
 def print_parameters(diagnosis: Diagnosis) -> None:

@@ -40,7 +40,7 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
             "effect can be shown or predictive, from 30 % it is called possible.",
         ),
         (
-            "takes off",
+            "error without",
             "Share by which the error of the axis that needs the effect most grows in a fit without it.",
         ),
         (
