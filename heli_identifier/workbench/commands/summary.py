@@ -89,7 +89,7 @@ def print_predictive(diagnosis: Diagnosis) -> None:
         typer.echo("or, as well: predicts these logs about as well in its place")
     if diagnosis.predictive or diagnosis.possible:
         typer.echo("stability: share of halves of the training data that find the effect or another one of its family")
-        typer.echo("error without: by how much the error of the axis that needs the effect most grows in a fit without it")
+        typer.echo("error without: by how much the error of the axis that needs it most grows in a fit without it")
 
 
 def print_parameters(diagnosis: Diagnosis) -> None:
