@@ -35,7 +35,7 @@ from heli_identifier.workbench.follow.playing import played
 from heli_identifier.workbench.follow.screen import drawn
 from heli_identifier.workbench.follow.sending import resolved, send
 from heli_identifier.workbench.follow.server import served
-from heli_identifier.workbench.follow.session import Session
+from heli_identifier.workbench.follow.session import Session, check_unused
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 
@@ -307,6 +307,28 @@ def test_a_foreign_name_that_points_here_gets_nothing(host):
     with served("127.0.0.1:0", "title") as (url, _):
         assert asked(url, "/events", host)[0].status == 421
         assert asked(url, "/../etc/passwd")[0].status == 404
+
+
+@pytest.mark.parametrize("name", ["recorded.csv", "events.json", "diagnosis.json"])
+def test_a_folder_with_an_earlier_flight_or_diagnosis_is_refused(tmp_path, name):
+    check_unused(tmp_path)
+    (tmp_path / name).write_text("kept", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=f"{name} is there already"):
+        check_unused(tmp_path)
+
+
+@pytest.mark.slow
+def test_a_flight_goes_on_where_the_process_that_judges_the_controller_is_killed(tmp_path):
+    adviser = Adviser(tmp_path, None)
+    try:
+        for _ in range(2):
+            adviser.ask(TABLE_2, {}, 0.0)
+            assert adviser.pool is not None
+            for process in list(adviser.pool._processes.values()):
+                process.kill()
+            assert "was ended from outside" in adviser.look(wait=True)
+    finally:
+        adviser.close()
 
 
 # --- what is diagnosed -----------------------------------------------------------------------------------------------

@@ -52,6 +52,10 @@ WHY = (
 """Sentences of the reasons."""
 
 
+_DIGITS = 9
+"""Of times [s] in a file: k h in floats has a tail that means nothing."""
+
+
 class Event(NamedTuple):
     """One report, in numbers.
 
@@ -76,13 +80,13 @@ def event_document(event: Event, bank: tuple[Change, ...]) -> dict[str, Any]:
     """Return the event in words, as a file has it."""
     axis = "" if event.axis < 0 else "rotors" if event.axis == ROTORS else AXES[event.axis]
     return {
-        "time_s": event.time,
+        "time_s": round(event.time, _DIGITS),
         "what": WHAT[event.what],
         "name": bank[event.change].name if event.change >= 0 else "",
         "or": bank[event.other].name if event.other >= 0 else "",
         "axis": axis,
         "value": event.value,
         "standard_error": event.standard_error,
-        "since_s": event.since,
+        "since_s": round(event.since, _DIGITS),
         "why": WHY[event.why],
     }

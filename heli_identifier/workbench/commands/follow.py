@@ -86,7 +86,7 @@ def follow(
     from heli_identifier.workbench.commands.logs import found_configuration
     from heli_identifier.workbench.commands.terminal import note
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.follow.session import Session
+    from heli_identifier.workbench.follow.session import Session, check_unused
 
     if (log is None) == (listen is None):
         raise ConfigurationError("name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
@@ -101,6 +101,7 @@ def follow(
             raise ConfigurationError(
                 f"{read} lies in the folder of the flight, whose files would replace it; name another folder."
             )
+    check_unused(output)
     twin, adviser = read_parameters(parameters), Adviser(output, controller_of(controller))
     configuration = found_configuration(config)
     with ExitStack() as stack:
@@ -143,8 +144,8 @@ def _player(
     from heli_identifier.workbench.follow.playing import played
     from heli_identifier.workbench.follow.sending import SPEEDS
 
-    if speed != 0.0:
-        require_range("--speed", speed, "times real time", *SPEEDS)
+    if speed != 0.0:  # as fast as it goes
+        require_range("--speed (or 0, as fast as it goes)", speed, "times real time", *SPEEDS)
     recorded = read_log(path, configuration.format, start, end)
     print_notes((recorded,))
 

@@ -2,7 +2,9 @@
 
 import json
 from collections.abc import Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -45,10 +47,14 @@ class Adviser:
 
         if self.asked is not None:
             self.asked.cancel()
-        if self.pool is None:
-            self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=bound_to_parent)
+        order = partial(control_advice, plant, dict(errors), 0.0, elevation, self.settings)
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
-            self.asked = self.pool.submit(control_advice, plant, dict(errors), 0.0, elevation, self.settings)
+            if self.pool is not None:
+                with suppress(BrokenExecutor):  # its process has ended: another one is started
+                    self.asked = self.pool.submit(order)
+                    return
+            self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=bound_to_parent)
+            self.asked = self.pool.submit(order)
 
     def look(self, wait: bool = False) -> str:
         """Return what is to be said about the controller now, and write it if it is new.
@@ -64,6 +70,11 @@ class Adviser:
                 advice = asked.result()
             except ConfigurationError as error:
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
+            except BrokenExecutor:
+                self.sentence = (
+                    "The controller was not judged around the changed plant: the process that does so was ended from "
+                    "outside, for want of memory perhaps. `heli linearise` does it afterwards."
+                )
             else:
                 self.sentence = advice.sentence
                 write_advice(advice, self.folder)

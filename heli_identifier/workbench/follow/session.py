@@ -35,10 +35,29 @@ from heli_plant.parameters import PlantParameters
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""
 
+DIAGNOSED = "diagnosis.json"
+"""File of a diagnosis, which a flight ends with."""
+
 Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 
 WRITTEN_EVERY, SHOWN_EVERY = 0.05, 0.2
 """Time between two writes to the journals, and between two views [s]."""
+
+
+def check_unused(folder: Path) -> None:
+    """Refuse a folder that holds an earlier flight or diagnosis.
+
+    Raises
+    ------
+    ConfigurationError
+        Names the file that is there.
+    """
+    for name in (RECORDED, PREDICTIONS, EVENTS, DIAGNOSED):
+        if (folder / name).exists():
+            raise ConfigurationError(
+                f"{folder / name} is there already and is not replaced, it is of an earlier flight or diagnosis; name "
+                "another folder."
+            )
 
 
 class Session:
