@@ -20,9 +20,8 @@ from heli_identifier.workbench.commands.terminal import note, warn
 TRAINING_SHARE = 2.0 / 3.0
 """Share of a single log that is fitted to; the rest is held out."""
 
-SHORTEST_TO_SPLIT = 22.0
-"""Length [s] from which a single log is split: a diagnosis at its lowest usual filter frequency, 2 rad/s, needs 7 s of
-the third that is held out; a split between two samples may cost one."""
+SHORTEST_TO_SPLIT = 15.0
+"""Length [s] from which a single log is split."""
 
 
 def configuration_here() -> Path | None:
