@@ -309,7 +309,7 @@ def test_a_foreign_name_that_points_here_gets_nothing(host):
         assert asked(url, "/../etc/passwd")[0].status == 404
 
 
-@pytest.mark.parametrize("name", ["recorded.csv", "events.json", "diagnosis.json"])
+@pytest.mark.parametrize("name", ["recorded.csv", "predictions.csv", "diagnosis.json"])
 def test_a_folder_with_an_earlier_flight_or_diagnosis_is_refused(tmp_path, name):
     check_unused(tmp_path)
     (tmp_path / name).write_text("kept", encoding="utf-8")

@@ -144,8 +144,8 @@ def _player(
     from heli_identifier.workbench.follow.playing import played
     from heli_identifier.workbench.follow.sending import SPEEDS
 
-    if speed != 0.0:  # as fast as it goes
-        require_range("--speed (or 0, as fast as it goes)", speed, "times real time", *SPEEDS)
+    if speed != 0.0:
+        require_range("--speed", speed, "times real time", *SPEEDS)
     recorded = read_log(path, configuration.format, start, end)
     print_notes((recorded,))
 

@@ -52,7 +52,7 @@ def check_unused(folder: Path) -> None:
     ConfigurationError
         Names the file that is there.
     """
-    for name in (RECORDED, PREDICTIONS, EVENTS, DIAGNOSED):
+    for name in (RECORDED, PREDICTIONS, DIAGNOSED):
         if (folder / name).exists():
             raise ConfigurationError(
                 f"{folder / name} is there already and is not replaced, it is of an earlier flight or diagnosis; name "
