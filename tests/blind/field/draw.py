@@ -97,10 +97,32 @@ def _effects(kind: str, scale: float, offset: float, lag: float, rng: np.random.
     return (*always, Effect("motor_lag", "rotors", lag - Coefficients().t_m), *drawn)
 
 
-def _tuned(
-    base: Coefficients, effects: tuple[Effect, ...], hover: tuple[float, float], rng: np.random.Generator
+def tuned(
+    base: Coefficients,
+    effects: tuple[Effect, ...],
+    hover: tuple[float, float],
+    rng: np.random.Generator,
+    integral: bool | None = None,
+    travel: bool | None = None,
 ) -> Control:
-    """Tune the loops as a laboratory does: by poles, slower behind a slow motor, with gains known to ten percent."""
+    """Tune the loops as a laboratory does: by poles, slower behind a slow motor, with gains known to ten percent.
+
+    Parameters
+    ----------
+    base, effects
+        The plant.
+    hover
+        Elevation [rad] and thrust, as mu_s [V].
+    rng
+        Of all that the laboratory decides.
+    integral, travel
+        Whether the errors are integrated, and whether there is a loop about the travel; drawn if not given.
+
+    Returns
+    -------
+    Control
+        Its gains.
+    """
     strength = {effect.name: effect.coefficient for effect in effects}
     late = base.t_m + strength.get("motor_lag", 0.0) + strength.get("input_delay", 0.0)
     bend = strength.get("quadratic_thrust", 0.0)
@@ -113,10 +135,12 @@ def _tuned(
     fastest = 0.42 / (late + 1.0 / bandwidth)
     omega_p, omega_e = min(rng.uniform(1.6, 2.5), fastest), min(rng.uniform(1.9, 2.6), fastest)
     zeta = rng.uniform(0.65, 0.9)
-    integral = rng.random() < 0.5  # PID or state feedback
+    drawn = rng.random() < 0.5  # PID or state feedback
+    integral = drawn if integral is None else integral
     k_pp = max(omega_p**2 - base.a_th, 0.8) / k_x
     k_pe = max(omega_e**2 - base.a_e, 0.6) / k_z
-    travel = rng.random() < 0.3
+    drawn = rng.random() < 0.3
+    travel = drawn if travel is None else travel
     omega_t = rng.uniform(0.45, 0.7)
     reach = -1.0 / (base.k_y * hover[1])  # pitch for a travel acceleration, with the sign turned [s^2]
     # The difference of the voltages that is left beside the hover limits the speed that the pitch can be held at.
@@ -200,7 +224,7 @@ def draw_field_rig(
 
     effects = _effects(kind, scale, offset, lag, np.random.default_rng(kind_seed))
     base = base._replace(theta0=lean)._replace(**_weight(base, hover, offset, linear=not effects))
-    control = _tuned(base, effects, hover, np.random.default_rng(tuning_seed))
+    control = tuned(base, effects, hover, np.random.default_rng(tuning_seed))
 
     still = kind == "clean_loop"
     rng, hands = np.random.default_rng(log_seed), np.random.default_rng(touch_seed)

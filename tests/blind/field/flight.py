@@ -2,8 +2,9 @@
 
 At each sample the encoders are read, the controller (or the experiment) gives two voltages, and both are written down;
 the plant then gets `gain` times those voltages until the next sample, in steps of 1 ms. To the smooth accelerations
-are added the random torque of the room, that of the air (times mu_s over its value in hover), the log's trims, and the
-touches: a push rises and falls within _EDGE at its ends. Torques of room and air are Ornstein-Uhlenbeck processes.
+are added the random torque of the room, that of the air (times mu_s over its value in hover), the wind's, the log's
+trims, and the touches: a push rises and falls within _EDGE at its ends. Torques of room and air are Ornstein-Uhlenbeck
+processes; that of the wind is given.
 
 A flight begins some seconds before its log does, so that a log starts in the air and not at rest.
 """
@@ -21,7 +22,7 @@ from tests.blind.encoders import COUNTS_PER_TURN
 from tests.blind.field.control import V_MAX, Control, clipped, pitch_reference
 from tests.blind.friction import bent
 from tests.blind.integration import accelerations, kicked
-from tests.blind.rotors import delayed, spun, thrust
+from tests.blind.rotors import beyond_dead_zone, delayed, spun, thrust
 
 STEP = 0.001
 """Step of the integration [s]."""
@@ -45,7 +46,7 @@ def _make_loop(fingerprint: int):
     # As in tests/blind/integration.py: numba's cache on disk looks at this file alone.
     @njit(cache=True)
     def loop(
-        references, voltages, start, lead, closed, noise, room_std, room_time, air_std, air_time, shake,
+        references, voltages, start, lead, closed, noise, wind, room_std, room_time, air_std, air_time, shake,
         zeros, gain, trims, touches, sample, steps, hover_elevation, hover_thrust, resolution, c, p, u,
     ):  # fmt: skip
         _ = fingerprint
@@ -56,7 +57,7 @@ def _make_loop(fingerprint: int):
         q, w, z = start.copy(), np.zeros(3), np.zeros(3)
         coulomb = np.array([p.dry_friction_pitch, p.dry_friction_elevation, p.dry_friction_travel])
         breakaway = np.array([p.breakaway_friction_pitch, p.breakaway_friction_elevation, p.breakaway_friction_travel])
-        nu = gain * voltages[0]
+        nu = np.array([beyond_dead_zone(applied[0, 0], p.dead_zone), beyond_dead_zone(applied[0, 1], p.dead_zone)])
         time_constant = p.t_m + p.motor_lag
         room_stay, air_stay = math.exp(-h / room_time), math.exp(-h / air_time)
         room_kick = room_std * math.sqrt(1.0 - room_stay * room_stay)
@@ -91,13 +92,14 @@ def _make_loop(fingerprint: int):
                 t = k * sample + j * h
                 middle = t + h / 2
                 for i in range(2):
-                    nu_next[i] = spun(nu[i], delayed(applied, i, t, h, sample, p.input_delay), h, time_constant)
+                    v = delayed(applied, i, t, h, sample, p.input_delay)
+                    nu_next[i] = spun(nu[i], beyond_dead_zone(v, p.dead_zone), h, time_constant)
                 f_front = thrust((nu[0] + nu_next[0]) / 2, middle, p)
                 f_rear = thrust((nu[1] + nu_next[1]) / 2, middle, p)
                 nu[:] = nu_next
                 mu_s, mu_d = f_front + f_rear, f_front - f_rear
 
-                torque[:] = room + air * (mu_s / hover_thrust) + trims
+                torque[:] = room + air * (mu_s / hover_thrust) + trims + wind[k * steps + j]
                 for m in range(touches.shape[0]):
                     since = middle - lead * sample
                     torque[int(touches[m, 0])] += touches[m, 3] * push(since, touches[m, 1], touches[m, 2])
@@ -150,6 +152,7 @@ def fly(
     touches: NDArray[np.float64],
     rate: float,
     rng: np.random.Generator,
+    wind: NDArray[np.float64] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Fly once, from rest, motors in steady state for the first voltages.
 
@@ -182,6 +185,8 @@ def fly(
         Sampling and control rate [Hz].
     rng
         Source of the torques and of the shake.
+    wind, shape (n steps, 3)
+        Further torque at each step of 1 ms, none if not given [rad/s^2].
 
     Returns
     -------
@@ -202,6 +207,7 @@ def fly(
         lead,
         closed_loop,
         noise,
+        np.zeros((n * steps, 3)) if wind is None else wind,
         room_std,
         room_time,
         np.array(air[0]),

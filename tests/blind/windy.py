@@ -1,0 +1,272 @@
+"""Rigs flown by a controller in the air of measured rigs, stirred or quiet, in logs that two controllers made.
+
+The air of the field battery is calm; that of measured rigs is 3 to 30 times rougher, and a plant that is fitted to
+how a controller answers it comes out wrong. A windy rig is flown as the field battery's are, with
+
+* the torque of `tests.blind.air` on each axis;
+* a controller as students write them, PD or PID on pitch and elevation, its rates filtered well or hardly, with or
+  without a loop about the travel; a second one has other structure and half the gains;
+* references of a stick or in steps, a fifth as large on quiet rigs; logged or not;
+* gains that drift by 1.5 % from log to log, encoders zeroed anew, motors with a lag of their own.
+
+At 100 Hz it is the paper's rig, at 500 Hz one with the pitch balanced and a heavy arm. Seeds, not colour or loudness,
+decide on parameters, effects, levels of the air and controllers.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.blind.air import Noise, draw_noise, torque
+from tests.blind.coefficients import Coefficients
+from tests.blind.field.control import Control
+from tests.blind.field.draw import TRIM_STD, tuned
+from tests.blind.field.flight import STEP, fly
+from tests.blind.field.generator import LEAD
+from tests.blind.field.references import joystick
+from tests.blind.rigs import AXES, DRAWN, Effect, Room
+
+COUNTS: Mapping[str, int] = {"a": 5, "b": 5, "t": 2, "c": 2}
+"""Logs of a rig: two halves a and b, t held out, c of the second controller."""
+
+DURATION = (30.0, 40.0)
+"""Length of a log [s]."""
+
+SPREAD, DRIFT = 0.25, 0.015
+"""Half-width of the parameters' uniform spread, and standard deviation of a gain from log to log [1]."""
+
+ZERO_STD = (0.01, 0.02)
+"""Encoder zeros of pitch and elevation from log to log [rad]; that of the travel is where the log begins."""
+
+LAG = (0.07, 0.09)
+"""Time constant of the motors [s]."""
+
+QUIET = 0.2
+"""Size of the references of a quiet flight [1]."""
+
+STEP_HOLD = 2.0
+"""A reference in steps stays at least so long [s]."""
+
+STRENGTHS: Mapping[str, tuple[str, float, float]] = {
+    "dead_zone": ("rotors", 0.2, 0.3),
+    "quadratic_thrust": ("rotors", 0.06, 0.12),
+    "dry_friction": ("pitch", 0.03, 0.06),
+    "quadratic_drag": ("pitch", 0.4, 0.8),
+    "speed_stability": ("pitch", 0.25, 0.6),
+    "rotor_drag_torque": ("travel", 0.015, 0.03),
+    "cable_stiffness": ("travel", 0.008, 0.015),
+}
+"""Axis and range of an effect that a rig may hold beside inertial coupling and trigonometric gravity; of a size that a
+test may see in this air. In the catalogue's units."""
+
+_BALANCED = Coefficients(
+    a_wx=0.21, a_th=0.2, k_x=0.64, theta0=0.02, a_wz=0.08, a_e=0.26, a_1=0.9, a_lt=0.02, k_z=0.2, a_wy=0.09, k_y=-0.115
+)
+"""A rig of the other make: the pitch balanced, an arm whose weight the rotors carry."""
+
+_LIGHT = 80.0
+"""Bandwidth of a filter of the rates that a student hardly put in [rad/s]."""
+
+
+@dataclass(frozen=True)
+class WindyLog:
+    """One log.
+
+    Attributes
+    ----------
+    time, shape (n,)
+        [s].
+    voltages, shape (n, 2)
+        Front and rear [V], each held from its sample to the next.
+    angles, shape (n, 3)
+        Pitch, elevation and travel as the encoders read them [rad].
+    references
+        What the pilot asked for, shape (n,) by axis [rad]; empty if not logged. That of the pitch is the stick's share.
+    """
+
+    time: NDArray[np.float64]
+    voltages: NDArray[np.float64]
+    angles: NDArray[np.float64]
+    references: Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class WindyTruth:
+    """What the logs must not tell.
+
+    Attributes
+    ----------
+    parameters
+        By the paper's names, gains at zero voltage; T_m is the true lag.
+    effects
+        Coefficients by "name/axis".
+    """
+
+    parameters: Mapping[str, float]
+    effects: Mapping[str, float]
+
+    def slopes(self, voltage: float) -> dict[str, float]:
+        """Gains k_x, k_z and k_y about a voltage of each rotor [rad/s^2/V]: of the travel, thrust over voltage."""
+        v = max(voltage - self.effects.get("dead_zone/rotors", 0.0), 0.0)
+        c = self.effects.get("quadratic_thrust/rotors", 0.0)
+        slope, share = 1.0 + 2.0 * c * v, (v + c * v * v) / voltage
+        return {name: self.parameters[name] * (share if name == "k_y" else slope) for name in ("k_x", "k_z", "k_y")}
+
+
+@dataclass(frozen=True)
+class WindyRig:
+    """A rig's logs by name (a1, a2, ..., t1, ..., c1, ...), its truth, its air and its two controllers."""
+
+    logs: Mapping[str, WindyLog]
+    truth: WindyTruth
+    noise: Noise
+    controls: tuple[Control, Control]
+
+    def part(self, letter: str) -> dict[str, WindyLog]:
+        """Give the logs of a half (a, b), the held-out ones (t) or those of the second controller (c)."""
+        return {name: log for name, log in self.logs.items() if name.startswith(letter)}
+
+
+def _base(rate: float, rng: np.random.Generator) -> tuple[Coefficients, tuple[float, float]]:
+    """Parameters, and the hover: elevation [rad] and mu_s [V]."""
+    centre = Coefficients() if rate < 300.0 else _BALANCED
+    shares = rng.uniform(1 - SPREAD, 1 + SPREAD, len(DRAWN))
+    base = centre._replace(
+        **{name: float(share * getattr(centre, name)) for name, share in zip(DRAWN, shares, strict=True)},
+        t_m=float(rng.uniform(*LAG)),
+    )
+    if rate < 300.0:
+        mu_s = float(rng.uniform(2.2, 3.4))
+        return base, ((base.k_z * mu_s - base.a_1) / base.a_e, mu_s)
+    elevation = float(rng.uniform(-0.2, 0.0))
+    return base, (elevation, (base.a_e * elevation + base.a_1) / base.k_z)
+
+
+def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
+    """Effects of a kind; if none is given every other rig is bare."""
+    bare, word, where = rng.random() < 0.5, str(rng.choice(list(STRENGTHS))), rng.random(len(STRENGTHS))
+    words = ([] if bare else [word]) if kind is None else [w for w in kind.split("+") if w != "coupled"]
+    if kind == "bare" or (kind is None and bare):
+        return ()
+    unknown = [w for w in words if w not in STRENGTHS]
+    if unknown:
+        raise ValueError(f"effect {unknown[0]!r} is not known; choose bare, coupled, or of {', '.join(STRENGTHS)}")
+    drawn = []
+    for w in words:
+        axis, low, high = STRENGTHS[w]
+        drawn.append(Effect(w, axis, float(low + (high - low) * where[list(STRENGTHS).index(w)])))
+    return (
+        Effect("inertial_coupling", "elevation", 1.0),
+        Effect("inertial_coupling", "travel", 1.0),
+        Effect("large_angle_gravity", "elevation", 1.0),
+        *drawn,
+    )
+
+
+def _controls(
+    base: Coefficients, effects: tuple[Effect, ...], hover: tuple[float, float], rate: float, rng: np.random.Generator
+) -> tuple[Control, Control]:
+    """The first controller, and the second: other structure, half the gains."""
+    integral, travel, light = bool(rng.random() < 0.4), bool(rng.random() < 0.6), rng.random() < 0.4 and rate < 300.0
+    first = tuned(base, effects, hover, rng, integral, travel)
+    second = tuned(base, effects, hover, rng, not integral, not travel)
+    if light:
+        first = first._replace(rate_bandwidth=_LIGHT)
+    halved = ("k_pp", "k_dp", "k_ip", "k_pe", "k_de", "k_ie")
+    return first, second._replace(**{name: 0.5 * getattr(second, name) for name in halved})
+
+
+def _references(
+    samples: int, rate: float, size: float, control: Control, steps: bool, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """What the pilot asks for, shape (n, 3) [rad].
+
+    He asks for more elevation where no integral brings it, and for less pitch where a loop holds the travel.
+    """
+    wanted = joystick(samples, rate, size, False, rng)
+    if control.k_ie == 0.0:
+        wanted[:, 1] *= 2.0
+    if control.b_p != 0.0:
+        wanted[:, 0] *= 0.4
+        wanted[:, 2] = joystick(samples, rate, 0.25 * size, True, rng)[:, 2]
+    if steps:
+        hold = round(STEP_HOLD * rate)
+        wanted = np.repeat(wanted[::hold], hold, axis=0)[:samples]
+    return wanted
+
+
+def _log(
+    base: Coefficients, control: Control, hover: tuple[float, float], noise: Noise, rate: float, size: float,
+    steps: bool, logged: bool, rng: np.random.Generator,
+) -> WindyLog:  # fmt: skip
+    """Fly one log."""
+    person, world, air = rng.spawn(3)
+    lead, travel = round(LEAD * rate), control.b_p != 0.0
+    samples = lead + round(rate * person.uniform(*DURATION))
+    wanted = _references(samples, rate, size, control, steps, person)
+    zeros = (*(world.normal(0.0, std) for std in ZERO_STD), 0.0)
+    trims = tuple(world.normal(0.0, std) for std in TRIM_STD)
+    base = base._replace(**{k: getattr(base, k) * (1.0 + world.normal(0.0, DRIFT)) for k in ("k_x", "k_z", "k_y")})
+    read, _, _, voltages = fly(
+        wanted, np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), lead, True, base,
+        control, hover, (0.0, 1.0, Room().encoder_shake), ((0.0, 0.0, 0.0), 1.0), (zeros, 1.0, trims),
+        np.empty((0, 4)), rate, world, torque(noise, samples * round(1.0 / rate / STEP), STEP, air),
+    )  # fmt: skip
+    begin = np.array([0.0, 0.0, read[lead, 2]])
+    asked = wanted + np.array([0.0, hover[0], 0.0]) - begin
+    references = {axis: asked[lead:, i] for i, axis in enumerate(AXES) if logged and (travel or axis != "travel")}
+    return WindyLog(np.arange(samples - lead) / rate, voltages[lead:], read[lead:] - begin, references)
+
+
+def windy_rig(
+    seed: int,
+    colour: str = "ou",
+    quiet: bool = False,
+    rate: float = 100.0,
+    effects: str | None = None,
+    references: bool = True,
+) -> WindyRig:
+    """Draw a windy rig and fly its logs.
+
+    Parameters
+    ----------
+    seed
+        Of all that is not given.
+    colour
+        Of the air: ou, slow or swirl.
+    quiet
+        Whether the references are a fifth as large.
+    rate
+        Sampling and control rate, 100 or 500 [Hz].
+    effects
+        ``bare``, ``coupled`` (inertial coupling and trigonometric gravity), or names of `STRENGTHS` joined by ``+``,
+        which come on top of the latter; drawn if not given: every other rig is bare, others hold one of them.
+    references
+        Whether they are logged.
+
+    Returns
+    -------
+    WindyRig
+        The same every time.
+
+    Raises
+    ------
+    ValueError
+        For a colour or an effect that does not exist.
+    """
+    drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
+    base, hover = _base(rate, drawn)
+    noise, lacking = draw_noise(colour, air), _effects(effects, held)
+    controls = _controls(base, lacking, hover, rate, tuning)
+    acting = base._replace(**{effect.field: effect.coefficient for effect in lacking})
+    steps, size = bool(pilot.random() < 0.5), float(pilot.uniform(0.7, 1.15)) * (QUIET if quiet else 1.0)
+    logs = {}
+    for letter, count in COUNTS.items():
+        for number in range(1, count + 1):
+            (own,) = flights.spawn(1)
+            control = controls[letter == "c"]
+            logs[f"{letter}{number}"] = _log(acting, control, hover, noise, rate, size, steps, references, own)
+    parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
+    return WindyRig(logs, WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking}), noise, controls)
