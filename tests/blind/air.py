@@ -28,8 +28,8 @@ LEVELS = ((0.04, 0.38), (0.024, 0.063), (0.008, 0.021))
 CORRELATION_TIME = (0.3, 0.6)
 """Of the torque on measured rigs [s]."""
 
-SWIRL, SWIRL_DAMPING = (2.4, 2.6), 0.2
-"""Where the swirl's spectrum has its peak [rad/s], and its damping ratio: a few turns before it has died out."""
+SWIRL, SWIRL_DAMPING = (2.4, 2.6), 0.3
+"""Where the swirl's spectrum has its peak [rad/s], and its damping ratio: one turn and it has died out."""
 
 DRIFT_RATE, DRIFT_SHARE = 0.1, 0.5
 """Rate of the drift [1/s], and its level over that of the gusts."""

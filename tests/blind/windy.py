@@ -4,8 +4,9 @@ The air of the field battery is calm; that of measured rigs is 3 to 30 times rou
 how a controller answers it comes out wrong. A windy rig is flown as the field battery's are, with
 
 * the torque of `tests.blind.air` on each axis;
-* a controller as students write them, PD or PID on pitch and elevation, its rates filtered well or hardly, with or
-  without a loop about the travel; a second one has other structure and half the gains;
+* a controller as students write them, slow and badly damped, or by a laboratory that places poles: PD or PID on pitch
+  and elevation, rates filtered well or hardly, with or without a loop about the travel or its rate; a second one has
+  other structure and half the gains;
 * references of a stick or in steps, a fifth as large on quiet rigs; logged or not;
 * gains that drift by 1.5 % from log to log, encoders zeroed anew, motors with a lag of their own.
 
@@ -13,10 +14,12 @@ At 100 Hz it is the paper's rig, at 500 Hz one with the pitch balanced and a hea
 decide on parameters, effects, levels of the air and controllers.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tests.blind.air import Noise, draw_noise, torque
@@ -46,8 +49,9 @@ LAG = (0.07, 0.09)
 QUIET = 0.2
 """Size of the references of a quiet flight [1]."""
 
-STEP_HOLD = 2.0
-"""A reference in steps stays at least so long [s]."""
+HOLDS, LEVELS, SMOOTHING = (2.0, 6.0), (0.1, 0.18, 0.45), 0.3
+"""References in steps: how long they stay [s], half-widths of their uniform levels on pitch [rad], elevation [rad] and
+travel (a rate [rad/s], or an angle [rad]), and the time constant of the lag that they pass [s]."""
 
 STRENGTHS: Mapping[str, tuple[str, float, float]] = {
     "dead_zone": ("rotors", 0.2, 0.3),
@@ -66,6 +70,9 @@ _BALANCED = Coefficients(
 )
 """A rig of the other make: the pitch balanced, an arm whose weight the rotors carry."""
 
+_STUDENT_POLES = ((1.6, 2.0), (0.38, 0.48), (1.4, 1.9), (0.28, 0.45))
+"""Frequency [rad/s] and damping ratio of the pitch's and of the elevation's loop, as students choose them."""
+
 _LIGHT = 80.0
 """Bandwidth of a filter of the rates that a student hardly put in [rad/s]."""
 
@@ -83,7 +90,8 @@ class WindyLog:
     angles, shape (n, 3)
         Pitch, elevation and travel as the encoders read them [rad].
     references
-        What the pilot asked for, shape (n,) by axis [rad]; empty if not logged. That of the pitch is the stick's share.
+        What the pilot asked for, shape (n,) by axis [rad]; empty if not logged. That of the pitch is the stick's share,
+        that of the travel a rate [rad/s] where the controller holds the rate and not the angle.
     """
 
     time: NDArray[np.float64]
@@ -165,17 +173,56 @@ def _effects(kind: str | None, rng: np.random.Generator) -> tuple[Effect, ...]:
     )
 
 
+def _student(base: Coefficients, hover: tuple[float, float], rng: np.random.Generator) -> Control:
+    """A controller as students write it: slow and badly damped, rates through a slow filter, travel rate held."""
+    omega_p, zeta_p, omega_e, zeta_e = (float(rng.uniform(*limits)) for limits in _STUDENT_POLES)
+    k_pp = max(omega_p**2 - base.a_th, 0.8) / base.k_x
+    k_pe = max(omega_e**2 - base.a_e, 0.6) / base.k_z
+    return Control(
+        mu_d0=-base.a_th * math.sin(base.theta0) / base.k_x,
+        k_pp=k_pp,
+        k_dp=2.0 * zeta_p * omega_p / base.k_x,
+        mu_s0=hover[1] * float(rng.uniform(0.98, 1.02)),
+        k_pe=k_pe,
+        k_de=2.0 * zeta_e * math.sqrt(k_pe * base.k_z + base.a_e) / base.k_z,
+        k_ie=float(rng.uniform(0.2, 0.5)) * k_pe,
+        rate_bandwidth=float(rng.uniform(9.0, 18.0)),
+        b_r=float(rng.uniform(0.7, 1.0)),
+        speed_limit=2.0,
+    )
+
+
 def _controls(
     base: Coefficients, effects: tuple[Effect, ...], hover: tuple[float, float], rate: float, rng: np.random.Generator
 ) -> tuple[Control, Control]:
     """The first controller, and the second: other structure, half the gains."""
-    integral, travel, light = bool(rng.random() < 0.4), bool(rng.random() < 0.6), rng.random() < 0.4 and rate < 300.0
-    first = tuned(base, effects, hover, rng, integral, travel)
-    second = tuned(base, effects, hover, rng, not integral, not travel)
-    if light:
+    student, integral, travel, light = rng.random(4) < (5 / 6, 0.4, 0.6, 0.4)
+    first = tuned(base, effects, hover, rng, bool(integral), bool(travel))
+    if student:
+        first = _student(base, hover, rng)
+    elif light and rate < 300.0:
         first = first._replace(rate_bandwidth=_LIGHT)
+    second = tuned(base, effects, hover, rng, first.k_ip == 0.0, first.b_r == 0.0)
     halved = ("k_pp", "k_dp", "k_ip", "k_pe", "k_de", "k_ie")
     return first, second._replace(**{name: 0.5 * getattr(second, name) for name in halved})
+
+
+@njit(cache=True)
+def _lagged(levels, stay):
+    """First-order lag of each column, from its first value on."""
+    out = levels.copy()
+    for k in range(1, len(levels)):
+        out[k] = stay * out[k - 1] + (1.0 - stay) * levels[k]
+    return out
+
+
+def _steps(samples: int, rate: float, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Steps to random levels at random times, each through a first-order lag, shape (n, 3)."""
+    wanted, count = np.empty((samples, 3)), int(samples / rate / HOLDS[0]) + 1
+    for axis, level in enumerate(LEVELS):
+        times, values = np.cumsum(rng.uniform(*HOLDS, count)), rng.uniform(-level, level, count + 1)
+        wanted[:, axis] = values[np.searchsorted(times, np.arange(samples) / rate)]
+    return _lagged(wanted, math.exp(-1.0 / (rate * SMOOTHING)))
 
 
 def _references(
@@ -183,17 +230,20 @@ def _references(
 ) -> NDArray[np.float64]:
     """What the pilot asks for, shape (n, 3) [rad].
 
-    He asks for more elevation where no integral brings it, and for less pitch where a loop holds the travel.
+    With a stick he asks for more elevation where no integral brings it, for less pitch where a loop holds the travel.
     """
+    if steps:
+        wanted = size * _steps(samples, rate, rng)
+        if control.b_r == 0.0:
+            wanted[:, 0] *= 2.0
+            wanted[:, 2] = 0.0
+        return wanted
     wanted = joystick(samples, rate, size, False, rng)
     if control.k_ie == 0.0:
         wanted[:, 1] *= 2.0
-    if control.b_p != 0.0:
+    if control.b_r != 0.0:
         wanted[:, 0] *= 0.4
         wanted[:, 2] = joystick(samples, rate, 0.25 * size, True, rng)[:, 2]
-    if steps:
-        hold = round(STEP_HOLD * rate)
-        wanted = np.repeat(wanted[::hold], hold, axis=0)[:samples]
     return wanted
 
 
@@ -203,19 +253,23 @@ def _log(
 ) -> WindyLog:  # fmt: skip
     """Fly one log."""
     person, world, air = rng.spawn(3)
-    lead, travel = round(LEAD * rate), control.b_p != 0.0
+    lead, travel = round(LEAD * rate), control.b_r != 0.0
     samples = lead + round(rate * person.uniform(*DURATION))
     wanted = _references(samples, rate, size, control, steps, person)
     zeros = (*(world.normal(0.0, std) for std in ZERO_STD), 0.0)
     trims = tuple(world.normal(0.0, std) for std in TRIM_STD)
     base = base._replace(**{k: getattr(base, k) * (1.0 + world.normal(0.0, DRIFT)) for k in ("k_x", "k_z", "k_y")})
+    asked = wanted + np.array([0.0, hover[0], 0.0])
+    if control.b_p == 0.0:  # the travel's reference is a rate, which the loop turns into a pitch
+        wanted[:, 0] -= control.b_r * wanted[:, 2]
     read, _, _, voltages = fly(
         wanted, np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), lead, True, base,
         control, hover, (0.0, 1.0, Room().encoder_shake), ((0.0, 0.0, 0.0), 1.0), (zeros, 1.0, trims),
         np.empty((0, 4)), rate, world, torque(noise, samples * round(1.0 / rate / STEP), STEP, air),
     )  # fmt: skip
     begin = np.array([0.0, 0.0, read[lead, 2]])
-    asked = wanted + np.array([0.0, hover[0], 0.0]) - begin
+    if control.b_p != 0.0:
+        asked -= begin
     references = {axis: asked[lead:, i] for i, axis in enumerate(AXES) if logged and (travel or axis != "travel")}
     return WindyLog(np.arange(samples - lead) / rate, voltages[lead:], read[lead:] - begin, references)
 
@@ -261,7 +315,7 @@ def windy_rig(
     noise, lacking = draw_noise(colour, air), _effects(effects, held)
     controls = _controls(base, lacking, hover, rate, tuning)
     acting = base._replace(**{effect.field: effect.coefficient for effect in lacking})
-    steps, size = bool(pilot.random() < 0.5), float(pilot.uniform(0.7, 1.15)) * (QUIET if quiet else 1.0)
+    steps, size = bool(pilot.random() < 2 / 3), float(pilot.uniform(0.7, 1.15)) * (QUIET if quiet else 1.0)
     logs = {}
     for letter, count in COUNTS.items():
         for number in range(1, count + 1):
@@ -269,4 +323,5 @@ def windy_rig(
             control = controls[letter == "c"]
             logs[f"{letter}{number}"] = _log(acting, control, hover, noise, rate, size, steps, references, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
-    return WindyRig(logs, WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking}), noise, controls)
+    truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
+    return WindyRig(logs, truth, noise, controls)
