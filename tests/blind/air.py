@@ -1,6 +1,6 @@
 """Torque of the air on each axis, as measured rigs have it: a stationary Gaussian process of two states an axis.
 
-    x+ = F x + L n,    L L' = P - F P F',    F = exp(A h),    x_0 ~ N(0, P),    torque = x_1 (+ x_2 for `slow`)
+    x+ = F x + L n,    L L' = P - F P F',    F = exp(A h),    x_0 ~ N(0, P),    torque = x_1 + x_2 or x_2
 
 n are independent standard normals, P is the stationary covariance, so the steps are exact whatever h. With s the
 level [rad/s^2] and c the rate [1/s]:
@@ -8,8 +8,8 @@ level [rad/s^2] and c the rate [1/s]:
 ========  =====================================================================================================
 `ou`      gusts that forget: A = -c, P = s^2
 `slow`    the same and a drift of half the level beside it that forgets in 10 s: A = -(c, .1), P = (s^2, s^2/4)
-`swirl`   air that goes round in the room: x_1'' + 2 zeta w x_1' + w^2 x_1 = noise, P = (s^2, w^2 s^2), with
-          w = c / sqrt(1 - 2 zeta^2), so that the spectrum has its peak at c, 2.5 rad/s
+`swirl`   air that goes round in the room: x_1'' + 2 zeta c x_1' + c^2 x_1 = noise and torque = x_2 = x_1',
+          P = (s^2/c^2, s^2); the spectrum c^2 f^2 / ((c^2 - f^2)^2 + 4 zeta^2 c^2 f^2) has its peak at c, 2.5 rad/s
 ========  =====================================================================================================
 """
 
@@ -28,7 +28,7 @@ LEVELS = ((0.04, 0.38), (0.024, 0.063), (0.008, 0.021))
 CORRELATION_TIME = (0.3, 0.6)
 """Of the torque on measured rigs [s]."""
 
-SWIRL, SWIRL_DAMPING = (2.4, 2.6), 0.3
+SWIRL, SWIRL_DAMPING = (2.4, 2.6), 0.35
 """Where the swirl's spectrum has its peak [rad/s], and its damping ratio: one turn and it has died out."""
 
 DRIFT_RATE, DRIFT_SHARE = 0.1, 0.5
@@ -57,11 +57,11 @@ class Noise:
         """Give F and P, shape (2, 2), and the weights of the states in the torque, shape (2,), at steps of h [s]."""
         s = self.level[axis]
         if self.colour == "swirl":
-            w = self.rate / math.sqrt(1.0 - 2.0 * SWIRL_DAMPING**2)
+            w = self.rate
             a, b = SWIRL_DAMPING * w, w * math.sqrt(1.0 - SWIRL_DAMPING**2)
             cos, sin = math.cos(b * h), math.sin(b * h) / b
             F = math.exp(-a * h) * np.array([[cos + a * sin, sin], [-(w**2) * sin, cos - a * sin]])
-            return F, np.diag([s**2, (w * s) ** 2]), np.array([1.0, 0.0])
+            return F, np.diag([(s / w) ** 2, s**2]), np.array([0.0, 1.0])
         F = np.diag([math.exp(-self.rate * h), math.exp(-DRIFT_RATE * h)])
         share = DRIFT_SHARE if self.colour == "slow" else 0.0
         return F, np.diag([s**2, (share * s) ** 2]), np.array([1.0, 1.0])
