@@ -18,5 +18,7 @@ the only thing the two sides have in common.
 `generator`         logs in memory or as CSV files
 `battery`           which kinds, how many rigs of each, at which scale
 `field`             rigs flown in closed loop, as laboratories log them, and their battery
+`air`               torque of the air of measured rigs, in three colours
+`windy`             rigs flown in that air, stirred or quiet, by two controllers
 ==================  ====================================================================
 """

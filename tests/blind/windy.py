@@ -281,6 +281,7 @@ def windy_rig(
     rate: float = 100.0,
     effects: str | None = None,
     references: bool = True,
+    counts: Mapping[str, int] = COUNTS,
 ) -> WindyRig:
     """Draw a windy rig and fly its logs.
 
@@ -299,6 +300,8 @@ def windy_rig(
         which come on top of the latter; drawn if not given: every other rig is bare, others hold one of them.
     references
         Whether they are logged.
+    counts
+        Logs by letter; which other logs there are does not change one.
 
     Returns
     -------
@@ -317,10 +320,9 @@ def windy_rig(
     acting = base._replace(**{effect.field: effect.coefficient for effect in lacking})
     steps, size = bool(pilot.random() < 2 / 3), float(pilot.uniform(0.7, 1.15)) * (QUIET if quiet else 1.0)
     logs = {}
-    for letter, count in COUNTS.items():
-        for number in range(1, count + 1):
-            (own,) = flights.spawn(1)
-            control = controls[letter == "c"]
+    for letter, source in zip(COUNTS, flights.spawn(len(COUNTS)), strict=True):
+        control = controls[letter == "c"]
+        for number, own in enumerate(source.spawn(counts.get(letter, 0)), 1):
             logs[f"{letter}{number}"] = _log(acting, control, hover, noise, rate, size, steps, references, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
     truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
