@@ -1,0 +1,103 @@
+"""What `benchmarks.windy` asks of the tracer: all that it knows of a diagnosis stands here.
+
+Another tracer can be measured in its place: a module with these functions, given as ``--tracer``.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from heli_identifier.records import Log
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, diagnose, fit, helicopter, records_of
+from heli_identifier.tracing.helicopter import family_of
+from heli_identifier.tracing.select import with_shapes
+from heli_plant.parameters import PlantParameters
+from tests.blind.windy import WindyLog, WindyTruth
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A diagnosis in the terms of the benchmark.
+
+    Attributes
+    ----------
+    gains
+        k_x, k_z and k_y, slopes at the operating point, each with the half-width of its 95 % interval [rad/s^2/V].
+    status
+        What each of them rests on: "outside", "noise" or "open" (not determined).
+    shown, possible
+        Families of the effects that are shown, and of those that are only possible.
+    plant
+        What is delivered.
+    expected
+        Agreement of halves that sampling alone allows [1]; None if it was not said.
+    """
+
+    gains: Mapping[str, tuple[float, float]]
+    status: Mapping[str, str]
+    shown: frozenset[str]
+    possible: frozenset[str]
+    plant: Any
+    expected: float | None = None
+
+
+_STATUS = {"determined from outside": "outside", "rests on the noise model": "noise", "not determined": "open"}
+
+
+def log_of(name: str, log: WindyLog) -> Log:
+    """Give a generated log as the identifier's."""
+    rate = (len(log.time) - 1) / float(log.time[-1] - log.time[0])
+    return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
+
+
+def measured(diagnosis: Diagnosis) -> Measured:
+    """Read off a diagnosis what the benchmark compares with the truth."""
+    reports = {name: diagnosis.parameters[name] for name in ("k_x", "k_z", "k_y")}
+    agreement = diagnosis.agreement
+    return Measured(
+        {name: (r.estimate.value, 1.96 * (r.estimate.standard_error or 0.0)) for name, r in reports.items()},
+        {name: _STATUS[r.determination.value] for name, r in reports.items()},
+        frozenset(effect.family for effect in diagnosis.effects),
+        frozenset(effect.family for effect in diagnosis.possible),
+        diagnosis.plant_after,
+        None if agreement is None else agreement.expected,
+    )
+
+
+def diagnosed(training: Sequence[Log], held_out: Sequence[Log]) -> Measured:
+    """Diagnose one half."""
+    return measured(diagnose(training, held_out=held_out))
+
+
+def families(effects: Iterable[str]) -> frozenset[str]:
+    """Families of effects that are given by "name/axis"."""
+    return frozenset(family_of(effect.replace("/", "_")) for effect in effects)
+
+
+def true_plant(truth: WindyTruth) -> PlantParameters:
+    """Give the rig itself."""
+    effects = {name.replace("/", "_"): value for name, value in truth.effects.items()}
+    return PlantParameters(**truth.parameters, **effects)
+
+
+def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Likelihood:
+    """Likelihood of logs, about a plant if one is given."""
+    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    if plant is not None:
+        rig = replace(rig, parameters=plant, estimate=lambda _: plant)
+    return Likelihood(rig, records_of(logs, rig, {}))
+
+
+def scores_told(training: Sequence[Log], effects: Sequence[str]) -> dict[str, float]:
+    """Score of each effect, by "name/axis", in a fit that is told the structure [nats]."""
+    likelihood = _likelihood(training)
+    candidates = likelihood.rig.effects
+    fields = [effect.replace("/", "_") for effect in effects]
+    fitted = fit(likelihood, with_shapes(list(likelihood.rig.base), fields, candidates))
+    found = Scores(fitted, candidates).scores(fields)
+    return {effect: found[field].score for effect, field in zip(effects, fields, strict=True)}
+
+
+def log_likelihood(plant: PlantParameters, logs: Sequence[Log]) -> float:
+    """Log-likelihood of logs under a plant, air and offsets fitted to them [nats]."""
+    return -fit(_likelihood(logs, plant), ()).value
