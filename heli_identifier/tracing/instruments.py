@@ -12,7 +12,12 @@ L is a Butterworth filter of third order at 20 rad/s, everything runs at 25 Hz, 
 whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same it would carry the log's own
 air into Z. A single log is cut into two halves, each with the K of the other less a gap of 4 s, many times the air's
 correlation time. There are as many Z as regressors whatever the number of references: with more references than
-needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so.
+needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so. There a weak prior
+N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the others determined:
+
+    theta = argmin  g' Omega^-1 g + (theta - m)' P^-1 (theta - m),   g = Z'(Y - Phi theta),   Omega = sum_b g_b g_b'
+
+which is the theta and the V above where P is infinite.
 
 Judge of any plant: g = Z'(Y - L a_plant), q = g' (sum_b g_b g_b')^-1 g, a Hotelling statistic over the blocks,
 
@@ -64,11 +69,14 @@ class Term:
         f: signals of shape (N, n) to a column of shape (N,).
     order : int
         Order of differentiation, 0 or 1.
+    prior : tuple[float, float]
+        Mean and standard deviation of the parameter known beforehand, in its unit; infinite for nothing known.
     """
 
     name: str
     of: Callable[[Array], Array]
     order: int = 0
+    prior: tuple[float, float] = (0.0, inf)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +111,7 @@ class AxisInstruments:
     values : NDArray, shape (k,)
         theta; nan where nothing came from outside.
     covariance : NDArray, shape (k, k)
-        V with the factor B/(B - k) for B blocks.
+        V, Omega with the factor B/(B - k) for B blocks.
     half_widths : NDArray, shape (k,)
         Of the 95 % intervals, by Student's t with B - k degrees of freedom.
     shares : NDArray, shape (k,)
@@ -234,36 +242,41 @@ def instruments(
     return InstrumentEstimates(tuple(axes), tuple(rates))
 
 
-def _axis(regression: Regression, response, phi, z, blocks) -> AxisInstruments:
+def _axis(regression: Regression, response, phi, hats, blocks) -> AxisInstruments:
     """Iterate estimate and whitening of one axis, then its covariance and shares."""
     k = len(regression.terms)
     names = tuple(term.name for term in regression.terms)
+    mean, std = np.array([term.prior for term in regression.terms], dtype=float).T
     white = np.array([1.0])
-    values = np.full(k, nan)
-    for _ in range(5):
-        y, x, w, number = _rows(white, blocks, response, phi, z)
-        scale = np.linalg.norm(x, axis=0) + 1e-300
-        if np.linalg.norm(w, axis=0).min() < 1e-9 * scale.min() or len(y) < 10 * k:
+    values = mean
+    for turn in range(6):  # two turns from Z'Z to block scores, then four to let whitening and theta settle
+        y, x, z, number = _rows(white, blocks, response, phi, hats)
+        size = np.linalg.norm(z, axis=0)
+        if len(y) < 10 * k or size.max() < 1e-9 * np.linalg.norm(x):
             break
-        cross = (w / scale).T @ (x / scale)
-        if np.linalg.cond(cross) > 1e10:
+        z = z / (size + 1e-300)
+        cross = z.T @ x
+        scores = _scores(z * (y - x @ values)[:, None], number)
+        count = len(scores)
+        spread = scores.T @ scores * count / max(count - k, 1) if turn else z.T @ z * float(y.var())
+        weighted = np.linalg.lstsq(spread, cross, rcond=1e-10)[0]
+        information = cross.T @ weighted + np.diag(std**-2.0)
+        scale = 1.0 / np.sqrt(np.diag(information) + 1e-300)
+        scaled = information * np.outer(scale, scale)
+        if np.linalg.cond(scaled) > 1e12:
             break
-        values = np.linalg.solve(cross, (w / scale).T @ y) / scale
+        covariance = np.linalg.inv(scaled) * np.outer(scale, scale)
+        values = covariance @ (weighted.T @ (z.T @ y) + mean * std**-2.0)
         white = _whitening([r - p @ values for r, p in zip(response, phi, strict=True)], blocks)
     else:
-        scores = _scores(w * (y - x @ values)[:, None], number)
-        count = len(scores)
-        inverse = np.linalg.solve(cross, np.eye(k)) / scale[:, None] / scale[None, :]
-        covariance = inverse @ (scores.T @ scores) @ inverse.T * count / max(count - k, 1)
-        student = t_distribution.ppf(0.975, max(count - k, 1))
-        half_widths = student * np.sqrt(np.diag(covariance))
-        shares = _shares(x, w)
+        half_widths = t_distribution.ppf(0.975, max(count - k, 1)) * np.sqrt(np.diag(covariance))
+        shares = _shares(x, z)
         return AxisInstruments(
-            regression.name, names, values, covariance, half_widths, shares, blocks, response, phi, z, white
+            regression.name, names, values, covariance, half_widths, shares, blocks, response, phi, hats, white
         )
     unknown = np.full((k, k), inf)
     return AxisInstruments(
-        regression.name, names, np.full(k, nan), unknown, unknown[0], np.zeros(k), blocks, response, phi, z, white
+        regression.name, names, np.full(k, nan), unknown, unknown[0], np.zeros(k), blocks, response, phi, hats, white
     )
 
 

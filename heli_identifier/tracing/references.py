@@ -3,24 +3,23 @@
 A reference r is what a pilot or a plan asked for. It moves the rig and knows nothing of the air, so it can serve as an
 instrument. Where a controller flies,
 
-    v = r - C(y),      C(y) = k y + k' y'_f + k'' F y,      y'_f = p q/(p + q) y,      F = p/(p + beta)
+    F v = r - C(y),     C(y) = F (k y + k' y'_q) + k'' y,     y'_q = p q/(p + q) y,     F = p/(p + beta)
 
-with C without noise. Hence r is rebuilt from what is logged, channel by channel: v_f - v_r answers pitch and travel,
-v_f + v_r the elevation. Steps, smoothed by a lag of rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so
+with C without noise, so r is rebuilt from what is logged: v_f - v_r answers pitch and travel, v_f + v_r the elevation.
+F = 1 for a controller without integral term; one that is missed would leave feedback in r. Steps, smoothed by a lag of
+rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so the L1 regression
 
-    min over k, q, c, beta of  sum |D (F v + C(y))|,       F = 1 for a controller without integral term
+    min over k, q, c, beta of  sum |D (F v + C(y))|
 
-is exact however large the steps are (L1 regression). An integral term missed would leave feedback in r; the whole
-equation filtered by F turns that term into k'' of y.
+is exact however large the steps are. Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad],
+v voltages [V], q, c, beta rates [1/s].
 
-Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad], v voltages [V], q and c and beta [1/s].
-
-Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the own past"; E. J. Candes and
-T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
+Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the own past"; E. J. Candes
+and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,24 +30,25 @@ from scipy.stats import f as f_distribution
 from heli_identifier.records import Log
 
 Array = NDArray[np.float64]
-CHANNELS: Mapping[str, tuple[tuple[str, ...], tuple[int, ...]]] = {
-    "v_front - v_rear": (("pitch", "travel"), (0, 2)),
-    "v_front + v_rear": (("elevation",), (1,)),
+CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
+    "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
+    "v_front + v_rear": (1.0, ("elevation",), (1,)),
 }
-"""Each channel of the voltages: the references that enter it and the columns of the angles that it answers."""
-
+"""Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
 STILL_RATE = 0.05
 """A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
 ADDED_R2 = 0.01
 """What the outputs' past may add to a reference's own past; feedback in disguise adds .1 to 1."""
 LOOP_R2 = 0.02
-"""What the angles' innovations must tell of the voltages where a controller flies; measured: .05 and more."""
+"""What the angles' innovations must tell of the voltages where a controller flies."""
 OUTSIDE_SHARE = 0.2
 """Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
 SATURATED_SHARE = 0.1
-"""Most samples at the voltages' limit for r to be rebuilt, since there it is interpolated."""
+"""Most samples at the voltages' limit, where r has to be interpolated."""
 ROWS = 1500
-"""Samples of a log used by the L1 regression: its equations are exact, more of them only cost time."""
+"""Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
+EXACT = 0.001
+"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own."""
 
 
 @dataclass(frozen=True)
@@ -60,16 +60,11 @@ class Controller:
     channel : str
         Sum or difference of the voltages.
     gains : Mapping[str, float]
-        Voltage for one unit of each term, as fed back (a minus sign taken out): angle [V/rad], rate [V s/rad] and,
-        with an integral term, the integral of the angle [V/(rad s)].
-    pole : float
-        Pole q of the filtered derivative [1/s].
-    smoothing : float
-        Rate c of the reference's own lag [1/s]; infinite for plain steps.
-    integral : float
-        Rate beta [1/s] of the integral term; 0 without one.
+        Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)].
+    pole, smoothing, integral : float
+        Rates q, c (infinite for plain steps) and beta (0 without integral term) [1/s].
     share : float
-        Variance of the rebuilt reference over that of reference and feedback together.
+        Variance of the rebuilt reference over the sum of that and of the feedback.
     """
 
     channel: str
@@ -93,11 +88,11 @@ class References:
     origins : tuple[str, ...]
         For each log "voltages" (open loop), "logged", "rebuilt", "logged and rebuilt" or "none".
     controllers : tuple[tuple[Controller, ...], ...]
-        For each log the controllers recovered.
+        For each log the controllers recovered, those of too small a share among them.
     closed_loop : bool
         Whether a controller flew in any of the logs.
     notes : tuple[str, ...]
-        What was accepted and refused, and why, one sentence each.
+        What was refused and why, one sentence each.
     """
 
     names: tuple[str, ...]
@@ -105,11 +100,11 @@ class References:
     origins: tuple[str, ...]
     controllers: tuple[tuple[Controller, ...], ...]
     closed_loop: bool
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
 
 def find_references(logs: Sequence[Log]) -> References:
-    """Find in each log the signals that come from outside: logged ones by test, else rebuilt ones, else the voltages.
+    """Find in each log what came from outside: logged references by test, else rebuilt ones, else the voltages.
 
     Parameters
     ----------
@@ -119,76 +114,66 @@ def find_references(logs: Sequence[Log]) -> References:
     Returns
     -------
     References
-        Empty (m = 0) if nothing came from outside.
+        With m = 0 if nothing came from outside.
     """
-    found: list[dict[str, Array]] = []
-    origins, controllers, notes = [], [], []
-    loops = [feedback(log) for log in logs]
-    for log, closed in zip(logs, loops, strict=True):
-        signals: dict[str, Array] = {}
-        laws: list[Controller] = []
-        for channel, (axes, columns) in CHANNELS.items():
-            voltage = channel_voltage(log, channel)
-            if not closed:
-                signals[channel] = voltage
+    closed = [feedback(log) for log in logs]
+    found: list[dict[str, Array]] = [{} for _ in logs]
+    laws: list[list[Controller]] = [[] for _ in logs]
+    notes: list[str] = []
+    for channel, (sign, axes, columns) in CHANNELS.items():
+        answering: list[tuple[int, _Law]] = []
+        for i, log in enumerate(logs):
+            if not closed[i]:
+                found[i][channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
                 continue
-            for axis in axes:
-                if axis in log.references:
-                    reason = refusal(log.references[axis], log.angles, log.rate_hz)
-                    if reason is None:
-                        signals[axis] = np.asarray(log.references[axis])
-                    else:
-                        notes.append(f"{log.name}: the {axis} reference is not used, {reason}.")
-            if not signals.keys() & set(axes):
-                law, result = rebuild(log, channel, axes, columns)
-                if law is None or isinstance(result, str):
-                    notes.append(f"{log.name}: what moved {channel} from outside cannot be rebuilt, {result}.")
+            for axis in (axis for axis in axes if axis in log.references):
+                reason = refusal(log.references[axis], log.angles, log.rate_hz)
+                if reason:
+                    notes.append(f"{log.name}: the {axis} reference is not used, {reason}.")
                 else:
-                    signals[channel] = result
-                    laws.append(law)
-        kinds = [kind for kind, any_of in (("logged", signals.keys() - CHANNELS.keys()), ("rebuilt", laws)) if any_of]
-        origins.append(" and ".join(kinds) or "none" if closed else "voltages")
-        found.append(signals)
-        controllers.append(tuple(laws))
-    every = [name for channel, (axes, _) in CHANNELS.items() for name in (*axes, channel)]
+                    found[i][axis] = np.asarray(log.references[axis], dtype=float)
+            if not found[i].keys() & set(axes):
+                answering.append((i, _Law(log, sign, columns)))
+        for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
+            for _, law in answering:
+                law.search([other.shape for _, other in answering if len(other.shape)], again=turn > 0)
+        for i, law in answering:
+            controller, signal, reason = law.rebuilt(channel, axes)
+            if reason:
+                notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt, {reason}.")
+            else:
+                found[i][channel] = signal
+            if controller:
+                laws[i].append(controller)
+    origins = []
+    for signals, loop in zip(found, closed, strict=True):
+        kinds = ("logged" if signals.keys() - CHANNELS.keys() else "", "rebuilt" if signals.keys() & CHANNELS else "")
+        origins.append(" and ".join(kind for kind in kinds if kind) or "none" if loop else "voltages")
+    every = [name for channel, (_, axes, _) in CHANNELS.items() for name in (*axes, channel)]
     names = tuple(name for name in every if any(name in signals for signals in found))
-    arrays = tuple(
-        np.column_stack([signals.get(name, np.zeros(len(log.angles))) for name in names])
-        if names
-        else np.zeros((len(log.angles), 0))
-        for log, signals in zip(logs, found, strict=True)
-    )
-    return References(names, arrays, tuple(origins), tuple(controllers), any(loops), tuple(notes))
-
-
-def channel_voltage(log: Log, channel: str) -> Array:
-    """Sum or difference of a log's voltages [V], shape (N,)."""
-    return log.voltages[:, 0] + (1.0 if "+" in channel else -1.0) * log.voltages[:, 1]
+    arrays = []
+    for log, signals in zip(logs, found, strict=True):
+        nothing = np.zeros(len(log.angles))
+        arrays.append(np.array([signals.get(name, nothing) for name in names]).reshape(len(names), -1).T)
+    return References(names, tuple(arrays), tuple(origins), tuple(map(tuple, laws)), any(closed), tuple(notes))
 
 
 def feedback(log: Log) -> bool:
     """Recognise a controller: do the angles' innovations tell more of the voltages than the voltages' own past?
 
-    The innovations are what the past of angles and voltages does not tell of the angles: the air and the encoders. In
+    The innovations are what the past of angles and voltages does not tell of the angles, the air and the encoders. In
     open loop they know nothing of the voltages, however long the rig's memory is.
-
-    Returns
-    -------
-    bool
-        True where voltages answer angles.
     """
-    every = max(1, round(log.rate_hz / 25.0))  # 25 Hz: below any controller's rate, above the rig's motion
-    angles, lags = log.angles[::every], 6
-    voltages = np.column_stack([channel_voltage(log, channel) for channel in CHANNELS])[::every]
+    every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
+    angles = log.angles[::every]
+    voltages = log.voltages[::every] @ np.array([[1.0, 1.0], [1.0, -1.0]])
+    if len(angles) < 100:
+        return False
     innovations = _residual(angles[lags:], _past(np.hstack([angles, voltages]), lags))
-    later = _past(voltages, lags)[lags:]
     told = np.hstack([innovations[lags:], _past(innovations, lags)])
-    for column in range(2):
-        target = voltages[2 * lags :, column]
-        added, chance = _added_r2(target, later, told)
-        if added > LOOP_R2 and chance < 1e-4:  # both channels of ten logs: one false alarm in 500 sets
-            return True
-    return False
+    own, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
+    found = [_added_r2(now[:, i], own, told) for i in range(2)]
+    return any(added > LOOP_R2 and chance < 1e-4 for added, chance in found)
 
 
 def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
@@ -210,151 +195,128 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
     str or None
         Why it is no reference; None if it is one.
     """
-    signal = np.asarray(signal, dtype=float)
-    span = float(np.ptp(signal))
-    if not np.isfinite(span) or span <= 1e-9 * max(1.0, float(np.abs(signal).max())):
+    every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
+    slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
+    span = float(np.ptp(slow))
+    if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
         return "it never moves"
-    every = max(1, round(rate_hz / 10.0))  # 10 Hz, ten samples: what the loop did within a second
-    still = float(np.mean(np.abs(np.diff(signal[::every])) * rate_hz / every < STILL_RATE * span))
+    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
     if steps and still < 0.5:
         return f"it is still in {still:.0%} of the samples, a reference in at least 50 %"
-    lags, slow = 5, signal[::every]
-    own = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]])
-    outputs = _past(angles[::every], lags + 1)
-    target = np.diff(slow)[lags:]
+    own, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
     added, chance = _added_r2(target, own, outputs)
-    if added > ADDED_R2 and chance < 1e-3:
-        # few steps are no normal noise: what outputs of other times add by chance is the scale
-        shifts = np.linspace(20, len(outputs) - 20, 99).astype(int) if len(outputs) > 60 else ()
-        by_chance = [_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts]
-        if by_chance and added < max(by_chance):
-            return None
-        return f"the outputs' past adds R2 {added:.2f} to its own past (bound {ADDED_R2:g}): it is feedback"
-    return None
+    if added <= ADDED_R2 or chance > 1e-3:
+        return None
+    # a few steps are no normal noise: the scale is what outputs of other times, 2 s off and more, add by chance
+    shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
+    if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
+        return None
+    return f"the outputs' past adds R2 {added:.2f} to its own past (bound {ADDED_R2:g}), it is feedback"
 
 
-def rebuild(
-    log: Log, channel: str, axes: Sequence[str], columns: Sequence[int]
-) -> tuple[Controller, Array] | tuple[None, str]:
-    """Rebuild what came from outside in one channel of the voltages.
+class _Law:
+    """The L1 regression of one channel of one log; shape = (ln q, ln c) or (ln q, ln c, ln beta)."""
 
-    Parameters
-    ----------
-    log : Log
-        Flown by a controller.
-    channel : str
-        Key of `CHANNELS`.
-    axes : sequence of str, length n
-        Names of the angles that the channel may answer.
-    columns : sequence of int, length n
-        Their columns.
+    def __init__(self, log: Log, sign: float, columns: Sequence[int]) -> None:
+        changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
+        hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
+        first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
+        self.rows, self.h, self.log, self.n = np.arange(first, len(log.angles), hold), hold / log.rate_hz, log, len(columns)
+        voltages = log.voltages[self.rows]
+        self.signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
+        self.signals = self.signals - self.signals[:, :1]
+        self.limit = float(np.abs(log.voltages).max())
+        self.clipped = (np.abs(voltages) > 0.999 * self.limit).any(axis=1)
+        if self.clipped.sum() <= 5:  # a largest value is no limit
+            self.clipped[:] = False
+        usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
+        self.usable = usable[:: max(1, len(usable) // ROWS)]
+        self.steps = np.diff(self.signals)
+        self.bounds = np.log([[1.0, 0.3, 0.02], [6.0 / self.h, 6.0 / self.h, 3.0]])  # beyond: no derivative, no steps, no I
+        self.shape, self.least = np.array([]), np.inf
 
-    Returns
-    -------
-    tuple
-        The controller and r [V], shape (N,); or None and the reason.
-    """
-    hold = _hold(log.voltages)
-    h = hold / log.rate_hz
-    rows = slice(_phase(log.voltages, hold), None, hold)
-    voltage, angles = channel_voltage(log, channel)[rows], log.angles[rows][:, list(columns)]
-    limit = np.abs(log.voltages).max()
-    clipped = (np.abs(log.voltages[rows]) > 0.999 * limit).any(axis=1)
-    if clipped.sum() <= 5:  # a largest value is no limit
-        clipped[:] = False
-    if clipped.mean() > SATURATED_SHARE:
-        return None, f"{clipped.mean():.0%} of the samples are at the limit of {limit:.2f} V"
-    touched = np.convolve(clipped, np.ones(3), "full")[2 : len(clipped)] > 0
-    usable = np.flatnonzero(~touched)
-    usable = usable[:: max(1, len(usable) // ROWS)]
-
-    def terms(shape: Array) -> tuple[Array, Array]:
-        """F v and the columns of C(y) for (ln q, ln c, ln beta), the last one left out without integral term."""
-        rates = _derivative(angles, np.exp(shape[0]), h)
+    def terms(self, signals: Array, shape: Array) -> Array:
+        """F v and the regressors of C, one row each."""
+        kept = np.exp(-np.exp(shape[0]) * self.h)
+        slope = (1.0 - kept) / self.h
+        rows = np.vstack([signals, lfilter([slope, -slope], [1.0, -kept], signals[1:])])
         if len(shape) < 3:
-            return voltage, np.hstack([angles, rates])
-        beta = np.exp(shape[2])
-        return _washed(voltage, beta, h), np.hstack([_washed(np.hstack([angles, rates]), beta, h), angles])
+            return rows
+        return np.vstack([lfilter([1.0, -1.0], [1.0, -np.exp(-np.exp(shape[2]) * self.h)], rows), signals[1:]])
 
-    def loss(shape: Array, rounds: int = 15) -> tuple[float, Array]:
-        """ln of the mean absolute innovation, and the gains that make it least."""
-        a = np.exp(-np.exp(shape[1]) * h)
-        target, bank = (lfilter([1.0, -a], [1.0], np.diff(x, axis=0), axis=0)[1:][usable] for x in terms(shape))
-        scale = np.abs(bank).mean(axis=0) + 1e-12
-        gains, size = _least_absolute(bank / scale, target, rounds)
+    def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
+        """ln of the mean absolute innovation but for the largest tenth, and gains of L1 by iteratively reweighted LS."""
+        if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
+            return np.inf, np.array([])
+        rows = self.terms(self.steps, shape)
+        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[1]) * self.h) * rows[:, self.usable]
+        scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
+        target, bank = rows[0], rows[1:] / scale[:, None]
+        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows whether a law is exact
+        for _ in range(rounds):
+            weighted = bank * weight
+            normal = weighted @ bank.T
+            normal[np.diag_indices_from(normal)] += 1e-12 * np.trace(normal) + 1e-300
+            gains = np.linalg.solve(normal, weighted @ target)
+            residual = np.abs(target - gains @ bank)
+            size = float(np.partition(residual, most)[:most].mean())
+            weight = 1.0 / np.maximum(residual, 1e-2 * size + 1e-15)
         return float(np.log(size + 1e-12)), gains / scale
 
-    # q from 5 to 100 1/s and plain differences; c from slow smoothing to plain steps; beta from .1 to 1 1/s
-    starts = [np.log([q, c]) for q in (5.0, 8.0, 12.0, 20.0, 40.0, 100.0, 5.0 / h) for c in (1.0, 3.0, 10.0 / h)]
-    best = _polished(loss, min(starts, key=lambda shape: loss(shape, 4)[0]))
-    with_integral = [np.append(best, np.log(beta)) for beta in (0.1, 0.3, 1.0)]
-    integral = _polished(loss, min(with_integral, key=lambda shape: loss(shape, 4)[0]))
-    if loss(integral)[0] < loss(best)[0] - 0.2:
-        best = integral
-    gains = loss(best)[1]
-    target, bank = terms(best)
-    answer = bank @ gains
-    outside = target - answer
-    outside[clipped] = np.interp(np.flatnonzero(clipped), np.flatnonzero(~clipped), outside[~clipped])
-    share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
-    if share < OUTSIDE_SHARE:
-        return None, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
-    reason = refusal(outside, log.angles[rows], 1.0 / h, steps=False)
-    if reason is not None:
-        return None, f"no law of the usual form fits; in what remains {reason.split(': ')[0]}"
-    n = len(axes)
-    beta = float(np.exp(best[2])) if len(best) > 2 else 0.0
-    named = {axis: -gains[i] - (gains[2 * n + i] if beta else 0.0) for i, axis in enumerate(axes)}
-    named |= {f"{axis} rate": -gains[n + i] for i, axis in enumerate(axes)}
-    if beta:
-        named |= {f"{axis} integral": -beta * gains[2 * n + i] for i, axis in enumerate(axes)}
-    smoothing = float(np.exp(best[1])) if np.exp(best[1]) * h < 3.0 else np.inf
-    law = Controller(channel, {k: float(v) for k, v in named.items()}, float(np.exp(best[0])), smoothing, beta, share)
-    full = np.interp(np.arange(log.angles.shape[0]), np.arange(len(log.angles))[rows], outside)
-    return law, full
+    def search(self, known: Sequence[Array], *, again: bool) -> None:
+        """Scan and polish the rates from the grid and from the laws of other logs."""
+        if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
+            return
+        size = np.log(np.abs(self.steps[0]).mean() + 1e-12)
+        best = min(known, key=lambda shape: self.loss(shape)[0], default=None)
+        if again and (best is None or best is self.shape or self.loss(best)[0] > self.least - 0.05):
+            return
+        if best is None or self.loss(best)[0] - size > np.log(EXACT):
+            fast = 5.0 / self.h
+            grid = [np.log([q, c]) for q in (6.0, 12.0, 25.0, 50.0, 100.0, fast) for c in (1.0, 3.0, fast)]
+            plain = self.polished(min(grid, key=lambda shape: self.loss(shape, 4)[0]))
+            slow = [np.append(plain[0], np.log([c, b])) for b in (0.1, 0.3, 1.0) for c in (np.exp(plain[1]), 3.5, fast)]
+            whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
+            gain = self.loss(plain)[0] - self.loss(whole)[0]
+            fresh = whole if gain > 0.1 else plain  # an integral term that is not there gains by chance alone
+            best = fresh if best is None or self.loss(fresh)[0] < self.loss(best)[0] else best
+        else:
+            best = self.polished(best)
+        if self.loss(best)[0] < self.least:
+            self.shape, self.least = best, self.loss(best)[0]
 
+    def polished(self, start: Array) -> Array:
+        """Nelder and Mead from a start, since the loss has kinks where it is least."""
+        corners = np.vstack([start, start + 0.15 * np.eye(len(start))])
+        options = {"maxfev": 40 * len(start), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
+        return np.asarray(minimize(lambda x: self.loss(x, 8)[0], start, method="Nelder-Mead", options=options).x)
 
-def _polished(loss, start: Array) -> Array:
-    """Nelder and Mead from a start: the L1 loss has kinks at its least."""
-    found = minimize(lambda shape: loss(shape, 8)[0], start, method="Nelder-Mead", options={"maxfev": 70, "xatol": 1e-3,
-                     "fatol": 1e-2, "initial_simplex": np.vstack([start, start + 0.2 * np.eye(len(start))])})
-    return np.asarray(found.x)
-
-
-def _least_absolute(bank: Array, target: Array, rounds: int) -> tuple[Array, float]:
-    """Coefficients of least mean absolute residual, and that mean, by iteratively reweighted least squares."""
-    weight = np.ones(len(target))
-    for _ in range(rounds):
-        weighted = bank.T * weight
-        normal = weighted @ bank
-        normal[np.diag_indices_from(normal)] += 1e-12 * np.trace(normal) + 1e-300
-        gains = np.linalg.solve(normal, weighted @ target)
-        residual = np.abs(target - bank @ gains)
-        weight = 1.0 / np.maximum(residual, 1e-3 * residual.mean() + 1e-15)
-    return gains, float(residual.mean())
-
-
-def _derivative(signal: Array, pole: float, h: float) -> Array:
-    """p q/(p + q) of a sampled signal from rest at its first value."""
-    kept = np.exp(-pole * h)
-    return lfilter([(1.0 - kept) / h, -(1.0 - kept) / h], [1.0, -kept], signal - signal[:1], axis=0)
-
-
-def _washed(signal: Array, beta: float, h: float) -> Array:
-    """p/(p + beta) of a sampled signal from rest at its first value."""
-    return lfilter([1.0, -1.0], [1.0, -np.exp(-beta * h)], signal - signal[:1], axis=0)
-
-
-def _hold(voltages: Array) -> int:
-    """Samples for which a controller slower than the log holds its voltages; 1 if it is as fast."""
-    changes = np.flatnonzero(np.any(np.diff(voltages, axis=0) != 0.0, axis=1))
-    return max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1
-
-
-def _phase(voltages: Array, hold: int) -> int:
-    """First sample of a hold."""
-    changes = np.flatnonzero(np.any(np.diff(voltages, axis=0) != 0.0, axis=1)) + 1
-    return int(np.bincount(changes % hold, minlength=hold).argmax()) if len(changes) else 0
+    def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array, str]:
+        """The controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
+        nothing = np.zeros(len(self.log.angles))
+        if not len(self.shape):
+            clipped = f"{self.clipped.mean():.0%} of the samples are at the limit of {self.limit:.2f} V"
+            return None, nothing, clipped if self.clipped.any() else "the log is too short or the voltages rest"
+        gains, rates, n = self.loss(self.shape)[1], np.exp(self.shape), self.n
+        rows = self.terms(self.signals, self.shape)
+        answer = gains @ rows[1:]
+        outside = rows[0] - answer
+        free = np.flatnonzero(~self.clipped)
+        outside = np.interp(np.arange(len(outside)), free, outside[free])
+        share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
+        beta = float(rates[2]) if len(rates) > 2 else 0.0
+        slow = gains[2 * n :] if beta else np.zeros(n)
+        named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(axes)}
+        named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
+        named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
+        smoothing = float(rates[1]) if rates[1] * self.h < 3.0 else np.inf
+        law = Controller(channel, named, float(rates[0]), smoothing, beta, share)
+        if share < OUTSIDE_SHARE:
+            return law, nothing, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
+        reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
+        if reason:
+            return None, nothing, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
+        return law, np.interp(np.arange(len(nothing)), self.rows, outside), ""
 
 
 def _past(signals: Array, lags: int) -> Array:
@@ -373,9 +335,8 @@ def _added_r2(target: Array, own: Array, others: Array) -> tuple[float, float]:
     """Share of what ``own`` leaves that ``others`` tell, adjusted for their number, and its p value by an F test."""
     left = float(np.sum(_residual(target, own) ** 2))
     rest = float(np.sum(_residual(target, np.hstack([own, others])) ** 2))
-    free = len(target) - own.shape[1] - others.shape[1] - 1
+    number, free = others.shape[1], len(target) - own.shape[1] - others.shape[1] - 1
     if free < 10 or left <= 1e-12 * float(np.sum(target**2)):
         return 0.0, 1.0
-    ratio = (left - rest) / others.shape[1] / (rest / free + 1e-300)
-    adjusted = 1.0 - (rest / free) / (left / (free + others.shape[1]))
-    return adjusted, float(f_distribution.sf(ratio, others.shape[1], free))
+    chance = float(f_distribution.sf((left - rest) / number / (rest / free + 1e-300), number, free))
+    return 1.0 - (rest / free) / (left / (free + number)), chance
