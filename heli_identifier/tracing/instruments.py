@@ -91,11 +91,14 @@ class Regression:
         The angle y of each log [rad].
     terms : tuple[Term, ...]
         The regressors; a constant by log need not be among them.
+    known : sequence of NDArray, shape (N,) each, optional
+        Accelerations [rad/s2] of effects that are not estimated here.
     """
 
     name: str
     outputs: Sequence[Array]
     terms: tuple[Term, ...]
+    known: Sequence[Array] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -237,6 +240,9 @@ def instruments(
     for regression in regressions:
         outputs = [_reduce(np.asarray(y)[:, None], rate) for y, rate in zip(regression.outputs, rates, strict=True)]
         response = tuple(_filtered(y, 2)[:, 0] for y in outputs)
+        if regression.known is not None:
+            known = [_filtered(_reduce(a, rate), 0) for a, rate in zip(regression.known, rates, strict=True)]
+            response = tuple(y - a for y, a in zip(response, known, strict=True))
         phi, z = (tuple(_columns(regression.terms, s) for s in source) for source in (inputs, hats))
         axes.append(_axis(regression, response, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))

@@ -45,7 +45,7 @@ OUTSIDE_SHARE = 0.2
 """Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
 SATURATED_SHARE = 0.1
 """Most samples at the voltages' limit, where r has to be interpolated."""
-ROWS = 1500
+ROWS = 800
 """Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
 EXACT = 0.001
 """Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own."""
@@ -61,15 +61,17 @@ class Controller:
         Sum or difference of the voltages.
     gains : Mapping[str, float]
         Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)].
-    pole, smoothing, integral : float
-        Rates q, c (infinite for plain steps) and beta (0 without integral term) [1/s].
+    poles : tuple[float, ...]
+        Rate q of each angle's derivative filter [1/s].
+    smoothing, integral : float
+        Rates c (infinite for plain steps) and beta (0 without integral term) [1/s].
     share : float
         Variance of the rebuilt reference over the sum of that and of the feedback.
     """
 
     channel: str
     gains: Mapping[str, float]
-    pole: float
+    poles: tuple[float, ...]
     smoothing: float
     integral: float
     share: float
@@ -151,10 +153,10 @@ def find_references(logs: Sequence[Log]) -> References:
         origins.append(" and ".join(kind for kind in kinds if kind) or "none" if loop else "voltages")
     every = [name for channel, (_, axes, _) in CHANNELS.items() for name in (*axes, channel)]
     names = tuple(name for name in every if any(name in signals for signals in found))
-    arrays = []
-    for log, signals in zip(logs, found, strict=True):
-        nothing = np.zeros(len(log.angles))
-        arrays.append(np.array([signals.get(name, nothing) for name in names]).reshape(len(names), -1).T)
+    arrays = [np.zeros((len(log.angles), len(names))) for log in logs]
+    for array, signals in zip(arrays, found, strict=True):
+        for name, signal in signals.items():
+            array[:, names.index(name)] = signal
     return References(names, tuple(arrays), tuple(origins), tuple(map(tuple, laws)), any(closed), tuple(notes))
 
 
@@ -215,7 +217,7 @@ def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True)
 
 
 class _Law:
-    """The L1 regression of one channel of one log; shape = (ln q, ln c) or (ln q, ln c, ln beta)."""
+    """The L1 regression of one channel of one log; shape = ln of (q of each of n angles, c), or of (..., c, beta)."""
 
     def __init__(self, log: Log, sign: float, columns: Sequence[int]) -> None:
         changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
@@ -232,24 +234,25 @@ class _Law:
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
         self.usable = usable[:: max(1, len(usable) // ROWS)]
         self.steps = np.diff(self.signals)
-        self.bounds = np.log([[1.0, 0.3, 0.02], [6.0 / self.h, 6.0 / self.h, 3.0]])  # beyond: no derivative, no steps, no I
+        n, fast = self.n, 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
+        self.bounds = np.log([[0.5] * n + [0.01, 0.02], [fast] * n + [fast, 3.0]])
         self.shape, self.least = np.array([]), np.inf
 
     def terms(self, signals: Array, shape: Array) -> Array:
         """F v and the regressors of C, one row each."""
-        kept = np.exp(-np.exp(shape[0]) * self.h)
-        slope = (1.0 - kept) / self.h
-        rows = np.vstack([signals, lfilter([slope, -slope], [1.0, -kept], signals[1:])])
-        if len(shape) < 3:
+        kept = np.exp(-np.exp(shape) * self.h)
+        rates = [lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)]
+        rows = np.vstack([signals, *rates])
+        if len(shape) == self.n + 1:
             return rows
-        return np.vstack([lfilter([1.0, -1.0], [1.0, -np.exp(-np.exp(shape[2]) * self.h)], rows), signals[1:]])
+        return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
 
     def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
         """ln of the mean absolute innovation but for the largest tenth, and gains of L1 by iteratively reweighted LS."""
         if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
             return np.inf, np.array([])
         rows = self.terms(self.steps, shape)
-        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[1]) * self.h) * rows[:, self.usable]
+        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
         weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows whether a law is exact
@@ -272,13 +275,18 @@ class _Law:
         if again and (best is None or best is self.shape or self.loss(best)[0] > self.least - 0.05):
             return
         if best is None or self.loss(best)[0] - size > np.log(EXACT):
-            fast = 5.0 / self.h
-            grid = [np.log([q, c]) for q in (6.0, 12.0, 25.0, 50.0, 100.0, fast) for c in (1.0, 3.0, fast)]
-            plain = self.polished(min(grid, key=lambda shape: self.loss(shape, 4)[0]))
-            slow = [np.append(plain[0], np.log([c, b])) for b in (0.1, 0.3, 1.0) for c in (np.exp(plain[1]), 3.5, fast)]
+            n, fast = self.n, 5.0 / self.h
+            poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
+            grid = [np.log([q] * n + [c]) for q in poles for c in (0.1, 1.0, 3.0, fast)]
+            plain = min(grid, key=lambda shape: self.loss(shape, 4)[0])
+            for i in range(1, n):  # each angle may have a derivative filter of its own
+                plain = min([_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0])
+            plain = self.polished(plain)
+            slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
+            slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
             whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
             gain = self.loss(plain)[0] - self.loss(whole)[0]
-            fresh = whole if gain > 0.1 else plain  # an integral term that is not there gains by chance alone
+            fresh = whole if gain > 0.25 else plain  # an integral term that is not there gains by chance alone
             best = fresh if best is None or self.loss(fresh)[0] < self.loss(best)[0] else best
         else:
             best = self.polished(best)
@@ -304,19 +312,24 @@ class _Law:
         free = np.flatnonzero(~self.clipped)
         outside = np.interp(np.arange(len(outside)), free, outside[free])
         share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
-        beta = float(rates[2]) if len(rates) > 2 else 0.0
+        beta = float(rates[n + 1]) if len(rates) > n + 1 else 0.0
         slow = gains[2 * n :] if beta else np.zeros(n)
         named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(axes)}
         named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
         named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
-        smoothing = float(rates[1]) if rates[1] * self.h < 3.0 else np.inf
-        law = Controller(channel, named, float(rates[0]), smoothing, beta, share)
+        smoothing = float(rates[n]) if rates[n] * self.h < 3.0 else np.inf
+        law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, share)
         if share < OUTSIDE_SHARE:
             return law, nothing, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
         reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
         if reason:
             return None, nothing, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
         return law, np.interp(np.arange(len(nothing)), self.rows, outside), ""
+
+
+def _with(shape: Array, index: int, value: float) -> Array:
+    """A shape with one entry replaced."""
+    return np.where(np.arange(len(shape)) == index, value, shape)
 
 
 def _past(signals: Array, lags: int) -> Array:
