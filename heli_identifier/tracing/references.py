@@ -47,7 +47,7 @@ SATURATED_SHARE = 0.1
 """Most samples at the voltages' limit, where r has to be interpolated."""
 ROWS = 800
 """Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
-EXACT = 0.001
+EXACT = 0.0001
 """Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own."""
 
 
@@ -281,12 +281,14 @@ class _Law:
             plain = min(grid, key=lambda shape: self.loss(shape, 4)[0])
             for i in range(1, n):  # each angle may have a derivative filter of its own
                 plain = min([_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0])
-            plain = self.polished(plain)
-            slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
-            slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
-            whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
-            gain = self.loss(plain)[0] - self.loss(whole)[0]
-            fresh = whole if gain > 0.25 else plain  # an integral term that is not there gains by chance alone
+            plain = self.polished(self.polished(plain))
+            fresh = plain
+            if self.loss(plain)[0] - size > np.log(EXACT):
+                slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
+                slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
+                whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
+                gain = self.loss(plain)[0] - self.loss(whole)[0]
+                fresh = whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
             best = fresh if best is None or self.loss(fresh)[0] < self.loss(best)[0] else best
         else:
             best = self.polished(best)
