@@ -1,0 +1,357 @@
+"""Which signals moved the rig from outside: references that are logged, rebuilt from the voltages, or the voltages.
+
+A reference r is what a pilot or a plan asked for. It moves the rig and knows nothing of the air, so it can serve as an
+instrument. Where a controller flies,
+
+    F v = r - C(y),     C(y) = F (k y + k' y'_q) + k'' y,     y'_q = p q/(p + q) y,     F = p/(p + beta)
+
+with C without noise, so r is rebuilt from what is logged: v_f - v_r answers pitch and travel, v_f + v_r the elevation.
+F = 1 for a controller without integral term; one that is missed would leave feedback in r. Steps, smoothed by a lag of
+rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so the L1 regression
+
+    min over k, q, c, beta of  sum |D (F v + C(y))|
+
+is exact however large the steps are. Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad],
+v voltages [V], q, c, beta rates [1/s].
+
+Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the own past"; E. J. Candes
+and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.signal import lfilter
+from scipy.stats import f as f_distribution
+
+from heli_identifier.records import Log
+
+Array = NDArray[np.float64]
+CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
+    "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
+    "v_front + v_rear": (1.0, ("elevation",), (1,)),
+}
+"""Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
+STILL_RATE = 0.05
+"""A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
+ADDED_R2 = 0.01
+"""What the outputs' past may add to a reference's own past; feedback in disguise adds .1 to 1."""
+LOOP_R2 = 0.02
+"""What the angles' innovations must tell of the voltages where a controller flies."""
+OUTSIDE_SHARE = 0.2
+"""Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
+SATURATED_SHARE = 0.1
+"""Most samples at the voltages' limit, where r has to be interpolated."""
+ROWS = 800
+"""Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
+EXACT = 0.0001
+"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own."""
+
+
+@dataclass(frozen=True)
+class Controller:
+    """The law of one channel as recovered from one log.
+
+    Attributes
+    ----------
+    channel : str
+        Sum or difference of the voltages.
+    gains : Mapping[str, float]
+        Voltage taken away for one unit of an angle [V/rad], a rate [V s/rad] and, if any, an integral [V/(rad s)].
+    poles : tuple[float, ...]
+        Rate q of each angle's derivative filter [1/s].
+    smoothing, integral : float
+        Rates c (infinite for plain steps) and beta (0 without integral term) [1/s].
+    share : float
+        Variance of the rebuilt reference over the sum of that and of the feedback.
+    """
+
+    channel: str
+    gains: Mapping[str, float]
+    poles: tuple[float, ...]
+    smoothing: float
+    integral: float
+    share: float
+
+
+@dataclass(frozen=True, eq=False)
+class References:
+    """What moved the rig from outside, log by log.
+
+    Attributes
+    ----------
+    names : tuple[str, ...]
+        The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop.
+    signals : tuple[NDArray, ...]
+        For each log an array of shape (N, m); a column of zeros where a log does not have that signal.
+    origins : tuple[str, ...]
+        For each log "voltages" (open loop), "logged", "rebuilt", "logged and rebuilt" or "none".
+    controllers : tuple[tuple[Controller, ...], ...]
+        For each log the controllers recovered, those of too small a share among them.
+    closed_loop : bool
+        Whether a controller flew in any of the logs.
+    notes : tuple[str, ...]
+        What was refused and why, one sentence each.
+    """
+
+    names: tuple[str, ...]
+    signals: tuple[Array, ...]
+    origins: tuple[str, ...]
+    controllers: tuple[tuple[Controller, ...], ...]
+    closed_loop: bool
+    notes: tuple[str, ...] = ()
+
+
+def find_references(logs: Sequence[Log]) -> References:
+    """Find in each log what came from outside: logged references by test, else rebuilt ones, else the voltages.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Logs of one rig, of any rates, lengths and controllers.
+
+    Returns
+    -------
+    References
+        With m = 0 if nothing came from outside.
+    """
+    closed = [feedback(log) for log in logs]
+    found: list[dict[str, Array]] = [{} for _ in logs]
+    laws: list[list[Controller]] = [[] for _ in logs]
+    notes: list[str] = []
+    for channel, (sign, axes, columns) in CHANNELS.items():
+        answering: list[tuple[int, _Law]] = []
+        for i, log in enumerate(logs):
+            if not closed[i]:
+                found[i][channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
+                continue
+            for axis in (axis for axis in axes if axis in log.references):
+                reason = refusal(log.references[axis], log.angles, log.rate_hz)
+                if reason:
+                    notes.append(f"{log.name}: the {axis} reference is not used, {reason}.")
+                else:
+                    found[i][axis] = np.asarray(log.references[axis], dtype=float)
+            if not found[i].keys() & set(axes):
+                answering.append((i, _Law(log, sign, columns)))
+        for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
+            for _, law in answering:
+                law.search([other.shape for _, other in answering if len(other.shape)], again=turn > 0)
+        for i, law in answering:
+            controller, signal, reason = law.rebuilt(channel, axes)
+            if reason:
+                notes.append(f"{logs[i].name}: what moved {channel} from outside cannot be rebuilt, {reason}.")
+            else:
+                found[i][channel] = signal
+            if controller:
+                laws[i].append(controller)
+    origins = []
+    for signals, loop in zip(found, closed, strict=True):
+        kinds = ("logged" if signals.keys() - CHANNELS.keys() else "", "rebuilt" if signals.keys() & CHANNELS else "")
+        origins.append(" and ".join(kind for kind in kinds if kind) or "none" if loop else "voltages")
+    every = [name for channel, (_, axes, _) in CHANNELS.items() for name in (*axes, channel)]
+    names = tuple(name for name in every if any(name in signals for signals in found))
+    arrays = [np.zeros((len(log.angles), len(names))) for log in logs]
+    for array, signals in zip(arrays, found, strict=True):
+        for name, signal in signals.items():
+            array[:, names.index(name)] = signal
+    return References(names, tuple(arrays), tuple(origins), tuple(map(tuple, laws)), any(closed), tuple(notes))
+
+
+def feedback(log: Log) -> bool:
+    """Recognise a controller: do the angles' innovations tell more of the voltages than the voltages' own past?
+
+    The innovations are what the past of angles and voltages does not tell of the angles, the air and the encoders. In
+    open loop they know nothing of the voltages, however long the rig's memory is.
+    """
+    every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
+    angles = log.angles[::every]
+    voltages = log.voltages[::every] @ np.array([[1.0, 1.0], [1.0, -1.0]])
+    if len(angles) < 100:
+        return False
+    innovations = _residual(angles[lags:], _past(np.hstack([angles, voltages]), lags))
+    told = np.hstack([innovations[lags:], _past(innovations, lags)])
+    own, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
+    found = [_added_r2(now[:, i], own, told) for i in range(2)]
+    return any(added > LOOP_R2 and chance < 1e-4 for added, chance in found)
+
+
+def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
+    """Test a candidate: still in at least half of the samples, and not told by the outputs' past.
+
+    Parameters
+    ----------
+    signal : NDArray, shape (N,)
+        The candidate, any unit.
+    angles : NDArray, shape (N, 3)
+        Pitch, elevation and travel [rad].
+    rate_hz : float
+        Sampling rate [Hz].
+    steps : bool
+        Whether the signal has to be still in half of the samples.
+
+    Returns
+    -------
+    str or None
+        Why it is no reference; None if it is one.
+    """
+    every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
+    slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
+    span = float(np.ptp(slow))
+    if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
+        return "it never moves"
+    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
+    if steps and still < 0.5:
+        return f"it is still in {still:.0%} of the samples, a reference in at least 50 %"
+    own, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
+    added, chance = _added_r2(target, own, outputs)
+    if added <= ADDED_R2 or chance > 1e-3:
+        return None
+    # a few steps are no normal noise: the scale is what outputs of other times, 2 s off and more, add by chance
+    shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
+    if added < max(_added_r2(target, own, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
+        return None
+    return f"the outputs' past adds R2 {added:.2f} to its own past (bound {ADDED_R2:g}), it is feedback"
+
+
+class _Law:
+    """The L1 regression of one channel of one log; shape = ln of (q of each of n angles, c), or of (..., c, beta)."""
+
+    def __init__(self, log: Log, sign: float, columns: Sequence[int]) -> None:
+        changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
+        hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
+        first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
+        self.rows, self.h, self.log, self.n = np.arange(first, len(log.angles), hold), hold / log.rate_hz, log, len(columns)
+        voltages = log.voltages[self.rows]
+        self.signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
+        self.signals = self.signals - self.signals[:, :1]
+        self.limit = float(np.abs(log.voltages).max())
+        self.clipped = (np.abs(voltages) > 0.999 * self.limit).any(axis=1)
+        if self.clipped.sum() <= 5:  # a largest value is no limit
+            self.clipped[:] = False
+        usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
+        self.usable = usable[:: max(1, len(usable) // ROWS)]
+        self.steps = np.diff(self.signals)
+        n, fast = self.n, 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
+        self.bounds = np.log([[0.5] * n + [0.01, 0.02], [fast] * n + [fast, 3.0]])
+        self.shape, self.least = np.array([]), np.inf
+
+    def terms(self, signals: Array, shape: Array) -> Array:
+        """F v and the regressors of C, one row each."""
+        kept = np.exp(-np.exp(shape) * self.h)
+        rates = [lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)]
+        rows = np.vstack([signals, *rates])
+        if len(shape) == self.n + 1:
+            return rows
+        return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
+
+    def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
+        """ln of the mean absolute innovation but for the largest tenth, and gains of L1 by iteratively reweighted LS."""
+        if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
+            return np.inf, np.array([])
+        rows = self.terms(self.steps, shape)
+        rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[self.n]) * self.h) * rows[:, self.usable]
+        scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
+        target, bank = rows[0], rows[1:] / scale[:, None]
+        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows whether a law is exact
+        for _ in range(rounds):
+            weighted = bank * weight
+            normal = weighted @ bank.T
+            normal[np.diag_indices_from(normal)] += 1e-12 * np.trace(normal) + 1e-300
+            gains = np.linalg.solve(normal, weighted @ target)
+            residual = np.abs(target - gains @ bank)
+            size = float(np.partition(residual, most)[:most].mean())
+            weight = 1.0 / np.maximum(residual, 1e-2 * size + 1e-15)
+        return float(np.log(size + 1e-12)), gains / scale
+
+    def search(self, known: Sequence[Array], *, again: bool) -> None:
+        """Scan and polish the rates from the grid and from the laws of other logs."""
+        if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
+            return
+        size = np.log(np.abs(self.steps[0]).mean() + 1e-12)
+        best = min(known, key=lambda shape: self.loss(shape)[0], default=None)
+        if again and (best is None or best is self.shape or self.loss(best)[0] > self.least - 0.05):
+            return
+        if best is None or self.loss(best)[0] - size > np.log(EXACT):
+            n, fast = self.n, 5.0 / self.h
+            poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
+            grid = [np.log([q] * n + [c]) for q in poles for c in (0.1, 1.0, 3.0, fast)]
+            plain = min(grid, key=lambda shape: self.loss(shape, 4)[0])
+            for i in range(1, n):  # each angle may have a derivative filter of its own
+                plain = min([_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0])
+            plain = self.polished(self.polished(plain))
+            fresh = plain
+            if self.loss(plain)[0] - size > np.log(EXACT):
+                slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
+                slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
+                whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
+                gain = self.loss(plain)[0] - self.loss(whole)[0]
+                fresh = whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
+            best = fresh if best is None or self.loss(fresh)[0] < self.loss(best)[0] else best
+        else:
+            best = self.polished(best)
+        if self.loss(best)[0] < self.least:
+            self.shape, self.least = best, self.loss(best)[0]
+
+    def polished(self, start: Array) -> Array:
+        """Nelder and Mead from a start, since the loss has kinks where it is least."""
+        corners = np.vstack([start, start + 0.15 * np.eye(len(start))])
+        options = {"maxfev": 40 * len(start), "xatol": 1e-4, "fatol": 1e-3, "initial_simplex": corners}
+        return np.asarray(minimize(lambda x: self.loss(x, 8)[0], start, method="Nelder-Mead", options=options).x)
+
+    def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array, str]:
+        """The controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
+        nothing = np.zeros(len(self.log.angles))
+        if not len(self.shape):
+            clipped = f"{self.clipped.mean():.0%} of the samples are at the limit of {self.limit:.2f} V"
+            return None, nothing, clipped if self.clipped.any() else "the log is too short or the voltages rest"
+        gains, rates, n = self.loss(self.shape)[1], np.exp(self.shape), self.n
+        rows = self.terms(self.signals, self.shape)
+        answer = gains @ rows[1:]
+        outside = rows[0] - answer
+        free = np.flatnonzero(~self.clipped)
+        outside = np.interp(np.arange(len(outside)), free, outside[free])
+        share = float(outside.var() / (outside.var() + answer.var() + 1e-30))
+        beta = float(rates[n + 1]) if len(rates) > n + 1 else 0.0
+        slow = gains[2 * n :] if beta else np.zeros(n)
+        named = {axis: -float(gains[i] + slow[i]) for i, axis in enumerate(axes)}
+        named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
+        named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
+        smoothing = float(rates[n]) if rates[n] * self.h < 3.0 else np.inf
+        law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, share)
+        if share < OUTSIDE_SHARE:
+            return law, nothing, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
+        reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
+        if reason:
+            return None, nothing, f"no law of the usual form fits, of what remains {reason.split(', ')[0]}"
+        return law, np.interp(np.arange(len(nothing)), self.rows, outside), ""
+
+
+def _with(shape: Array, index: int, value: float) -> Array:
+    """A shape with one entry replaced."""
+    return np.where(np.arange(len(shape)) == index, value, shape)
+
+
+def _past(signals: Array, lags: int) -> Array:
+    """The samples 1 to ``lags`` before each, side by side, shape (N - lags, lags m)."""
+    return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
+
+
+def _residual(target: Array, columns: Array) -> Array:
+    """What a regression on columns and a constant leaves."""
+    bank = np.column_stack([columns, np.ones(len(columns))])
+    bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
+    return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]
+
+
+def _added_r2(target: Array, own: Array, others: Array) -> tuple[float, float]:
+    """Share of what ``own`` leaves that ``others`` tell, adjusted for their number, and its p value by an F test."""
+    left = float(np.sum(_residual(target, own) ** 2))
+    rest = float(np.sum(_residual(target, np.hstack([own, others])) ** 2))
+    number, free = others.shape[1], len(target) - own.shape[1] - others.shape[1] - 1
+    if free < 10 or left <= 1e-12 * float(np.sum(target**2)):
+        return 0.0, 1.0
+    chance = float(f_distribution.sf((left - rest) / number / (rest / free + 1e-300), number, free))
+    return 1.0 - (rest / free) / (left / (free + number)), chance

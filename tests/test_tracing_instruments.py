@@ -1,0 +1,171 @@
+"""Instruments: unbiased under feedback in coloured air, intervals that cover, a judge that keeps its level."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from heli_identifier.errors import LogError
+from heli_identifier.tracing.instruments import Regression, Term, instruments
+
+TRUTH = np.array([0.3, 1.0, 0.4])  # damping [1/s], stiffness [1/s2], gain [rad/s2/V]
+RATE, LOGS, SEEDS, SECONDS = 50.0, 4, 40, 40
+TERMS = (Term("damping", lambda s: -s[:, 0], 1), Term("stiffness", lambda s: -s[:, 0]), Term("gain", lambda s: s[:, 1]))
+
+
+@cache
+def flights(asked=0.5, seed=0):
+    """Angles y, voltages v and references r of SEEDS x LOGS flights: arrays of shape (SEEDS, LOGS, N).
+
+    y'' = -d y' - c y + k v + torque, Ornstein and Uhlenbeck's of .3 rad/s2 and rate 2 1/s; the exact step of a held v.
+    """
+    rng, h, n, fine = np.random.default_rng(seed), 1.0 / RATE, round(SECONDS * RATE), 10
+    d, c, k = TRUTH
+    shape = (SEEDS, LOGS)
+    r = np.repeat(rng.normal(0.0, asked, (*shape, SECONDS // 4)), round(4 * RATE), axis=2)
+    y, v = np.zeros((*shape, n)), np.zeros((*shape, n))
+    x, rate, air, kept = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.exp(-2.0 * h)
+    for i in range(n):
+        y[..., i] = x
+        v[..., i] = 8.0 * (r[..., i] - x) - 5.0 * rate
+        air = kept * air + 0.3 * np.sqrt(1.0 - kept**2) * rng.normal(size=shape)
+        for _ in range(fine):
+            rate = rate + h / fine * (-d * rate - c * x + k * v[..., i] + air)
+            x = x + h / fine * rate
+    return y, v, r
+
+
+def held(v):
+    """What a voltage held from its sample on is worth at the samples: the mean of both sides."""
+    return 0.5 * (v + np.r_[v[:1], v[:-1]])
+
+
+def estimate(seed, logs=LOGS, asked=0.5, **options):
+    y, v, r = (a[seed, :logs] for a in flights(asked))
+    signals = [np.column_stack([a, held(b)]) for a, b in zip(y, v, strict=True)]
+    axis = Regression("pitch", list(y), options.pop("terms", TERMS), options.pop("known", None))
+    return instruments([axis], signals, [a[:, None] for a in r], [RATE] * logs, **options)
+
+
+@cache
+def repeated():
+    return [estimate(seed) for seed in range(SEEDS)]
+
+
+def least_squares(axis):
+    """Ordinary least squares on the same filtered rows."""
+    keep = [number >= 0 for number in axis.blocks]
+    x = np.vstack([(p - p[k].mean(0))[k] for p, k in zip(axis.regressors, keep, strict=True)])
+    y = np.hstack([(a - a[k].mean())[k] for a, k in zip(axis.response, keep, strict=True)])
+    return np.linalg.lstsq(x, y, rcond=None)[0]
+
+
+def test_feedback_biases_least_squares_and_not_instruments():
+    axes = [e.axes[0] for e in repeated()]
+    gains = np.array([axis.values[2] for axis in axes])
+    error = gains.std(ddof=1) / np.sqrt(SEEDS)
+    assert abs(gains.mean() - TRUTH[2]) < 3.0 * error + 0.01 * TRUTH[2]  # 1 %: both filters sample a continuous plant
+    biased = np.array([least_squares(axis)[2] for axis in axes[:10]])
+    assert biased.mean() < 0.85 * TRUTH[2]
+
+
+def test_intervals_cover_within_what_sampling_allows():
+    """40 repetitions of three intervals of 95 %: at least as many as 99.9 % of binomial draws of 40 hold."""
+    inside = sum(np.abs(e.axes[0].values - TRUTH) < e.axes[0].half_widths for e in repeated())
+    assert np.all(inside >= binom.ppf(0.001, SEEDS, 0.95))
+    widths = np.array([e.axes[0].half_widths[2] for e in repeated()])
+    assert np.median(widths) < 0.2 * TRUTH[2]  # and they say something
+
+
+def test_the_judge_keeps_its_level_and_rejects_half_the_gain():
+    p_values = np.array([e.judge_parameters("pitch", TRUTH).p_value for e in repeated()])
+    assert (p_values < 0.05).sum() <= binom.ppf(0.999, SEEDS, 0.05)
+    wrong = [e.judge_parameters("pitch", TRUTH * (1.0, 1.0, 0.5)) for e in repeated()]
+    assert all(judgement.p_value < 0.001 for judgement in wrong)
+    assert wrong[0].freedom == 3
+
+
+def test_accelerations_along_the_motion_are_judged_like_parameters():
+    y, v, _ = (a[0] for a in flights())
+    plant = [
+        (-TRUTH[0] * np.gradient(a, 1 / RATE) - TRUTH[1] * a + TRUTH[2] * held(b))[:, None]
+        for a, b in zip(y, v, strict=True)
+    ]
+    by_acceleration = repeated()[0].judge(plant)[0]
+    by_parameters = repeated()[0].judge_parameters("pitch", TRUTH)
+    assert by_acceleration.chi2 == pytest.approx(by_parameters.chi2, abs=1.0)  # derivatives by two rules
+
+
+def test_shares_tell_how_much_came_from_outside():
+    stirred = np.mean([e.axes[0].shares[2] for e in repeated()[:5]])
+    quiet = np.mean([estimate(seed, asked=0.02).axes[0].shares[2] for seed in range(5)])
+    assert stirred > 0.3
+    assert quiet < 0.1
+
+
+def test_nothing_from_outside_is_said():
+    y, v, r = (a[0] for a in flights())
+    signals = [np.column_stack([a, held(b)]) for a, b in zip(y, v, strict=True)]
+    axis = Regression("pitch", list(y), TERMS)
+    found = instruments([axis], signals, [np.zeros((r.shape[1], 0))] * LOGS, [RATE] * LOGS)
+    assert np.isinf(found.axes[0].half_widths).all()
+    assert np.isnan(found.axes[0].values).all()
+    assert found.judge_parameters("pitch", TRUTH).p_value == 1.0
+
+
+def test_a_single_log_is_cut_into_halves_with_wider_intervals():
+    """Half the data for K and a quarter of the rows: right, with about twice the width."""
+    one = [estimate(seed, logs=1).axes[0] for seed in range(20)]
+    inside = sum(abs(axis.values[2] - TRUTH[2]) < axis.half_widths[2] for axis in one)
+    assert inside >= binom.ppf(0.001, 20, 0.95)
+    assert np.median([axis.half_widths[2] for axis in one]) > np.median([e.axes[0].half_widths[2] for e in repeated()])
+
+
+def test_logs_of_several_rates_agree():
+    """The same flights, two of them at twice the rate by interpolation: within a quarter of the interval."""
+    y, v, r = (a[0] for a in flights())
+    n = y.shape[1]
+    fine = np.arange(2 * n) / 2.0
+    signals = [np.column_stack([a, held(b)]) for a, b in zip(y, v, strict=True)]
+    grids = [np.arange(n), np.arange(n), fine, fine]
+
+    def on(grid, signal):
+        return np.column_stack([np.interp(grid, np.arange(n), column) for column in signal.T])
+
+    moved = [on(g, s) for g, s in zip(grids, signals, strict=True)]
+    axis = Regression("pitch", [s[:, 0] for s in moved], TERMS)
+    references = [on(g, a[:, None]) for g, a in zip(grids, r, strict=True)]
+    found = instruments([axis], moved, references, [RATE, RATE, 2 * RATE, 2 * RATE]).axes[0]
+    one = repeated()[0].axes[0]
+    assert np.all(np.abs(found.values - one.values) < 0.25 * one.half_widths)
+
+
+def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
+    prior = (Term("damping", TERMS[0].of, 1, (TRUTH[0], 0.01)), *TERMS[1:])
+    with_prior, without = estimate(3, terms=prior).axes[0], repeated()[3].axes[0]
+    assert with_prior.half_widths[0] < 0.025
+    assert np.all(with_prior.half_widths[1:] <= 1.05 * without.half_widths[1:])
+
+
+def test_known_accelerations_are_taken_off():
+    y, v, _ = (a[0] for a in flights())
+    spring = [-0.25 * a for a in y]
+    shifted = estimate(0, known=spring).axes[0]
+    assert shifted.values[1] == pytest.approx(repeated()[0].axes[0].values[1] - 0.25, abs=1e-3)
+
+
+def test_samples_left_out_do_not_count():
+    y, v, r = (a[0].copy() for a in flights())
+    keep = [np.ones(y.shape[1], bool) for _ in range(LOGS)]
+    keep[1][800:1000] = False
+    axis = [Regression("pitch", list(y), TERMS)]
+    signals = [np.column_stack([a, held(b)]) for a, b in zip(y, v, strict=True)]
+    found = instruments(axis, signals, [a[:, None] for a in r], [RATE] * LOGS, keep).axes[0]
+    assert np.all(found.blocks[1][400:500] == -1)
+    assert abs(found.values[2] - TRUTH[2]) < 1.5 * found.half_widths[2]
+
+
+def test_a_log_below_25_hz_is_refused_with_its_rate():
+    with pytest.raises(LogError, match="20 Hz must be at least 25 Hz"):
+        instruments([], [np.zeros((100, 1))], [np.zeros((100, 1))], [20.0])
