@@ -1,0 +1,265 @@
+"""The fit: Gauss-Newton on the criterion between bounds, and a coarse scan of the air against local optima.
+
+The plant's coordinates x, the air's z and the offsets b of the logs move together. A step is at most
+:data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. Once a step brings nothing more, the air
+of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .likelihood import Likelihood, Point, Quadratic
+from .noise import SHAPES, kalman, physical
+from .rig import Coordinate, Parameters
+from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN, SCANNED
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A plant fitted to the records of a rig.
+
+    Attributes
+    ----------
+    likelihood : Likelihood
+    coordinates : tuple of Coordinate
+        Parameters that were estimated, P of them.
+    x : Array, shape (P,)
+    point : Point
+    e : list of Array, shapes (N_i, a)
+        Innovations [rad].
+    sigma : Array, shape (a,)
+        Their scales [rad].
+    value : float
+        F [nats].
+    quadratic : Quadratic
+        Of F there.
+    at_bound : NDArray of bool, shape (P,)
+    """
+
+    likelihood: Likelihood
+    coordinates: tuple[Coordinate, ...]
+    x: Array
+    point: Point
+    e: list[Array]
+    sigma: Array
+    value: float
+    quadratic: Quadratic
+    at_bound: NDArray[np.bool_]
+
+    @property
+    def parameters(self) -> Parameters:
+        """The plant."""
+        return self.point.parameters
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the parameters that were estimated."""
+        return tuple(coordinate.field for coordinate in self.coordinates)
+
+    def estimate(self, name: str) -> float:
+        """Give the value of a parameter; of a gain the slope at the operating point."""
+        return self.likelihood.rig.read(self.parameters, name)
+
+    def slope(self, name: str) -> float:
+        """Give abs(dp/dx) of a parameter where it is, in its unit."""
+        i = self.fields.index(name)
+        return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
+
+    def gradient(self, read: Callable[[Parameters], float]) -> Array:
+        """Give the derivative (P,) of a number that is read off the plant by the coordinates x."""
+        rig, found = self.likelihood.rig, np.empty(len(self.x))
+        for i, (c, x) in enumerate(zip(self.coordinates, self.x, strict=True)):
+            low, high = (read(rig.assign(self.parameters, {c.field: c.value(x + d)})) for d in (-1e-4, 1e-4))
+            found[i] = (high - low) / 2e-4
+        return found
+
+    def air(self) -> Array:
+        """Give standard deviation s [rad/s^2] and rates c, f [1/s] of the torque of every axis, shape (3, a)."""
+        found = physical(self.point.z)
+        return np.vstack((found[0] * self.encoder_noise(), found[1:]))
+
+    def encoder_noise(self) -> Array:
+        """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
+        step = self.likelihood.records[0].step
+        linear, found = self.likelihood.rig.linear(self.parameters), physical(self.point.z)
+        S = [kalman(step, *map(float, (*own, *found[:, i])))[3] for i, own in enumerate(linear)]
+        return np.asarray(self.sigma / np.sqrt(S))
+
+
+def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Minimise g.s + s.H.s/2 under low <= s <= high by an active set.
+
+    Returns
+    -------
+    s : Array, shape (n,)
+    fixed : NDArray of bool, shape (n,)
+        Where a bound holds.
+    """
+    fixed, s = np.zeros(len(g), dtype=bool), np.zeros(len(g))
+    for _ in range(len(g)):
+        free = ~fixed
+        s[free] = np.linalg.solve(H[np.ix_(free, free)], -(g[free] + H[np.ix_(free, fixed)] @ s[fixed]))
+        outside = free & ((s < low - 1e-12) | (s > high + 1e-12))
+        if not outside.any():
+            break
+        s = np.clip(s, low, high)
+        fixed |= outside
+    return s, fixed
+
+
+class _Search:
+    """A point that moves: coordinates, air, offsets, and F there."""
+
+    def __init__(self, likelihood: Likelihood, coordinates: Sequence[Coordinate], x: Array, point: Point):
+        self.likelihood, self.coordinates = likelihood, tuple(coordinates)
+        self.low = np.array([c.bounds[0] for c in coordinates])
+        self.high = np.array([c.bounds[1] for c in coordinates])
+        self.x, self.point = np.clip(x, self.low, self.high), point
+        self.point = self.at(self.x, point.z, point.offsets)
+        self.measure()
+
+    def at(self, x: Array, z: Array, offsets: Array) -> Point:
+        values = {c.field: c.value(float(v)) for c, v in zip(self.coordinates, x, strict=True)}
+        parameters = self.likelihood.rig.assign(self.point.parameters, values)
+        return replace(self.point, parameters=parameters, z=z, offsets=offsets)
+
+    def measure(self) -> None:
+        self.e = self.likelihood.innovations(self.point)
+        of_axes, self.sigma = self.likelihood.of_axes(self.e)
+        self.value = float(of_axes.sum()) + self.likelihood.priors(self.x, self.point)
+
+    def linearise(self) -> None:
+        self.quadratic = self.likelihood.linearise(self.point, self.coordinates, self.x, self.sigma)
+
+    def step(self) -> float:
+        """Take one Gauss-Newton step; give the fall of F."""
+        self.linearise()
+        H, g = self.quadratic.total
+        P, z = len(self.x), self.point.z
+        low = np.concatenate((self.low - self.x, np.full(z.size, -1.0)))
+        high = np.concatenate((self.high - self.x, np.full(z.size, 1.0)))
+        s, fixed = bounded_step(H, g, low, high)
+        self.at_bound = fixed[:P]
+        share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
+        before = self.x, self.point, self.e, self.sigma, self.value
+        for _ in range(HALVINGS):
+            taken = share * s
+            offsets = before[1].offsets + np.array(
+                [share * c - D @ taken for c, D in self.quadratic.back]
+            )
+            self.x = np.clip(before[0] + taken[:P], self.low, self.high)
+            self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
+            self.measure()
+            if self.value < before[4]:
+                return before[4] - self.value
+            share *= 0.5
+        self.x, self.point, self.e, self.sigma, self.value = before
+        return 0.0
+
+    def scan_air(self) -> bool:
+        """Move the air of every axis to the best of a coarse grid; give whether F fell by enough to go on."""
+        z, records = self.point.z, self.likelihood.records
+        some = 1 + int(np.searchsorted(np.cumsum([r.time[-1] for r in records]), SCANNED))
+        few, e = records[:some], self.e[:some]
+        best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
+        chosen = z.copy()
+        for move in AIR_SCAN:
+            tried = z + np.array(move)[:, None]
+            F = self.likelihood.of_axes(self.likelihood.recoloured(self.point, e, tried), few)[0]
+            F = F + 0.5 * (tried**2).sum(0)
+            better = F < best
+            best = np.where(better, F, best)
+            chosen[:, better] = tried[:, better]
+        if (chosen == z).all():
+            return False
+        before = self.point, self.e, self.sigma, self.value
+        self.point = replace(self.point, z=chosen)
+        self.measure()
+        if self.value < before[3] - SCAN_GAIN:
+            return True
+        self.point, self.e, self.sigma, self.value = before
+        return False
+
+
+def fit(
+    likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None, shapes: Mapping[str, float] | None = None
+) -> Fit:
+    """Fit a plant to the records of a rig.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    fields : sequence of str
+        Parameters to estimate; the others keep the values of ``start``, or what the rig is given as.
+    start : Fit, optional
+        Where to begin.
+    shapes : mapping of str to float, optional
+        Values of parameters to begin from.
+
+    Returns
+    -------
+    Fit
+    """
+    rig = likelihood.rig
+    if start is None:
+        first = rig.estimate(likelihood.records)
+        coordinates = [rig.coordinate(name, first) for name in fields]
+        point = Point(first, np.zeros((SHAPES, len(rig.axes))), np.zeros((len(likelihood.records), len(rig.axes))))
+        x = np.array([c.coordinate(rig.read(first, c.field)) for c in coordinates]).clip(-2.5, 2.5)
+    else:
+        point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
+        coordinates = [rig.coordinate(name, point.parameters) for name in fields]
+        x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
+    search = _Search(likelihood, coordinates, x, point)
+    scans = 0
+    for _ in range(ITERATIONS):
+        if search.step() < CONVERGED:
+            if scans == (2 if start is None else 1) or not search.scan_air():
+                break
+            scans += 1
+    search.linearise()
+    return Fit(
+        likelihood, tuple(coordinates), search.x, search.point, search.e, search.sigma, search.value,
+        search.quadratic, search.at_bound,
+    )  # fmt: skip
+
+
+def with_own_offsets(fitted: Fit) -> Fit:
+    """Estimate how much the logs' offsets differ, and fit again with that.
+
+    tau^2 = (nu s^2 + sum_l (b_l - mean b)^2) / (nu + L - 1) on every axis, with what is known beforehand (nu, s); what
+    the logs have in common is no offset but a constant torque, which a plant has to name.
+    """
+    nu, s = OFFSET_PRIOR
+    b = fitted.point.offsets
+    tau = np.sqrt((nu * s**2 + ((b - b.mean(0)) ** 2).sum(0)) / (nu + len(b) - 1))
+    return fit(replace(fitted.likelihood, offset_width=tau), fitted.fields, fitted)
+
+
+def covariance(fitted: Fit) -> Array:
+    r"""Covariance (P, P) of the plant's coordinates x, which holds where the model of the noise does not quite.
+
+        C = D H^-1 D,    D_jj^2 = max(1, [H^-1 V H^-1]_jj / [H^-1]_jj, [H^-1 V_L H^-1]_jj / [H^-1]_jj)
+
+    H is the Hessian of F, V the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of
+    whole logs: what differs from log to log (a gain that drifts, a cable that lies otherwise) is no noise of a block.
+    The larger counts; the correlations are those of H. V_L of few logs is known badly: the blocks' V counts in it as
+    one log more. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+    """
+    quadratic = fitted.quadratic
+    H, _ = quadratic.total
+    free = np.concatenate((~fitted.at_bound, np.ones(len(H) - len(fitted.x), dtype=bool)))
+    inverse = np.zeros_like(H)
+    inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+    model = np.maximum(np.diag(inverse), 1e-300)
+    of_blocks = [own.sum(1) for own in quadratic.blocks]
+    V = ((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model
+    squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
+    V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
+    D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
+    return np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])
