@@ -8,9 +8,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from heli_identifier.records import Log
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, diagnose, fit, helicopter, records_of
-from heli_identifier.tracing.helicopter import family_of
+from heli_identifier.tracing.fit import fit
+from heli_identifier.tracing.helicopter import family_of, helicopter
+from heli_identifier.tracing.identification import Identification, identify_plant
+from heli_identifier.tracing.likelihood import Likelihood
+from heli_identifier.tracing.records import records_of
+from heli_identifier.tracing.score import Scores
 from heli_identifier.tracing.select import with_shapes
+from heli_identifier.tracing.settings import LikelihoodSettings
 from heli_plant.parameters import PlantParameters
 from tests.blind.windy import WindyLog, WindyTruth
 
@@ -50,23 +55,23 @@ def log_of(name: str, log: WindyLog) -> Log:
     return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
 
 
-def measured(diagnosis: Diagnosis) -> Measured:
-    """Read off a diagnosis what the benchmark compares with the truth."""
-    reports = {name: diagnosis.parameters[name] for name in ("k_x", "k_z", "k_y")}
-    agreement = diagnosis.agreement
+def measured(found: Identification) -> Measured:
+    """Read off an identification what the benchmark compares with the truth."""
+    reports = {name: found.parameters[name] for name in ("k_x", "k_z", "k_y")}
+    findings = found.selection.findings
     return Measured(
         {name: (r.estimate.value, 1.96 * (r.estimate.standard_error or 0.0)) for name, r in reports.items()},
         {name: _STATUS[r.determination.value] for name, r in reports.items()},
-        frozenset(effect.family for effect in diagnosis.effects),
-        frozenset(effect.family for effect in diagnosis.possible),
-        diagnosis.plant_after,
-        None if agreement is None else agreement.expected,
+        frozenset(finding.effect.family for finding in findings if finding.established),
+        frozenset(finding.effect.family for finding in findings if not finding.established),
+        found.plant.parameters,
+        None if found.agreement is None else found.agreement.expected,
     )
 
 
 def diagnosed(training: Sequence[Log], held_out: Sequence[Log]) -> Measured:
-    """Diagnose one half."""
-    return measured(diagnose(training, held_out=held_out))
+    """Identify the plant of one half; the held-out logs decide nothing."""
+    return measured(identify_plant(training))
 
 
 def families(effects: Iterable[str]) -> frozenset[str]:
@@ -82,7 +87,7 @@ def true_plant(truth: WindyTruth) -> PlantParameters:
 
 def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Likelihood:
     """Likelihood of logs, about a plant if one is given."""
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    rig = helicopter(LikelihoodSettings(), [log.angles for log in logs], [log.voltages for log in logs])
     if plant is not None:
         rig = replace(rig, parameters=plant, estimate=lambda _: plant)
     return Likelihood(rig, records_of(logs, rig, {}))
@@ -91,7 +96,7 @@ def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Li
 def scores_told(training: Sequence[Log], effects: Sequence[str]) -> dict[str, float]:
     """Score of each effect, by "name/axis", in a fit that is told the structure [nats]."""
     likelihood = _likelihood(training)
-    candidates = likelihood.rig.effects
+    candidates = likelihood.rig.candidates
     fields = [effect.replace("/", "_") for effect in effects]
     fitted = fit(likelihood, with_shapes(list(likelihood.rig.base), fields, candidates))
     found = Scores(fitted, candidates).scores(fields)

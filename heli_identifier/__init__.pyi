@@ -5,6 +5,7 @@ __all__ = [
     "Identification",
     "Log",
     "LogFormat",
+    "Look",
     "ParameterSet",
     "RigConfiguration",
     "Simulation",
@@ -15,6 +16,7 @@ __all__ = [
     "diagnose",
     "identify",
     "linearise",
+    "look",
     "read_configuration",
     "read_data_set",
     "read_log",
@@ -32,5 +34,6 @@ from .workbench.interface.checking import Check, check
 from .workbench.interface.diagnosis import Diagnosis, diagnose
 from .workbench.interface.identification import Identification, identify
 from .workbench.interface.linearisation import linearise
+from .workbench.interface.looking import Look, look
 from .workbench.interface.simulation import Simulation, simulate
 from .workbench.interface.units import build

@@ -45,7 +45,9 @@ def test_the_template_shows_every_key_and_all_of_them_can_be_switched_on(tmp_pat
         "columns",
         "units",
         "signs",
+        "references",
     }
+    assert set(content["log"]["references"]) == angles
     assert set(content["log"]["columns"]) == set(content["log"]["units"]) == signals
     assert set(content["log"]["signs"]) == signals - {"time"}
     assert set(content["rig"]["encoder_counts"]) == angles

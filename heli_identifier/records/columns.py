@@ -112,6 +112,46 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
     return tuple(columns)
 
 
+def find_references(headers: Sequence[str], format: LogFormat, file: str) -> tuple[Column, ...]:
+    """Find the columns of what the pilot asked of an axis.
+
+    Parameters
+    ----------
+    headers, format, file
+        As for :func:`find_columns`.
+
+    Returns
+    -------
+    tuple[Column, ...]
+        One for each axis that has a reference; unit and factor are the axis's where the header states no unit.
+
+    Raises
+    ------
+    LogError
+        If a column that the configuration names is missing, or its unit is missing or unknown.
+    """
+    found = []
+    for axis in ANGLES:
+        named = format.references.get(axis, f"{axis}_reference")
+        places = _called(named, headers)
+        stated = name_and_unit(headers[places[0]])[1] if places else None
+        unit = understood(axis, stated or format.units.get(axis, "")) if places else None
+        if axis in format.references and len(places) != 1:
+            raise LogError(
+                f"{file}: {len(places)} columns are called {named!r}, which [log.references] of {HELI_TOML} names for "
+                f"the {axis}; the file has {', '.join(map(repr, headers))}."
+            )
+        if axis in format.references and unit is None:
+            raise LogError(
+                f"{file}: the unit of {headers[places[0]]!r} is missing or unknown; state the unit of the {axis} under "
+                f"[log.units] of {HELI_TOML}."
+            )
+        if unit is not None and len(places) == 1:
+            factor = factor_to_si(axis, unit, format.counts_per_turn(axis))
+            found.append(Column(axis, places[0], unit, factor * format.sign(axis)))
+    return tuple(found)
+
+
 def name_and_unit(text: str) -> tuple[str, str | None]:
     """Split a header into the name, without the path of a struct, and the unit; None where it states none."""
     last = text.strip()
@@ -131,7 +171,11 @@ def _places(signal: str, headers: Sequence[str], format: LogFormat) -> list[int]
     """Columns of a signal: those of the name that the configuration states, else those that are called like it."""
     if signal not in format.columns:
         return [i for i, text in enumerate(headers) if _plain(name_and_unit(text)[0]) == signal]
-    name = format.columns[signal].strip()
+    return _called(format.columns[signal].strip(), headers)
+
+
+def _called(name: str, headers: Sequence[str]) -> list[int]:
+    """Columns of a name: to the letter, without its unit, then in any case and with blanks for underscores."""
     for alike in (
         lambda text: text == name,
         lambda text: name_and_unit(text)[0] == name,

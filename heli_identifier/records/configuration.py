@@ -170,6 +170,16 @@ class _Signals(_Section, Generic[Value], frozen=True):
         return {signal: value for signal, value in msgspec.structs.asdict(self).items() if value is not None}
 
 
+class _References(_Section, frozen=True):
+    pitch: str | None = None
+    elevation: str | None = None
+    travel: str | None = None
+
+    def given(self) -> dict[str, str]:
+        """Headers of the references that the section names."""
+        return {axis: header for axis, header in msgspec.structs.asdict(self).items() if header is not None}
+
+
 class _EncoderCounts(_Section, frozen=True):
     pitch: int = CONTRACT.counts_per_turn("pitch")
     elevation: int = CONTRACT.counts_per_turn("elevation")
@@ -197,6 +207,7 @@ class _Log(_Section, frozen=True):
     columns: _Signals[str] = _Signals()
     units: _Signals[str] = _Signals()
     signs: _Signals[int] = _Signals()
+    references: _References = _References()
 
 
 class _File(_Section, frozen=True):
@@ -241,6 +252,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
             columns=log.columns.given(),
             units=log.units.given(),
             signs=log.signs.given(),
+            references=log.references.given(),
             swap_rotors=log.swap_rotors,
             start=log.start,
             end=log.end,

@@ -30,6 +30,9 @@ class LogFormat:
         Unit of a signal; overrides the unit in the header.
     signs : Mapping[str, int]
         +1 or -1 of a voltage or angle; signals that are not named keep their sign.
+    references : Mapping[str, str]
+        Header of the column that holds what the pilot asked of an axis, where it is not ``pitch_reference [rad]`` or
+        alike; unit and sign are the axis's where the header states no unit.
     swap_rotors : bool
         Front and rear voltage change places, after columns and signs were applied.
     start, end : float or None
@@ -54,6 +57,7 @@ class LogFormat:
     columns: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
     signs: Mapping[str, int] = field(default_factory=dict)
+    references: Mapping[str, str] = field(default_factory=dict)
     swap_rotors: bool = False
     start: float | None = None
     end: float | None = None
@@ -68,6 +72,9 @@ class LogFormat:
             for signal in getattr(self, name):
                 if signal not in NAMED:
                     raise ConfigurationError(f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}.")
+        for axis in self.references:
+            if axis not in ANGLES:
+                raise ConfigurationError(f"log.references.{axis} is no axis; choose one of {', '.join(ANGLES)}.")
         for signal, unit in self.units.items():
             if understood(signal, unit) is None:
                 raise ConfigurationError(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS
+from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS
 
 
 def _frozen(values: ArrayLike) -> NDArray[np.float64]:
@@ -42,6 +42,8 @@ class Log:
         File that the log came from; empty if it was computed.
     sha256 : str
         Hash of that file's bytes; empty if it was computed.
+    references : Mapping[str, NDArray]
+        What the pilot or a plan asked the controller for, by axis (pitch, elevation, travel), shape (N,) each [rad].
     extra : Mapping[str, NDArray]
         Further numeric columns, shape (N,) each, under their own header and in their own unit.
     notes : tuple[str, ...]
@@ -64,12 +66,14 @@ class Log:
     extra: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     start: float = 0.0
+    references: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
         for name in ("voltages", "angles"):
             object.__setattr__(self, name, _frozen(getattr(self, name)))
         object.__setattr__(self, "extra", {name: _frozen(values) for name, values in self.extra.items()})
+        object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count = len(self.angles)
         for name, shape in {"voltages": (count, 2), "angles": (count, 3)}.items():
@@ -82,6 +86,11 @@ class Log:
         for name, values in self.extra.items():
             if values.shape != (count,):
                 raise LogError(f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed.")
+        for axis, values in self.references.items():
+            if axis not in ANGLES:
+                raise LogError(f"log {self.name}: {axis!r} is no axis; choose one of {', '.join(ANGLES)}.")
+            if values.shape != (count,) or not np.isfinite(values).all():
+                raise LogError(f"log {self.name}: the {axis} reference must be {count} finite values [rad].")
         if not (self.rate_hz > 0.0 and np.isfinite(self.rate_hz)):
             raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
         if count < 2:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.columns import Column, find_columns, name_and_unit
+from heli_identifier.records.columns import Column, find_columns, find_references, name_and_unit
 from heli_identifier.records.configuration import RigConfiguration
 from heli_identifier.records.format import CONTRACT, LogFormat
 from heli_identifier.records.log import Log
@@ -62,7 +62,9 @@ def read_log(
 
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
-    extra, left_out = _extra(table, columns, kept)
+    asked = find_references(table.headers, format, table.file)
+    references = {column.signal: _reference(table, column, kept) for column in asked}
+    extra, left_out = _extra(table, (*columns, *asked), kept)
     of_table, place = table.notes, table.places(kept.start)
     name = table.file
     del table  # each of its columns is let go of when it has been taken over
@@ -110,9 +112,22 @@ def read_log(
         voltages=voltages,
         angles=angles,
         extra={header: _together(time, [column], sampling)[:, 0] for header, column in extra.items()},
+        references={axis: _together(time, [column], sampling, held=True)[:, 0] for axis, column in references.items()},
         notes=notes,
         start=float(time[0]),
     )
+
+
+def _reference(table: Table, column: Column, kept: slice) -> NDArray[np.float64]:
+    """Give a reference [rad], which has to be a finite number in every sample that is kept."""
+    values, header = table.columns[column.index], table.headers[column.index]
+    if values.dtype.kind not in "fiu" or len(values) < kept.stop:
+        raise LogError(f"{table.file}: the reference {header!r} is not one number per sample; leave the column out.")
+    found = column.factor * values[kept].astype(float)
+    if not np.isfinite(found).all():
+        row = int(np.argmin(np.isfinite(found)))
+        raise LogError(f"{table.file}: the reference {header!r} is not finite at sample {row}; fill or leave it out.")
+    return found
 
 
 def with_stamps(table: Table, format: LogFormat) -> LogFormat:

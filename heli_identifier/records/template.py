@@ -93,6 +93,13 @@ largest_file = {CONTRACT.largest_file}  # size up to which a file is read [MB]
 [log.units]
 {units}
 
+# Header of the column that holds what the pilot or a plan asked of an axis, if the log has it: references determine
+# gains that a controller hides. Columns called pitch_reference [rad] and alike are found without an entry.
+[log.references]
+# pitch = "pitch_reference [rad]"
+# elevation = "elevation_reference [rad]"
+# travel = "travel_reference [rad]"
+
 # -1 changes the sign, 1 keeps it. In the model a larger front voltage raises pitch, a larger sum raises elevation.
 [log.signs]
 {signs}

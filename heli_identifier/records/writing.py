@@ -32,7 +32,8 @@ def write_log(log: Log, path: str | PathLike[str]) -> Path:
     LogError
         If the file cannot be written.
     """
-    columns = {**log.columns, **log.extra}
+    references = {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
+    columns = {**log.columns, **references, **log.extra}
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(columns)

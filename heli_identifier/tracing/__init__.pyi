@@ -13,9 +13,13 @@ __all__ = [
     "FoundEffect",
     "HIGHEST_FREQUENCY",
     "HeldOutSeries",
+    "Identification",
     "LOWEST_FREQUENCY",
+    "Likelihood",
+    "LikelihoodSettings",
     "NamedShape",
     "Outcome",
+    "ParameterReport",
     "PeriodicShape",
     "PossibleEffect",
     "Problem",
@@ -29,6 +33,7 @@ __all__ = [
     "find_events",
     "fit",
     "hold_to",
+    "identify_plant",
     "observer_start",
     "scan",
     "sign_notes",
@@ -37,12 +42,15 @@ __all__ = [
     "use_threads",
 ]
 
+from .determination import ParameterReport
 from .diagnosis.diagnose import diagnose
 from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
 from .diagnosis.settings import DiagnosisSettings
 from .diagnosis.signs import sign_notes
 from .events.event import Event
 from .events.finding import find_events
+from .identification import Identification, identify_plant
+from .likelihood import Likelihood
 from .prediction.fit import BASE, fit
 from .prediction.observer import observer_start
 from .prediction.problem import Problem
@@ -54,5 +62,6 @@ from .search.found_effect import CurveShape, EffectShape, FoundEffect, NamedShap
 from .search.scan import Scan, scan
 from .search.settings import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
 from .search.verdict import CatalogueVerdict, Verdict, Withdrawal
+from .settings import LikelihoodSettings
 from .validation.figures import AxisError, AxisReport, ErrorFigure
 from .validation.gate import Outcome, hold_to

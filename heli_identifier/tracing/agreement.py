@@ -7,14 +7,30 @@ bootstrap, with the corrected plant as the truth, says how often they would agre
 """
 
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
-from .result import Agreement
 from .score import Scores
 from .select import named, stepwise
 from .settings import HALVES_DRAWS, HALVES_SPLITS
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How often disjoint halves of whole logs agree on the families that they establish.
+
+    Attributes
+    ----------
+    observed, expected : float
+        Jaccard index, mean over the splits: as observed, and what sampling alone allows if the plant is right.
+    splits : int
+    """
+
+    observed: float
+    expected: float
+    splits: int
 
 
 def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float:

@@ -10,7 +10,7 @@ the log, and sines where a periodic torque is searched.
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from math import copysign, cos, exp, inf, log, pi, sin
+from math import copysign, cos, inf, log, pi, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,6 @@ from heli_plant.motor import kept, toward
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, advance, arriving, measured_angles, rigid_start
-from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
 
 from .instruments import Regression, Term
@@ -36,7 +35,7 @@ from .settings import (
     GROUND_CLEARANCE,
     LAG_WIDTH,
     SHORTEST_LAG,
-    DiagnosisSettings,
+    LikelihoodSettings,
 )
 
 Array = NDArray[np.float64]
@@ -58,12 +57,12 @@ _LINEAR: Mapping[str, tuple[float, float]] = {
     "a_1": (3.0, -inf), "a_lt": (0.5, -inf), "a_wy": (1.0, 0.0),
 }  # fmt: skip
 """Width of the prior around zero and lower bound: what can be built on a bench. Dampings: a motion does not die out
-much faster than in a second. Pitch stiffness g d / l^2: the mass lies within some 2 cm of its axis, l = .2 m. Elevation:
-the balanced arm's period is longer than some 3 s, the counterweight leaves at most a fifth of g / l, l = .6 m."""
+much faster than in a second. Pitch stiffness g d / l^2: the mass lies within some 2 cm of its axis, l = .2 m.
+Elevation: the balanced arm's period is longer than some 3 s, the counterweight leaves a fifth of g / l, l = .6 m."""
 
 _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
-"""Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2, the
-travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
+"""Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
+the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
 
 _FAMILIES: tuple[tuple[str, tuple[str, ...]], ...] = (
     *((f"friction of the {axis}", tuple(f"{law}_{axis}" for law in
@@ -198,7 +197,9 @@ def begin(angles: Array, inputs: Array, step: float) -> Array:
     count = min(max(4, int(0.3 / step)), len(angles))
     slopes, intercepts = np.polyfit(np.arange(count) * step, angles[:count], 1)
     rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
-    return np.array(start_state(*map(float, intercepts), float(inputs[0, 0]), float(inputs[0, 1]), rates), dtype=float)
+    pitch, elevation, travel = map(float, intercepts)
+    state = start_state(pitch, elevation, travel, float(inputs[0, 0]), float(inputs[0, 1]), rates)
+    return np.array(tuple(state), dtype=float)
 
 
 def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
@@ -271,14 +272,15 @@ def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[fl
     lower = max(entry.lower, SHORTEST_LAG - start.T_m) if entry.place == LAG else entry.lower
     centre, width = given.get(field, (0.0, LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS))
     step = _DIFFERENCE.get(entry.name)
-    return Coordinate(field, centre, width, lower, entry.upper, step=step / width if step else 0.02, in_output=entry.place == BENDING)
+    step = step / width if step else 0.02
+    return Coordinate(field, centre, width, lower, entry.upper, step=step, in_output=entry.place == BENDING)
 
 
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
 
 
-def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
+def _effect(entry: Law, lowest: float, settings: LikelihoodSettings) -> Effect:
     """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
@@ -291,8 +293,7 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, family_of(entry.field),
         tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
-        {shape.field: shape.name for shape in entry.shapes},
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
     )  # fmt: skip
 
 
@@ -310,39 +311,9 @@ WINDOW = 0.6
 
 
 def _smooth(values: Array, step: float, order: int = 0) -> Array:
-    """Derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
+    """Give the derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
     length = min(max(int(WINDOW / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
-
-
-def along_smoothed(record: Record, parameters: PlantParameters) -> tuple[Array, Array]:
-    """Accelerations (N, 3) of a plant along the smoothed motion of a record, smoothed alike, and the motion (N, 6)."""
-    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
-    out = np.empty((record.samples, 3))
-    run_accelerations(record, parameters, np.ascontiguousarray(motion), 0, None, out)
-    return _smooth(out, record.step), motion
-
-
-def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
-    """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
-    axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
-    (whole, motion), (without, _) = (along_smoothed(record, p) for p in (parameters, bare))
-    inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
-    y = _smooth(record.angles, record.step, 2)[:, axis] - without[:, axis]
-    variable, unit, x = _variable(record, effect.drawn_against, axis, motion, parameters)
-    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
-
-
-def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
-    """Name, unit and values of a variable that effects are drawn over."""
-    other = (1, 0, 1)[axis]
-    if kind in ("rate", "other_rate") or kind.endswith("_rate") and kind.removesuffix("_rate") in AXES:
-        of = axis if kind == "rate" else other if kind == "other_rate" else AXES.index(kind.removesuffix("_rate"))
-        return f"{AXES[of]} rate", "rad/s", motion[:, 3 + of]
-    if kind in ("mu_sum", "mu_rate"):
-        total = lagged(record, parameters.T_m + parameters.motor_lag_rotors).sum(1)
-        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
-    return ("time", "s", record.time) if kind == "time" else (kind, "rad", motion[:, AXES.index(kind)])
 
 
 def lagged(record: Record, time_constant: float) -> Array:
@@ -371,17 +342,17 @@ def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tupl
     ], signals
 
 
-def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
+def helicopter(settings: LikelihoodSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
     """Build the rig for logs of one bench helicopter.
 
     Parameters
     ----------
-    settings : DiagnosisSettings
+    settings : LikelihoodSettings
     angles, inputs : sequence of Array, shapes (N_i, 3) and (N_i, 2)
         Of its logs: the operating point is their mean voltage.
     """
     operating = float(np.mean(np.concatenate(inputs)))
-    given = {name: (value.value, value.standard_error) for name, value in settings.effects.items()}
+    given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
     base = tuple(field for field in BASE if field not in settings.given) + tuple(given)
     largest = max(float(abs(v).max()) for v in inputs)
     parameters = PlantParameters(
@@ -413,7 +384,6 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         estimate=lambda records: _first_estimate(records, parameters, base),
         begin=begin,
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
-        filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
-        regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
-        simulate=lambda v, h, start, p: simulate(v, h, PlantState(*start), p)[1], operating_point=operating,
+        filter=run_filter, accelerations=run_accelerations,
+        regressions=_regressions, operating_point=operating,
     )  # fmt: skip

@@ -235,7 +235,7 @@ def instruments(
     banks = [_bank(_reduce(r, rate)) for r, rate in zip(references, rates, strict=True)]
     hats = _cross_fitted(inputs, banks)
     kept = [np.ones(len(s), bool) for s in signals] if keep is None else keep
-    blocks = _blocks([_reduce(k.astype(float), rate) > 0.99 for k, rate in zip(kept, rates, strict=True)])
+    blocks = _blocks([np.asarray(_reduce(k.astype(float), rate) > 0.99) for k, rate in zip(kept, rates, strict=True)])
     axes = []
     for regression in regressions:
         outputs = [_reduce(np.asarray(y)[:, None], rate) for y, rate in zip(regression.outputs, rates, strict=True)]
@@ -303,7 +303,7 @@ def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:
 
 
 def _reduce(signal: Array, rate: float) -> Array:
-    """A signal of shape (N, n) or (N,) at 25 Hz, behind a zero-phase filter against aliasing."""
+    """Give a signal of shape (N, n) or (N,) at 25 Hz, behind a zero-phase filter against aliasing."""
     ratio = Fraction(RATE / rate).limit_denominator(400)
     if ratio == 1:
         return np.asarray(signal, dtype=float)
@@ -345,7 +345,10 @@ def _cross_fitted(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Arr
         return (np.vstack(halves),)
     return tuple(
         _predicted(
-            signals[i], banks[i], [s for j, s in enumerate(signals) if j != i], [b for j, b in enumerate(banks) if j != i]
+            signals[i],
+            banks[i],
+            [s for j, s in enumerate(signals) if j != i],
+            [b for j, b in enumerate(banks) if j != i],
         )
         for i in range(len(signals))
     )
@@ -364,8 +367,8 @@ def _predicted(signals: Array, bank: Array, others: Sequence[Array], banks: Sequ
     return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
 
 
-def _blocks(kept: Sequence[Array]) -> tuple[Array, ...]:
-    """Number of each sample's block of 4 s; -1 at the start, where left out, and for a whitening filter after that."""
+def _blocks(kept: Sequence[NDArray[np.bool_]]) -> tuple[Array, ...]:
+    """Give each sample's block of 4 s; -1 at the start, where left out, and for a whitening filter after that."""
     numbers, first, length = [], 0, round(BLOCK * RATE)
     for keep in kept:
         own = first + np.arange(len(keep)) // length
@@ -402,7 +405,7 @@ def _whitening(residuals: Sequence[Array], blocks) -> Array:
 
 
 def _scores(rows: Array, number: Array) -> Array:
-    """Sums of rows over blocks, shape (B, k); blocks with nothing in them left out."""
+    """Sum rows over blocks, shape (B, k); blocks with nothing in them are left out."""
     present, index = np.unique(number, return_inverse=True)
     scores = np.zeros((len(present), rows.shape[1]))
     np.add.at(scores, index, rows)

@@ -197,7 +197,7 @@ class Likelihood:
         return self.rig.assign(point.parameters, values), step, coordinate.in_output
 
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
-        """Run the filter over samples ``first`` to ``last`` of record ``i``; fill ``e`` and ``motion``, give the state."""
+        """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
         record, p = self.records[i], point.parameters if parameters is None else parameters
         K = gains(record.step, self.rig.linear(p), point.z)
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
@@ -231,9 +231,9 @@ class _OfLog:
             columns: list[dict[int, Array]] = [{} for _ in range(a)]
             torques: list[dict[int, Array]] = [{self.own + axis: np.ones(last - first)} for axis in range(a)]
             for axis in range(a):
-                for j, (filters, step) in recolourings[axis].items():
+                for j, ((old, new), step) in recolourings[axis].items():
                     own = memory_of_filters.setdefault((axis, j), [])
-                    columns[axis][j] = (recoloured(e[:, axis], record.step, *filters, own) - e[:, axis]) / step
+                    columns[axis][j] = (recoloured(e[:, axis], record.step, old, new, own) - e[:, axis]) / step
             base = np.empty_like(e)
             along[0] = rig.accelerations(record, point.parameters, motion, first, along[0], base)
             for j, (p, step, in_output) in enumerate(moves):
@@ -252,7 +252,7 @@ class _OfLog:
                 self._add(axis, columns[axis], e[:, axis], record.weights[first:last, axis], sigma[axis], first)
 
     def _recolourings(self, point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
-        """What changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
+        """Give what changes the filter of one axis: the air, and plant parameters that its gains follow."""
         air, a = physical(point.z), len(rig.axes)
         now, found = (linear[axis], air[:, axis]), {}
         for k in range(SHAPES):

@@ -112,7 +112,8 @@ def _polynomials(h: float, axis: tuple, gains_for: tuple, *air: float) -> tuple[
     """Characteristic polynomials of M = A (I - K C) and of F."""
     K = kalman(h, *map(float, (*gains_for, *air)))[0]
     _, A, F, _ = kalman(h, *map(float, (*axis, *air)))
-    return np.poly(A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])), np.poly(F)
+    M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
+    return np.asarray(np.poly(M), dtype=float), np.asarray(np.poly(F), dtype=float)
 
 
 def recoloured(
@@ -165,4 +166,4 @@ def error_dynamics(h: float, linear: tuple[float, float], air: Array) -> tuple[A
     a = np.poly(M)
     # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
     b = np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])) - a
-    return -b, a
+    return np.asarray(-b, dtype=float), np.asarray(a, dtype=float)

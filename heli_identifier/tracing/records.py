@@ -41,7 +41,7 @@ def record_of(log: Log, rig: Rig, left_out: Sequence[tuple[float, float]] = ()) 
     first = int(np.flatnonzero(np.diff(log.voltages, axis=0).any(1))[0] + 1) % factor if factor > 1 else 0
     voltages, angles = log.voltages[first::factor], log.angles[first::factor]
     step, count = factor / log.rate_hz, len(angles)
-    time = np.arange(count) * step
+    time = np.arange(count, dtype=np.float64) * step
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
     weights = (span > REST_COUNTS * rig.resolution).astype(float)
@@ -54,7 +54,9 @@ def record_of(log: Log, rig: Rig, left_out: Sequence[tuple[float, float]] = ()) 
     )  # fmt: skip
 
 
-def records_of(logs: Sequence[Log], rig: Rig, events: Mapping[str, Sequence[tuple[float, float]]]) -> tuple[Record, ...]:
+def records_of(
+    logs: Sequence[Log], rig: Rig, events: Mapping[str, Sequence[tuple[float, float]]]
+) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere."""
     records = [record_of(log, rig, events.get(log.name, ())) for log in logs]
     moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))

@@ -115,7 +115,7 @@ def find_references(logs: Sequence[Log]) -> References:
 
     Returns
     -------
-    References
+    found : References
         With m = 0 if nothing came from outside.
     """
     closed = [feedback(log) for log in logs]
@@ -161,7 +161,7 @@ def find_references(logs: Sequence[Log]) -> References:
 
 
 def feedback(log: Log) -> bool:
-    """Recognise a controller: do the angles' innovations tell more of the voltages than the voltages' own past?
+    """Recognise a controller: the angles' innovations tell more of the voltages than the voltages' own past.
 
     The innovations are what the past of angles and voltages does not tell of the angles, the air and the encoders. In
     open loop they know nothing of the voltages, however long the rig's memory is.
@@ -223,12 +223,17 @@ class _Law:
         changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
         hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1  # a controller slower than its log
         first = int(np.bincount(changes % hold).argmax()) if len(changes) else 0
-        self.rows, self.h, self.log, self.n = np.arange(first, len(log.angles), hold), hold / log.rate_hz, log, len(columns)
+        self.rows, self.h, self.log, self.n = (
+            np.arange(first, len(log.angles), hold),
+            hold / log.rate_hz,
+            log,
+            len(columns),
+        )
         voltages = log.voltages[self.rows]
         self.signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
         self.signals = self.signals - self.signals[:, :1]
         self.limit = float(np.abs(log.voltages).max())
-        self.clipped = (np.abs(voltages) > 0.999 * self.limit).any(axis=1)
+        self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         if self.clipped.sum() <= 5:  # a largest value is no limit
             self.clipped[:] = False
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
@@ -241,21 +246,23 @@ class _Law:
     def terms(self, signals: Array, shape: Array) -> Array:
         """F v and the regressors of C, one row each."""
         kept = np.exp(-np.exp(shape) * self.h)
-        rates = [lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)]
+        rates = [
+            lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / self.h for a, y in zip(kept, signals[1:], strict=False)
+        ]
         rows = np.vstack([signals, *rates])
         if len(shape) == self.n + 1:
             return rows
         return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
 
     def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
-        """ln of the mean absolute innovation but for the largest tenth, and gains of L1 by iteratively reweighted LS."""
+        """Give ln of the mean absolute innovation but for the largest tenth, and gains of L1 by reweighting."""
         if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
             return np.inf, np.array([])
         rows = self.terms(self.steps, shape)
         rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
-        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest shows whether a law is exact
+        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest tells an exact law
         for _ in range(rounds):
             weighted = bank * weight
             normal = weighted @ bank.T
@@ -280,11 +287,15 @@ class _Law:
             grid = [np.log([q] * n + [c]) for q in poles for c in (0.1, 1.0, 3.0, fast)]
             plain = min(grid, key=lambda shape: self.loss(shape, 4)[0])
             for i in range(1, n):  # each angle may have a derivative filter of its own
-                plain = min([_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0])
+                plain = min(
+                    [_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0]
+                )
             plain = self.polished(self.polished(plain))
             fresh = plain
             if self.loss(plain)[0] - size > np.log(EXACT):
-                slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
+                slow = [
+                    np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)
+                ]
                 slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
                 whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
                 gain = self.loss(plain)[0] - self.loss(whole)[0]
@@ -302,7 +313,7 @@ class _Law:
         return np.asarray(minimize(lambda x: self.loss(x, 8)[0], start, method="Nelder-Mead", options=options).x)
 
     def rebuilt(self, channel: str, axes: Sequence[str]) -> tuple[Controller | None, Array, str]:
-        """The controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
+        """Give the controller, r of shape (N,) [V] at the log's rate, and why it is refused if it is."""
         nothing = np.zeros(len(self.log.angles))
         if not len(self.shape):
             clipped = f"{self.clipped.mean():.0%} of the samples are at the limit of {self.limit:.2f} V"
@@ -330,17 +341,17 @@ class _Law:
 
 
 def _with(shape: Array, index: int, value: float) -> Array:
-    """A shape with one entry replaced."""
+    """Give a shape with one entry replaced."""
     return np.where(np.arange(len(shape)) == index, value, shape)
 
 
 def _past(signals: Array, lags: int) -> Array:
-    """The samples 1 to ``lags`` before each, side by side, shape (N - lags, lags m)."""
+    """Give the samples 1 to ``lags`` before each, side by side, shape (N - lags, lags m)."""
     return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
 
 
 def _residual(target: Array, columns: Array) -> Array:
-    """What a regression on columns and a constant leaves."""
+    """Give what a regression on columns and a constant leaves."""
     bank = np.column_stack([columns, np.ones(len(columns))])
     bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
     return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]

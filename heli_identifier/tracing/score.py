@@ -4,8 +4,8 @@ With H and g of F for base, air and all candidates as columns, and i what is in 
 
     u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
 
-at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square of
-the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
+at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
+of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
 effect whose coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several
 shapes, the logarithm of their number is taken off (Bonferroni).
 
@@ -13,8 +13,8 @@ Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores)
 Linear Models, 2nd ed., section 4.5 (dispersion).
 """
 
-from copy import copy
 from collections.abc import Collection, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -104,7 +104,7 @@ def price(effect: Effect, fitted: Fit) -> float:
 
 
 def _root(H: Array) -> Array:
-    """A matrix R with R R' = H, H symmetric and positive semidefinite."""
+    """Give a matrix R with R R' = H, H symmetric and positive semidefinite."""
     values, vectors = np.linalg.eigh(H)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
@@ -153,15 +153,6 @@ class Scores:
         part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
         return part
 
-    def of_pinned(self, column: int) -> "Scores":
-        """Give the same with a parameter of the nuisance held at zero."""
-        part = copy(self)
-        part.nuisance = [j for j in self.nuisance if j != column]
-        d = np.zeros(len(self.g))
-        d[column] = -self.x[column]
-        part.g = self.g + self.H @ d
-        return part
-
     def redrawn(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
         spread = np.sqrt(self.dispersion)
@@ -174,7 +165,7 @@ class Scores:
 
     @cached_property
     def dispersion(self) -> Array:
-        """phi of every column, shape (n,): that of the axis it acts on most."""
+        """Phi of every column, shape (n,): that of the axis it acts on most."""
         information, blocks = self.quadratic.information, np.concatenate(self.quadratic.blocks)
         own = information.argmax(0)
         phi = np.ones(len(information))
@@ -233,11 +224,12 @@ class Scores:
     def _added(self, selected: Collection[str], names: Sequence[str]) -> dict[str, Score]:
         d, i = self.minimum(selected)
         columns = np.array([j for name in names for j in self.of_field[name]])
-        a = np.linalg.solve(self.H[np.ix_(i, i)], self.H[np.ix_(i, columns)])
+        inside = np.array(i)
+        a = np.linalg.solve(self.H[np.ix_(inside, inside)], self.H[np.ix_(inside, columns)])
         g = self.g + self.H @ d
         raw = self.H[columns, columns]
-        information = np.maximum(raw - (self.H[np.ix_(i, columns)] * a).sum(0), 1e-12 * raw)
-        u = -(g[columns] - a.T @ g[i])
+        information = np.maximum(raw - (self.H[np.ix_(inside, columns)] * a).sum(0), 1e-12 * raw)
+        u = -(g[columns] - a.T @ g[inside])
         phi = self.dispersion[columns]
         found: dict[str, Score] = {}
         for k, j in enumerate(columns):

@@ -95,7 +95,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
         chosen = stepwise(around, list(selected), left)
         if set(chosen) == set(selected):
             break
-        shapes = {}
+        shapes: dict[str, float] = {}
         for name in chosen:
             if name not in selected:
                 shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
@@ -147,7 +147,9 @@ def named(around: Scores, selected: Sequence[str]) -> set[str]:
     return {finding.effect.family for finding in found if finding.established}
 
 
-def _finding(around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score], rivals: bool = True) -> Finding:
+def _finding(
+    around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score], rivals: bool = True
+) -> Finding:
     effect = around.effects[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     own = scores[name]

@@ -1,4 +1,4 @@
-"""Every constant of the tracer with its reason, and the settings of one diagnosis."""
+"""Every constant of the likelihood with its reason, and what is given of one rig."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,7 +21,7 @@ NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8])
 at rest lies two widths off."""
 
 MOST_ROTATED = 1.3
-"""Bound of psi [rad]: no room is without any slow torque, and a model of the air without it takes drifts for effects."""
+"""Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
 
 OFFSET = 0.1
 """Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
@@ -113,23 +113,18 @@ STEPS_TRIED, STEP_APART = 5, 0.5
 """Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
 what the filter needs to tell two steps apart."""
 
-# --- what a parameter rests on (findings.py) ---
+# --- what a parameter rests on (determination.py) ---
 
 DETERMINED = 0.35
-"""Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB."""
+"""Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
+another parameter, over half of its plausible interval."""
 
-OUTSIDE_DETERMINED = 0.35
-"""The same of the instruments' interval: below it references determine the gain by themselves."""
-
-CONTRADICTION = 2.0
+CONTRADICTION = 2.6
 """Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
-less than one in 20 true values lies outside."""
+less than one in a hundred true values lies outside."""
 
 LEAST_SHARE = 0.05
 """Share of a gain's regressor that references have to move: below it intervals of the likelihood alone cover half."""
-
-CURVE_BINS = 32
-"""Bins of equal population of an effect's curve."""
 
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
@@ -139,8 +134,8 @@ BLOCK = 4.0
 
 
 @dataclass(frozen=True)
-class DiagnosisSettings:
-    """What a diagnosis takes as given.
+class LikelihoodSettings:
+    """What is given of a rig.
 
     Attributes
     ----------
@@ -156,9 +151,6 @@ class DiagnosisSettings:
         What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it.
     effects : mapping of str to Estimate
         Effects that the model before has, by their field: the coefficient with its standard deviation.
-    keep_events : bool
-        Use also the passages in which something other than the plant acts; by default they are left out. They are
-        listed either way.
     counts : tuple of int
         Counts per turn of the encoders of pitch, elevation, travel.
 
@@ -174,7 +166,6 @@ class DiagnosisSettings:
     elevation_gain: float | None = None
     horizontal: float | None = None
     effects: Mapping[str, Estimate] = field(default_factory=dict)
-    keep_events: bool = False
     counts: tuple[int, int, int] = (4096, 4096, 8192)
 
     def __post_init__(self) -> None:
@@ -182,12 +173,12 @@ class DiagnosisSettings:
         check_given("", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects)
 
     @classmethod
-    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
+    def from_rig(cls, configuration: RigConfiguration) -> "LikelihoodSettings":
         """Make settings of all that a rig's configuration states."""
         c = configuration
         return cls(
             c.motor_time_constant, c.format.voltage_limit, c.rest_pitch, c.elevation_gain, c.horizontal, c.effects,
-            counts=tuple(c.format.encoder_counts),
+            counts=c.format.encoder_counts,
         )  # fmt: skip
 
     @property

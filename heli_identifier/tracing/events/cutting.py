@@ -131,6 +131,7 @@ def _piece(log: Log, begin: int, stop: int) -> Log:
         voltages=log.voltages[begin:stop],
         angles=log.angles[begin:stop],
         extra={name: values[begin:stop] for name, values in log.extra.items()},
+        references={axis: values[begin:stop] for axis, values in log.references.items()},
         start=start,
     )
 

@@ -41,7 +41,7 @@ def reduce_log(log: Log, rate: float = TARGET_RATE) -> Log:
     count = log.samples // factor
     voltages = log.voltages[: count * factor].reshape(count, factor, 2).mean(axis=1)
     angles = log.angles[: count * factor : factor]
-    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, extra={})
+    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, extra={}, references={})
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from heli_identifier.workbench.commands.follow import follow
 from heli_identifier.workbench.commands.guard import guarded
 from heli_identifier.workbench.commands.identify import identify
 from heli_identifier.workbench.commands.linearise import linearise
+from heli_identifier.workbench.commands.look import look
 from heli_identifier.workbench.commands.options import Spreading
 from heli_identifier.workbench.commands.paper import paper
 from heli_identifier.workbench.commands.simulate import simulate
@@ -37,6 +38,7 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli diagnose run1.csv run2.csv --validate run3.csv --output result\n\n"
         "heli diagnose run.csv --from 6 --to 90 --config heli.toml --output result",
     ),
+    (look, "heli look run1.csv run2.csv\n\nheli look run.csv --from 6 --config heli.toml --json"),
     (
         identify,
         "heli identify run1.csv run2.csv --output history\n\nheli identify run.csv --filter-frequency 2 -o history",

@@ -1,0 +1,149 @@
+"""A first look at logs: who flew, what moved, and which gains of the plant these logs determine."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.tracing import Identification, LikelihoodSettings, ParameterReport, identify_plant
+from heli_identifier.workbench.interface import several
+from heli_identifier.workbench.report.rounding import significant, with_interval
+from heli_identifier.workbench.report.small_table import Tabular
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Look(Tabular):
+    """What logs of one rig can tell of its plant.
+
+    Attributes
+    ----------
+    identification : Identification
+        Plant, names and reports behind the table.
+    movement : mapping of str to float
+        Root mean square of every axis's motion in all logs [encoder counts].
+    """
+
+    identification: Identification
+    movement: Mapping[str, float]
+
+    @property
+    def gains(self) -> dict[str, ParameterReport]:
+        """Gains of the plant as slopes at the logs' mean voltage [rad/s^2/V], by the paper's symbols."""
+        reports = self.identification.parameters
+        return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
+
+    @property
+    def title(self) -> str:
+        """Who flew, and where the instruments come from."""
+        references = self.identification.references
+        flown = "a controller flew" if references.closed_loop else "open loop"
+        return f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table :attr:`rows`."""
+        return ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Cells of the table, one row an axis; intervals are of 95 %."""
+        rig = self.identification.plant.likelihood.rig
+        found: list[tuple[str, ...]] = []
+        for axis, name in zip(rig.axes, rig.gains, strict=True):
+            report = self.gains.get(name)
+            moves = f"{significant(self.movement[axis], 2)} counts"
+            if report is None:
+                found.append((axis, moves, name, "–", "–", "given"))
+                continue
+            outside = "–" if report.instrument is None else with_interval(report.instrument, unit=False)
+            word = "contradicted" if report.contradicted else str(report.determination)
+            found.append((axis, moves, name, with_interval(report.estimate), outside, word))
+        return found
+
+    @property
+    def effects(self) -> tuple[tuple[str, str, float, bool], ...]:
+        """Effects that the likelihood favours: name, axis, score [nats], whether it is established."""
+        return tuple(
+            (finding.effect.name, finding.effect.axis, finding.score.score, finding.established)
+            for finding in self.identification.selection.findings
+        )
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Reasons, what is established, what was accepted as a reference, and what to fly."""
+        lines = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
+        for word, wanted in (("established", True), ("possible, no finding", False)):
+            named = [f"{n.replace('_', ' ')} ({a}, {s:.0f} nats)" for n, a, s, yes in self.effects if yes is wanted]
+            lines += [f"{word}: {', '.join(named)}"] if named else []
+        lines += [
+            f"{e.log}: left out {e.start:.1f} to {e.end:.1f} s, something other than the plant acts on the {e.axis}"
+            for e in self.identification.events
+        ]
+        wanting = [report for report in self.gains.values() if report.experiment]
+        worst = min(wanting, key=lambda report: (report.outside_share or 0.0), default=None)
+        return (*lines, *self.identification.references.notes, *([f"next flight: {worst.experiment}"] if worst else []))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the same as values for JSON."""
+        references = self.identification.references
+        return {
+            "closed_loop": references.closed_loop,
+            "references": list(references.names),
+            "movement_counts": {axis: float(value) for axis, value in self.movement.items()},
+            "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
+            "gains": {name: _report_values(report) for name, report in self.gains.items()},
+            "effects": [
+                {"name": name, "axis": axis, "score": score, "established": established}
+                for name, axis, score, established in self.effects
+            ],
+            "notes": list(references.notes),
+        }
+
+    def __repr__(self) -> str:
+        return f"<Look: {', '.join(f'{name} {report.determination}' for name, report in self.gains.items())}>"
+
+
+def _report_values(report: ParameterReport) -> dict[str, Any]:
+    instrument = report.instrument
+    return {
+        "value": report.estimate.value,
+        "standard_error": report.estimate.standard_error,
+        "unit": report.estimate.unit,
+        "determination": str(report.determination),
+        "outside_share": report.outside_share,
+        "instrument": instrument and {"value": instrument.value, "standard_error": instrument.standard_error},
+        "contradicted": report.contradicted,
+        "why": report.why,
+        "experiment": report.experiment,
+    }
+
+
+def look(logs: Log | Sequence[Log], *, configuration: RigConfiguration | None = None) -> Look:
+    """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
+
+    The gains come from one likelihood of the innovations at the logs' rate, with a torque of the air that is estimated,
+    and are judged by instruments made of what moved the rig from outside.
+
+    Parameters
+    ----------
+    logs : Log or sequence of Log
+    configuration : RigConfiguration, optional
+        What is known of the rig.
+
+    Returns
+    -------
+    Look
+
+    Raises
+    ------
+    LogError
+        Nothing is excited, or an axis stands still in a log.
+    """
+    used, known = several(logs), configuration or RigConfiguration()
+    found = identify_plant(used, LikelihoodSettings.from_rig(known))
+    rig = found.plant.likelihood.rig
+    squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in used], axis=0)
+    counts = np.sqrt(squares / sum(log.samples for log in used)) / rig.resolution
+    return Look(found, dict(zip(rig.axes, map(float, counts), strict=True)))

@@ -1,0 +1,137 @@
+"""The criterion: scales, sensitivities against runs of the filter, chunks, the fit's start and its bounds."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+
+from heli_identifier.records import Log
+from heli_identifier.tracing import likelihood as module
+from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_offsets
+from heli_identifier.tracing.helicopter import helicopter
+from heli_identifier.tracing.likelihood import Likelihood
+from heli_identifier.tracing.records import held_factor, record_of, records_of
+from heli_identifier.tracing.settings import HUBER, LikelihoodSettings
+from tests.blind.battery import Case
+
+
+def logs_of(kind, index=0, count=2, seconds=40.0):
+    """Logs of a blind rig in open loop, cut to ``seconds``."""
+    made = Case("test", kind, 20).rig(index)
+    rows = round(100.0 * seconds)
+    logs = (Log(f"log {n}", 100.0, s[:rows, 1:3], s[:rows, 3:]) for n, s in enumerate(made.train[:count]))
+    return tuple(logs), made.truth
+
+
+def likelihood_of(logs):
+    rig = helicopter(LikelihoodSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    return Likelihood(rig, records_of(logs, rig, {}))
+
+
+@pytest.fixture(scope="module")
+def clean():
+    """A clean rig in open loop and the fit of the simplified model to it."""
+    logs, truth = logs_of("clean")
+    likelihood = likelihood_of(logs)
+    return logs, truth, fit(likelihood, likelihood.rig.base)
+
+
+def test_the_scale_minimises_the_criterion(clean):
+    """sigma is the minimiser of N ln sigma + sum of Huber's loss: an independent minimisation finds the same."""
+    fitted = clean[2]
+    record, e = fitted.likelihood.records[0], fitted.e[0]
+    counted = np.abs(e[record.weights[:, 0] > 0, 0])
+
+    def F(log_sigma):
+        u = counted / np.exp(log_sigma)
+        return len(u) * log_sigma + np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2).sum()
+
+    found = minimize_scalar(F, bracket=(-10.0, -5.0), tol=1e-12)
+    value, sigma = fitted.likelihood.of_axes([e], [record])
+    assert np.log(sigma[0]) == pytest.approx(found.x, abs=1e-5)
+    assert value[0] == pytest.approx(found.fun - 0.5 * len(counted), abs=1e-6 * abs(found.fun))
+
+
+def test_sensitivities_agree_with_runs_of_the_filter(clean):
+    """Columns are secants of the filter to 2 %: the linear error dynamics leave out what is of second order."""
+    fitted = clean[2]
+    likelihood, point = fitted.likelihood, fitted.point
+    quadratic = fitted.quadratic
+    record = likelihood.records[0]
+    for i, coordinate in enumerate(fitted.coordinates):
+        p, step, _ = likelihood.moved(point, coordinate, fitted.x[i])
+        exact = 0.0
+        for n, own in enumerate(likelihood.records):
+            e = np.empty_like(own.angles)
+            likelihood.run(n, point, 0, own.samples, None, e, parameters=p)
+            column = own.weights * (e - fitted.e[n]) / step / fitted.sigma
+            exact += (column**2).sum()
+        assert quadratic.information.sum(0)[i] == pytest.approx(exact, rel=0.04), coordinate.field
+    assert record.samples == 4000
+
+
+def test_chunks_make_no_difference(clean, monkeypatch):
+    fitted = clean[2]
+    whole = fitted.quadratic
+    monkeypatch.setattr(module, "CHUNK", 900)
+    pieces = fitted.likelihood.linearise(fitted.point, fitted.coordinates, fitted.x, fitted.sigma)
+    np.testing.assert_allclose(pieces.H, whole.H, rtol=1e-7, atol=1e-6 * np.abs(whole.H).max())
+    np.testing.assert_allclose(pieces.g, whole.g, rtol=1e-6, atol=1e-6 * np.abs(whole.g).max())
+
+
+def test_the_gradient_vanishes_where_the_fit_stops(clean):
+    """In standard errors: the remaining step is far below one."""
+    H, g = clean[2].quadratic.total
+    step = np.linalg.solve(H, g)
+    assert np.sqrt(step @ H @ step) < 0.3
+
+
+def test_gains_of_a_clean_rig_in_open_loop(clean):
+    """Within four standard errors of the truth, and those are a few per cent at most."""
+    _, truth, fitted = clean
+    C = covariance(fitted)
+    for name in ("k_x", "k_z", "k_y"):
+        error = fitted.slope(name) * np.sqrt(C[fitted.fields.index(name)][fitted.fields.index(name)])
+        assert abs(fitted.estimate(name) - getattr(truth.base, name)) < 4.0 * error
+        assert error < 0.03 * abs(fitted.estimate(name))
+
+
+def test_offsets_that_all_logs_share_are_no_offsets(clean):
+    """The logs of a clean rig have none: their spread is estimated near what is known beforehand, not at .1 rad/s^2."""
+    fitted = with_own_offsets(clean[2])
+    assert (fitted.likelihood.offset_width < 0.02).all()
+
+
+def test_bounds_hold_and_the_rest_is_minimised():
+    """A quadratic form of two coupled parameters with one at its bound: the other takes its conditional minimum."""
+    H, g = np.array([[2.0, 1.0], [1.0, 2.0]]), np.array([-4.0, 0.0])
+    s, fixed = bounded_step(H, g, np.array([-1.0, -9.0]), np.array([1.0, 9.0]))
+    np.testing.assert_allclose(s, [1.0, -0.5])
+    assert fixed.tolist() == [True, False]
+
+
+def test_a_resting_axis_counts_nowhere(clean):
+    """An axis that moves by less than a count says nothing on torques; the others are not touched."""
+    log = clean[0][0]
+    angles = log.angles.copy()
+    angles[:, 1] = 0.2
+    still = Log("still", 100.0, log.voltages, angles)
+    rig = helicopter(LikelihoodSettings(), [angles], [log.voltages])
+    weights = record_of(still, rig).weights
+    assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
+    assert records_of((still,), rig, {})[0].weights[:, 1].sum() == 0.0
+
+
+def test_a_passage_that_is_left_out_counts_nowhere_until_the_filter_has_settled(clean):
+    log = clean[0][0]
+    rig = helicopter(LikelihoodSettings(), [log.angles], [log.voltages])
+    record = record_of(log, rig, [(10.0, 12.0)])
+    inside = (record.time >= 10.0) & (record.time <= 14.0)
+    assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
+
+
+def test_a_log_faster_than_its_controller_is_read_at_the_controllers_rate(clean):
+    log = clean[0][0]
+    held = Log("held", 500.0, np.repeat(log.voltages, 5, axis=0), np.repeat(log.angles, 5, axis=0))
+    assert held_factor(held) == 5 and held_factor(log) == 1
+    rig = helicopter(LikelihoodSettings(), [held.angles], [held.voltages])
+    np.testing.assert_array_equal(record_of(held, rig).inputs, log.voltages)

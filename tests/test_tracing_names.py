@@ -1,0 +1,86 @@
+"""Names by the likelihood: true effects are found, clean rigs accused of nothing, forbidden signs score nothing."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from heli_identifier.tracing.agreement import halves_agree, left_out_gain
+from heli_identifier.tracing.fit import fit, with_own_offsets
+from heli_identifier.tracing.noise import error_dynamics, physical
+from heli_identifier.tracing.score import Scores, step_times
+from heli_identifier.tracing.select import select
+from tests.test_tracing_likelihood import likelihood_of, logs_of
+
+
+def searched(kind, index=0):
+    """Selection and truth of a blind rig with three logs of 60 s."""
+    logs, truth = logs_of(kind, index, count=3, seconds=60.0)
+    likelihood = likelihood_of(logs)
+    null = with_own_offsets(fit(likelihood, likelihood.rig.base))
+    return select(null, likelihood.rig.candidates), truth
+
+
+def shown(selection):
+    return {finding.effect.field for finding in selection.findings if finding.established}
+
+
+@pytest.fixture(scope="module")
+def coupled():
+    return searched("gyroscopic_coupling")
+
+
+@pytest.mark.parametrize("index", [1, 3])
+def test_a_clean_rig_is_accused_of_nothing(index):
+    selection, _ = searched("clean", index)
+    assert shown(selection) == set()
+
+
+@pytest.mark.parametrize("kind", ["dry_friction:pitch", "quadratic_thrust", "moving_mass"])
+def test_an_effect_of_usual_strength_is_named_alone(kind):
+    """At the battery's strength, and its coefficient lies within four standard errors of the truth."""
+    selection, truth = searched(kind, 1)
+    (effect,) = truth.effects
+    assert shown(selection) == {f"{effect.name}_{effect.axis}"}
+    found = next(f for f in selection.findings if f.established).score
+    tolerated = 4.0 * found.standard_error + 0.03 * abs(effect.coefficient)  # laws in the generator are not smoothed
+    assert abs(found.value - effect.coefficient) < tolerated
+
+
+def test_a_coupling_is_one_family_on_two_axes(coupled):
+    selection, _ = coupled
+    assert shown(selection) == {"gyroscopic_coupling_pitch", "gyroscopic_coupling_elevation"}
+    assert len({f.effect.family for f in selection.findings if f.established}) == 1
+
+
+def test_a_true_effect_makes_left_out_logs_likelier_and_halves_agree_on_it(coupled):
+    selection, _ = coupled
+    others = ["gyroscopic_coupling_elevation"]
+    assert left_out_gain(selection.last, others, "gyroscopic_coupling_pitch") > 50.0
+    agreement = halves_agree(selection.last, [*others, "gyroscopic_coupling_pitch"])
+    assert agreement.observed == agreement.expected == 1.0
+
+
+def test_a_forbidden_sign_scores_nothing():
+    """A rig with dry friction turned round: the same record under negative friction can only be told by the sign."""
+    logs, _ = logs_of("clean", 1, count=1)
+    likelihood = likelihood_of(logs)
+    null = fit(likelihood, likelihood.rig.base)
+    friction = [e for e in likelihood.rig.candidates if e.name == "dry_friction"]
+    around = Scores(null, friction)
+    for name, score in around.scores([]).items():
+        column = score.column
+        if around.coordinates[column].bounds[0] == 0.0 and score.value < 0.0:
+            assert score.score == 0.0, name
+
+
+def test_the_instant_of_a_step_is_found_by_the_matched_filter():
+    """A torque of .03 rad/s^2 that appears at 23 s in every log: found to the half second that steps are apart."""
+    logs, _ = logs_of("clean", 1, count=2)
+    likelihood = likelihood_of(logs)
+    null = fit(likelihood, likelihood.rig.base)
+    linear, step = likelihood.rig.linear(null.parameters)[1], 0.01
+    after = (np.arange(len(null.e[0])) * step >= 23.0).astype(float)
+    response = lfilter(*error_dynamics(step, linear, physical(null.point.z)[:, 1]), 0.03 * after)
+    for e in null.e:
+        e[:, 1] += response
+    assert min(abs(t - 23.0) for t in step_times(null, 1)[:1]) < 0.5
