@@ -8,9 +8,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from heli_identifier.records import Log
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, diagnose, fit, helicopter, records_of
+from heli_identifier.tracing import (
+    Diagnosis,
+    DiagnosisSettings,
+    Likelihood,
+    Scores,
+    diagnose,
+    fit,
+    helicopter,
+    records_of,
+)
 from heli_identifier.tracing.helicopter import family_of
-from heli_identifier.tracing.select import with_shapes
 from heli_plant.parameters import PlantParameters
 from tests.blind.windy import WindyLog, WindyTruth
 
@@ -89,12 +97,11 @@ def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Li
 
 
 def scores_told(training: Sequence[Log], effects: Sequence[str]) -> dict[str, float]:
-    """Score of each effect, by "name/axis", in a fit that is told the structure [nats]."""
+    """Score of each effect, by "name/axis", in a fit that is told the structure and the shapes [nats]."""
     likelihood = _likelihood(training)
-    candidates = likelihood.rig.effects
     fields = [effect.replace("/", "_") for effect in effects]
-    fitted = fit(likelihood, with_shapes(list(likelihood.rig.base), fields, candidates))
-    found = Scores(fitted, candidates).scores(fields)
+    fitted = fit(likelihood, [*likelihood.rig.base, *fields])
+    found = Scores(fitted, likelihood.rig.effects).scores(fields)
     return {effect: found[field].score for effect, field in zip(effects, fields, strict=True)}
 
 
