@@ -41,6 +41,9 @@ DETECTABLE = 8.0
 FAR = 0.15
 """A gain that is stated as determined and outside its interval counts as wrong from this error on [1]."""
 
+LOGS = {"a": 5, "b": 5, "t": 2, "c": 4}
+"""Logs of a rig by letter: two halves, held out, of the second controller."""
+
 HALVES = ("a", "b")
 
 
@@ -118,7 +121,7 @@ def halves_of(job: tuple[Kind, int, str]) -> tuple[Kind, list[Half]]:
     """Make a rig and diagnose its halves."""
     kind, seed, module = job
     tracer = import_module(module)
-    rig = windy_rig(seed, kind.colour, kind.quiet, kind.rate, kind.effects, kind.logged)
+    rig = windy_rig(seed, kind.colour, kind.quiet, kind.rate, kind.effects, kind.logged, LOGS)
     return kind, [_half(tracer, rig, letter, f"{kind} {seed} {letter}") for letter in HALVES]
 
 

@@ -54,12 +54,12 @@ HOLDS, LEVELS, SMOOTHING = (2.0, 6.0), (0.1, 0.18, 0.45), 0.3
 travel (a rate [rad/s], or an angle [rad]), and the time constant of the lag that they pass [s]."""
 
 STRENGTHS: Mapping[str, tuple[str, float, float]] = {
-    "dead_zone": ("rotors", 0.2, 0.3),
-    "quadratic_thrust": ("rotors", 0.06, 0.12),
-    "dry_friction": ("pitch", 0.03, 0.06),
-    "quadratic_drag": ("pitch", 0.4, 0.8),
-    "speed_stability": ("pitch", 0.25, 0.6),
-    "rotor_drag_torque": ("travel", 0.015, 0.03),
+    "dead_zone": ("rotors", 0.25, 0.4),
+    "quadratic_thrust": ("rotors", 0.08, 0.15),
+    "dry_friction": ("pitch", 0.04, 0.08),
+    "quadratic_drag": ("pitch", 1.0, 2.0),
+    "speed_stability": ("pitch", 0.3, 0.7),
+    "rotor_drag_torque": ("travel", 0.01, 0.02),
     "cable_stiffness": ("travel", 0.008, 0.015),
 }
 """Axis and range of an effect that a rig may hold beside inertial coupling and trigonometric gravity; of a size that a
