@@ -92,7 +92,7 @@ def test_references_are_rebuilt_because_a_controller_adds_no_noise(integral):
     for log, signals, laws in zip(logs, found.signals, found.controllers, strict=True):
         for law, axis, proportional, rate in zip(laws, ("pitch", "elevation"), GAINS[::2], GAINS[1::2], strict=True):
             assert law.gains[axis] == pytest.approx(proportional, rel=0.01)
-            # an Euler step keeps a = 1 - 12 h = .88 of the filter's state: q = -ln(a)/h, the rate is a times as large
+            # an Euler step keeps a = 1 - 12 h of the filter's state: q = -ln(a)/h, and the rate is a times as large
             kept = 1.0 - POLE / RATE
             assert law.poles[0] == pytest.approx(-np.log(kept) * RATE, rel=0.01)
             assert law.gains[f"{axis} rate"] == pytest.approx(kept * rate, rel=0.01)

@@ -7,7 +7,7 @@ made of them need no such model: they judge what the likelihood says.
 * It is narrow and excludes that value: the two contradict each other. The value is *not determined*, and no controller
   is to be designed on it.
 * There is no reference, or its instruments say little, and the likelihood's interval is narrow: *rests on the noise
-  model*, unless the references move so little of a gain's regressor that such intervals are known not to hold.
+  model*.
 * Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind.
 """
 
@@ -22,7 +22,7 @@ from heli_identifier.online import Estimate
 
 from .fit import Fit
 from .instruments import InstrumentEstimates
-from .settings import CONTRADICTION, DETERMINED, LEAST_SHARE
+from .settings import CONTRADICTION, DETERMINED
 
 
 class Determination(StrEnum):
@@ -43,7 +43,7 @@ class ParameterReport:
         By the likelihood; of a gain the slope at the operating point.
     determination : Determination
     outside_share : float or None
-        Share of its regressor that references explain, 0 to 1; None without references.
+        Share of its regressor that references explain beside the other regressors, 0 to 1; None without references.
     instrument : Estimate or None
         Its estimate by instruments.
     contradicted : bool
@@ -119,8 +119,6 @@ def _report(
         word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}"
     elif sure:
         word, why, fly = Determination.OUTSIDE, said, ""
-    elif is_gain and share is not None and share < LEAST_SHARE:
-        word, why = Determination.NOT_DETERMINED, f"references move it by a share of {share:.2g} only"
     else:
         word, why = Determination.NOISE_MODEL, "no reference confirms it: it holds if the air's torque is as modelled"
     return ParameterReport(estimate, word, share, by_instrument, contradicted, plausible, why, fly)

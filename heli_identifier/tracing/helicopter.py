@@ -306,6 +306,9 @@ _FLY: Mapping[str, str] = {
 }
 """What to fly so that a parameter is determined."""
 
+DAMPING = (0.1, 0.1)
+"""Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
+
 WINDOW = 0.6
 """Length [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz."""
 
@@ -323,18 +326,19 @@ def lagged(record: Record, time_constant: float) -> Array:
 
 
 def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tuple[list[Regression], list[Array]]:
-    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda)."""
+    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda')."""
     lag = parameters.T_m + parameters.motor_lag_rotors
     signals = []
     for record in records:
         nu = lagged(record, lag)
-        signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles)))
+        rate = np.gradient(record.angles[:, 2], record.step)
+        signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles[:, :2], rate)))
     terms = (
-        (Term("a_wx", lambda s: -s[:, 2], 1), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
+        (Term("a_wx", lambda s: -s[:, 2], 1, DAMPING), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
          Term("k_x", lambda s: s[:, 1])),
-        (Term("a_wz", lambda s: -s[:, 3], 1), Term("a_e", lambda s: -s[:, 3]),
+        (Term("a_wz", lambda s: -s[:, 3], 1, DAMPING), Term("a_e", lambda s: -s[:, 3]),
          Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
-        (Term("a_wy", lambda s: -s[:, 4], 1), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
+        (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
     )  # fmt: skip
     return [
         Regression(axis, [record.angles[:, i] for record in records], own)

@@ -113,10 +113,7 @@ def find_references(logs: Sequence[Log]) -> References:
     logs : sequence of Log
         Logs of one rig, of any rates, lengths and controllers.
 
-    Returns
-    -------
-    found : References
-        With m = 0 if nothing came from outside.
+    The result has no signals (m = 0) if nothing came from outside.
     """
     closed = [feedback(log) for log in logs]
     found: list[dict[str, Array]] = [{} for _ in logs]
@@ -133,7 +130,7 @@ def find_references(logs: Sequence[Log]) -> References:
                 if reason:
                     notes.append(f"{log.name}: the {axis} reference is not used, {reason}.")
                 else:
-                    found[i][axis] = np.asarray(log.references[axis], dtype=float)
+                    found[i][axis] = log.references[axis]
             if not found[i].keys() & set(axes):
                 answering.append((i, _Law(log, sign, columns)))
         for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
@@ -161,7 +158,7 @@ def find_references(logs: Sequence[Log]) -> References:
 
 
 def feedback(log: Log) -> bool:
-    """Recognise a controller: the angles' innovations tell more of the voltages than the voltages' own past.
+    """Recognise a controller: the angles' innovations tell more of the voltages than the voltages' own past does.
 
     The innovations are what the past of angles and voltages does not tell of the angles, the air and the encoders. In
     open loop they know nothing of the voltages, however long the rig's memory is.
@@ -234,8 +231,7 @@ class _Law:
         self.signals = self.signals - self.signals[:, :1]
         self.limit = float(np.abs(log.voltages).max())
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
-        if self.clipped.sum() <= 5:  # a largest value is no limit
-            self.clipped[:] = False
+        self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
         self.usable = usable[:: max(1, len(usable) // ROWS)]
         self.steps = np.diff(self.signals)
@@ -255,14 +251,17 @@ class _Law:
         return np.vstack([lfilter([1.0, -1.0], [1.0, -kept[-1]], rows), signals[1:]])
 
     def loss(self, shape: Array, rounds: int = 15) -> tuple[float, Array]:
-        """Give ln of the mean absolute innovation but for the largest tenth, and gains of L1 by reweighting."""
+        """Ln of the mean absolute innovation but for the largest tenth, and L1 gains by iteratively reweighted LS."""
         if np.any(shape < self.bounds[0, : len(shape)]) or np.any(shape > self.bounds[1, : len(shape)]):
             return np.inf, np.array([])
         rows = self.terms(self.steps, shape)
         rows = rows[:, self.usable + 1] - np.exp(-np.exp(shape[self.n]) * self.h) * rows[:, self.usable]
         scale = np.abs(rows[1:]).mean(axis=1) + 1e-12
         target, bank = rows[0], rows[1:] / scale[:, None]
-        weight, most = np.ones(len(target)), int(0.9 * len(target))  # steps are few: the rest tells an exact law
+        weight, most = (
+            np.ones(len(target)),
+            int(0.9 * len(target)),
+        )  # steps are few: the rest shows whether a law is exact
         for _ in range(rounds):
             weighted = bank * weight
             normal = weighted @ bank.T
@@ -341,17 +340,17 @@ class _Law:
 
 
 def _with(shape: Array, index: int, value: float) -> Array:
-    """Give a shape with one entry replaced."""
+    """Copy a shape with one entry replaced."""
     return np.where(np.arange(len(shape)) == index, value, shape)
 
 
 def _past(signals: Array, lags: int) -> Array:
-    """Give the samples 1 to ``lags`` before each, side by side, shape (N - lags, lags m)."""
+    """Lay the samples 1 to ``lags`` before each side by side, shape (N - lags, lags m)."""
     return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
 
 
 def _residual(target: Array, columns: Array) -> Array:
-    """Give what a regression on columns and a constant leaves."""
+    """Return what a regression on columns and a constant leaves."""
     bank = np.column_stack([columns, np.ones(len(columns))])
     bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
     return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]

@@ -123,9 +123,6 @@ CONTRADICTION = 2.6
 """Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
 less than one in a hundred true values lies outside."""
 
-LEAST_SHARE = 0.05
-"""Share of a gain's regressor that references have to move: below it intervals of the likelihood alone cover half."""
-
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
 

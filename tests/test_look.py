@@ -1,0 +1,69 @@
+"""`heli look` and `hi.look`: what logs of a rig that a controller flies determine, in the air of a real room."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import heli_identifier as hi
+from heli_identifier.records import Log, write_log
+from heli_identifier.workbench.commands.app import app
+from tests.blind.windy import windy_rig
+
+GAINS = ("k_x", "k_z", "k_y")
+
+
+def logs_of(rig, part):
+    return tuple(
+        Log(name, 100.0, log.voltages, log.angles, references=dict(log.references))
+        for name, log in rig.part(part).items()
+    )
+
+
+@pytest.fixture(scope="module")
+def windy():
+    rig = windy_rig(11, "swirl", effects="bare")
+    return rig, logs_of(rig, "a")
+
+
+@pytest.fixture(scope="module")
+def looked(windy):
+    return hi.look(windy[1])
+
+
+def test_the_loop_and_the_references_are_recognised(looked):
+    references = looked.identification.references
+    assert references.closed_loop
+    assert {"pitch", "elevation"} <= set(references.names)
+
+
+def test_gains_of_a_rig_in_swirling_air_are_those_of_the_rig(windy, looked):
+    """Within three half-widths and a quarter of the truth: a likelihood with one colour of air errs by a third."""
+    rig, logs = windy
+    slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in logs]))))
+    for name in GAINS:
+        estimate = looked.gains[name].estimate
+        error = abs(estimate.value - slopes[name])
+        assert error < 3.0 * 1.96 * estimate.standard_error
+        assert error < 0.25 * abs(slopes[name])
+
+
+def test_a_bare_rig_is_accused_of_nothing(looked):
+    assert [name for name, _, _, established in looked.effects if established] == []
+
+
+def test_the_table_says_what_every_gain_rests_on(looked):
+    assert [row[0] for row in looked.rows] == ["pitch", "elevation", "travel"]
+    words = {"determined from outside", "rests on the noise model", "not determined", "contradicted"}
+    assert all(row[-1] in words for row in looked.rows)
+    assert len(looked.summary().splitlines()) >= 6
+
+
+def test_the_command_prints_json(windy, tmp_path):
+    paths = [str(write_log(log, tmp_path / f"{log.name}.csv")) for log in windy[1][:2]]
+    done = CliRunner().invoke(app, ["look", *paths, "--json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
+    assert found["movement_counts"]["pitch"] > 10.0
