@@ -1,0 +1,221 @@
+"""The fit: Gauss-Newton on the criterion between bounds, and a coarse scan of the air against local optima.
+
+The plant's coordinates x, the air's z and the offsets b of the logs move together. A step is at most
+:data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. Once a step brings nothing more, the air
+of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .likelihood import Likelihood, Point, Quadratic
+from .noise import SHAPES, physical
+from .rig import Coordinate, Parameters, Record, Rig
+from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET, OFFSET_PRIOR, SCAN_GAIN
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A plant fitted to the records of a rig.
+
+    Attributes
+    ----------
+    likelihood : Likelihood
+    coordinates : tuple of Coordinate
+        Parameters that were estimated, P of them.
+    x : Array, shape (P,)
+    point : Point
+    e : list of Array, shapes (N_i, a)
+        Innovations [rad].
+    sigma : Array, shape (a,)
+        Their scales [rad].
+    value : float
+        F [nats].
+    quadratic : Quadratic
+        Of F there.
+    at_bound : NDArray of bool, shape (P,)
+    """
+
+    likelihood: Likelihood
+    coordinates: tuple[Coordinate, ...]
+    x: Array
+    point: Point
+    e: list[Array]
+    sigma: Array
+    value: float
+    quadratic: Quadratic
+    at_bound: NDArray[np.bool_]
+
+    @property
+    def parameters(self) -> Parameters:
+        """The plant."""
+        return self.point.parameters
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Names of the parameters that were estimated."""
+        return tuple(coordinate.field for coordinate in self.coordinates)
+
+    def estimate(self, name: str) -> float:
+        """Give the value of a parameter; of a gain the slope at the operating point."""
+        return self.likelihood.rig.read(self.parameters, name)
+
+    def slope(self, name: str) -> float:
+        """Give abs(dp/dx) of a parameter where it is, in its unit."""
+        i = self.fields.index(name)
+        return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
+
+    def air(self) -> Array:
+        """Give standard deviation s [rad/s^2] and rates c, f [1/s] of the torque of every axis, shape (3, a)."""
+        found = physical(self.point.z)
+        return np.vstack((found[0] * self.encoder_noise(), found[1:]))
+
+    def encoder_noise(self) -> Array:
+        """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
+        from .noise import kalman
+
+        step = self.likelihood.records[0].step
+        linear, found = self.likelihood.rig.linear(self.parameters), physical(self.point.z)
+        S = [kalman(step, *map(float, (*own, *found[:, i])))[3] for i, own in enumerate(linear)]
+        return np.asarray(self.sigma / np.sqrt(S))
+
+
+def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Minimise g.s + s.H.s/2 under low <= s <= high by an active set.
+
+    Returns
+    -------
+    s : Array, shape (n,)
+    fixed : NDArray of bool, shape (n,)
+        Where a bound holds.
+    """
+    fixed, s = np.zeros(len(g), dtype=bool), np.zeros(len(g))
+    for _ in range(len(g)):
+        free = ~fixed
+        s[free] = np.linalg.solve(H[np.ix_(free, free)], -(g[free] + H[np.ix_(free, fixed)] @ s[fixed]))
+        outside = free & ((s < low - 1e-12) | (s > high + 1e-12))
+        if not outside.any():
+            break
+        s = np.clip(s, low, high)
+        fixed |= outside
+    return s, fixed
+
+
+class _Search:
+    """A point that moves: coordinates, air, offsets, and F there."""
+
+    def __init__(self, likelihood: Likelihood, coordinates: Sequence[Coordinate], x: Array, point: Point):
+        self.likelihood, self.coordinates = likelihood, tuple(coordinates)
+        self.low = np.array([c.bounds[0] for c in coordinates])
+        self.high = np.array([c.bounds[1] for c in coordinates])
+        self.x, self.point = np.clip(x, self.low, self.high), point
+        self.point = self.at(self.x, point.z, point.offsets)
+        self.measure()
+
+    def at(self, x: Array, z: Array, offsets: Array) -> Point:
+        values = {c.field: c.value(float(v)) for c, v in zip(self.coordinates, x, strict=True)}
+        parameters = self.likelihood.rig.assign(self.point.parameters, values)
+        return replace(self.point, parameters=parameters, z=z, offsets=offsets)
+
+    def measure(self) -> None:
+        self.e = self.likelihood.innovations(self.point)
+        self.sigma = self.likelihood.scales(self.e)
+        self.value = self.likelihood.value(self.e, self.x, self.point)
+
+    def linearise(self) -> None:
+        self.quadratic = self.likelihood.linearise(self.point, self.coordinates, self.x, self.sigma)
+
+    def step(self) -> float:
+        """Take one Gauss-Newton step; give the fall of F."""
+        self.linearise()
+        H, g = self.quadratic.total
+        P, z = len(self.x), self.point.z
+        low = np.concatenate((self.low - self.x, np.full(z.size, -1.0)))
+        high = np.concatenate((self.high - self.x, np.full(z.size, 1.0)))
+        s, fixed = bounded_step(H, g, low, high)
+        self.at_bound = fixed[:P]
+        share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
+        before = self.x, self.point, self.e, self.sigma, self.value
+        for _ in range(HALVINGS):
+            taken = share * s
+            offsets = before[1].offsets + np.array(
+                [share * c - D @ taken for c, D in self.quadratic.back]
+            )
+            self.x = np.clip(before[0] + taken[:P], self.low, self.high)
+            self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
+            self.measure()
+            if self.value < before[4]:
+                return before[4] - self.value
+            share *= 0.5
+        self.x, self.point, self.e, self.sigma, self.value = before
+        return 0.0
+
+    def scan_air(self) -> bool:
+        """Move the air of every axis to the best of a coarse grid; give whether F fell by enough to go on."""
+        z = self.point.z
+        best = self.likelihood.of_axes(self.e)[0] + 0.5 * (z**2).sum(0)
+        chosen = z.copy()
+        for move in AIR_SCAN:
+            tried = z + np.array(move)[:, None]
+            e = self.likelihood.recoloured(self.point, self.e, tried)
+            F = self.likelihood.of_axes(e)[0] + 0.5 * (tried**2).sum(0)
+            better = F < best
+            best = np.where(better, F, best)
+            chosen[:, better] = tried[:, better]
+        if (chosen == z).all():
+            return False
+        before = self.point, self.e, self.sigma, self.value
+        self.point = replace(self.point, z=chosen)
+        self.measure()
+        if self.value < before[3] - SCAN_GAIN:
+            return True
+        self.point, self.e, self.sigma, self.value = before
+        return False
+
+
+def fit(
+    likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None, shapes: Mapping[str, float] | None = None
+) -> Fit:
+    """Fit a plant to the records of a rig.
+
+    Parameters
+    ----------
+    likelihood : Likelihood
+    fields : sequence of str
+        Parameters to estimate; the others keep the values of ``start``, or what the rig is given as.
+    start : Fit, optional
+        Where to begin; the air is scanned only without one.
+    shapes : mapping of str to float, optional
+        Values of parameters to begin from.
+
+    Returns
+    -------
+    Fit
+    """
+    rig = likelihood.rig
+    if start is None:
+        first = rig.estimate(likelihood.records)
+        coordinates = [rig.coordinate(name, first) for name in fields]
+        point = Point(first, np.zeros((SHAPES, len(rig.axes))), np.zeros((len(likelihood.records), len(rig.axes))))
+        x = np.array([c.coordinate(rig.read(first, c.field)) for c in coordinates]).clip(-2.5, 2.5)
+    else:
+        point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
+        coordinates = [rig.coordinate(name, point.parameters) for name in fields]
+        x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
+    search = _Search(likelihood, coordinates, x, point)
+    scans = 0
+    for _ in range(ITERATIONS):
+        if search.step() < CONVERGED:
+            if start is not None or scans == 2 or not search.scan_air():
+                break
+            scans += 1
+    search.linearise()
+    return Fit(
+        likelihood, tuple(coordinates), search.x, search.point, search.e, search.sigma, search.value,
+        search.quadratic, search.at_bound,
+    )  # fmt: skip

@@ -1,0 +1,344 @@
+"""The bench helicopter as a rig: the only module of this room that imports the plant.
+
+The filter's loop runs over the samples of a record with the plant's own step,
+
+    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    y = angle + n,    e = y - y_hat,
+
+and corrects state and torque d by the innovation e with the gains of :mod:`.noise`. b is what else acts: the offset of
+the log, and sines where a periodic torque is searched.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from math import copysign, cos, exp, inf, log, pi, sin
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter, savgol_filter
+
+from heli_identifier.online import ModelParameters
+from heli_plant.compiled import compiled_for, parameter_record
+from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
+from heli_plant.effects import Effect as Law
+from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltage, thrust_voltages
+from heli_plant.motor import kept, toward
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
+from heli_plant.plant import accelerations, advance, arriving, measured_angles, rigid_start
+from heli_plant.state import PlantState, start_state
+
+from .rig import Coordinate, Effect, Record, Rig
+from .settings import (
+    CATALOGUE_WIDTHS,
+    GAIN_WIDTH,
+    GROUND_CLEARANCE,
+    LAG_WIDTH,
+    SHORTEST_LAG,
+    DiagnosisSettings,
+)
+
+Array = NDArray[np.float64]
+
+LAG_FIELD = "motor_lag_rotors"
+BASE = (*ModelParameters._fields, LAG_FIELD)
+"""What every fit estimates: the eleven parameters of Table 2, and the motors' lag beyond T_m."""
+
+GAINS = ("k_x", "k_z", "k_y")
+"""Gains of pitch, elevation, travel."""
+
+HORIZONTAL = "horizontal_offset"
+"""Shape that all laws with a sine of the elevation share."""
+
+STATES = len(PlantState._fields)
+
+_LINEAR: Mapping[str, tuple[float, float]] = {
+    "a_wx": (1.0, 0.0), "a_th": (4.0, -inf), "theta0": (0.5, -inf), "a_wz": (1.0, 0.0), "a_e": (4.0, 0.0),
+    "a_1": (3.0, -inf), "a_lt": (0.5, -inf), "a_wy": (1.0, 0.0),
+}  # fmt: skip
+"""Width of the prior around zero and lower bound: what can be built on a bench. Dampings: a motion does not die out
+much faster than in a second. Pitch stiffness g d / l^2: the mass lies within some 2 cm of its axis, l = .2 m. Elevation:
+the balanced arm's period is longer than some 3 s, the counterweight leaves at most a fifth of g / l, l = .6 m."""
+
+_FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
+"""Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2, the
+travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
+
+_FAMILIES: tuple[tuple[str, tuple[str, ...]], ...] = (
+    *((f"friction of the {axis}", tuple(f"{law}_{axis}" for law in
+       ("dry_friction", "breakaway_friction", "quadratic_drag"))) for axis in AXES),
+    ("torque on the pitch", ("constant_torque_pitch", "rotor_mismatch_pitch")),
+    ("torque on the travel", ("constant_torque_travel", "rotor_drag_torque_travel", "cable_stiffness_travel",
+                              "thrust_tilt_travel")),
+    ("curve of the thrust", ("quadratic_thrust_rotors", "dead_zone_rotors", "reverse_thrust_loss_rotors")),
+    ("lag or delay of the rotors", ("motor_lag_rotors", "input_delay_rotors")),
+    ("thrust lost by airspeed", ("airspeed_thrust_loss_pitch", "airspeed_thrust_loss_elevation")),
+    ("gyroscopic coupling", ("gyroscopic_coupling_pitch", "gyroscopic_coupling_elevation")),
+    ("inertial coupling", ("inertial_coupling_elevation", "inertial_coupling_travel")),
+)  # fmt: skip
+"""Effects that logs of a bench helicopter hardly tell apart, fixed beforehand from mechanics."""
+
+
+def family_of(field: str) -> str:
+    """Name of the family of an effect, by its field."""
+    for name, members in _FAMILIES:
+        if field in members:
+            return name
+    entry = effect_of(field)
+    return f"{entry.name.replace('_', ' ')} of the {entry.axis}"
+
+
+def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmonics, innovations, motion):
+    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (18) is the state before."""
+    state = PlantState(
+        carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
+        carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
+    )  # fmt: skip
+    d1, d2, d3, c1, c2, c3 = carry[12], carry[13], carry[14], carry[15], carry[16], carry[17]
+    half = 0.5 * h * h
+    for k in range(first, last):
+        i = k - first
+        pitch, elevation, travel = measured_angles(state)
+        e1, e2, e3 = angles[k, 0] - pitch, angles[k, 1] - elevation, angles[k, 2] - travel
+        innovations[i, 0], innovations[i, 1], innovations[i, 2] = e1, e2, e3
+        state = PlantState(
+            state.pitch + gains[0, 0] * e1, state.elevation + gains[1, 0] * e2, state.travel + gains[2, 0] * e3,
+            state.pitch_rate + gains[0, 1] * e1, state.elevation_rate + gains[1, 1] * e2,
+            state.travel_rate + gains[2, 1] * e3, state.nu_front, state.nu_rear, state.bending, state.bending_rate,
+            state.mass_position, state.cable_rest,
+        )  # fmt: skip
+        if i < len(motion):
+            motion[i, 0], motion[i, 1], motion[i, 2] = state.pitch, state.elevation, state.travel
+            motion[i, 3], motion[i, 4], motion[i, 5] = state.pitch_rate, state.elevation_rate, state.travel_rate
+        d1, d2, d3 = d1 + gains[0, 2] * e1, d2 + gains[1, 2] * e2, d3 + gains[2, 2] * e3
+        c1, c2, c3 = c1 + gains[0, 3] * e1, c2 + gains[1, 3] * e2, c3 + gains[2, 3] * e3
+        b1, b2, b3 = local[0], local[1], local[2]
+        for j in range(len(harmonics)):
+            phase = harmonics[j, 1] * time[k]
+            wave = harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
+            if harmonics[j, 0] < 0.5:
+                b1 += wave
+            elif harmonics[j, 0] < 1.5:
+                b2 += wave
+            else:
+                b3 += wave
+        t1, t2, t3 = d1 + b1, d2 + b2, d3 + b3
+        state = advance(state, time, inputs, k, 0.0, h, p)
+        state = PlantState(
+            state.pitch + half * t1, state.elevation + half * t2, state.travel + half * t3,
+            state.pitch_rate + h * t1, state.elevation_rate + h * t2, state.travel_rate + h * t3,
+            state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
+        )  # fmt: skip
+        d1, c1 = gains[0, 4] * d1 + gains[0, 5] * c1, gains[0, 6] * d1 + gains[0, 7] * c1
+        d2, c2 = gains[1, 4] * d2 + gains[1, 5] * c2, gains[1, 6] * d2 + gains[1, 7] * c2
+        d3, c3 = gains[2, 4] * d3 + gains[2, 5] * c3, gains[2, 6] * d3 + gains[2, 7] * c3
+    carry[0], carry[1], carry[2], carry[3] = state.pitch, state.elevation, state.travel, state.pitch_rate
+    carry[4], carry[5], carry[6], carry[7] = state.elevation_rate, state.travel_rate, state.nu_front, state.nu_rear
+    carry[8], carry[9], carry[10], carry[11] = (
+        state.bending, state.bending_rate, state.mass_position, state.cable_rest
+    )  # fmt: skip
+    carry[12], carry[13], carry[14], carry[15], carry[16], carry[17] = d1, d2, d3, c1, c2, c3
+
+
+def _accelerations(time, inputs, motion, first, carry, h, p, out):
+    """Fill ``out`` (n, 3): accelerations at the middle of each step along ``motion`` (n, 6).
+
+    ``carry`` (3) holds the lagged voltages before the first of them and the cable's rest.
+    """
+    switches = switched_on(p)
+    half = 0.5 * h
+    share = kept(half, motor_time_constant(p))
+    front, rear = carry[0], carry[1]
+    for i in range(len(motion)):
+        k = first + i
+        v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
+        u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
+        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+        mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
+        w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
+        out[i, 0], out[i, 1], out[i, 2] = accelerations(
+            time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3, w1, w2, w3,
+            mu_diff, mu_sum, 0.0, carry[2], switches, p,
+        )  # fmt: skip
+        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+    carry[0], carry[1] = front, rear
+
+
+def run_filter(record, parameters, gains, local, harmonics, first, last, carry, innovations, motion):
+    """Run the filter over samples ``first`` to ``last`` of a record; ``carry`` is None at its beginning.
+
+    Returns
+    -------
+    carry : Array, shape (18,)
+        State behind the last sample.
+    """
+    if carry is None:
+        start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
+        carry = np.concatenate((np.array(start, dtype=float), np.zeros(6)))
+    compiled_for(_filter, parameters)(
+        record.time, record.inputs, record.angles, first, last, carry, record.step, parameter_record(parameters),
+        gains, local, harmonics, innovations, motion,
+    )  # fmt: skip
+    return carry
+
+
+def run_accelerations(record, parameters, motion, first, carry, out):
+    """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
+    if carry is None:
+        carry = np.array([record.start[6], record.start[7], record.start[11]])
+    compiled_for(_accelerations, parameters)(
+        record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
+    )
+    return carry
+
+
+def begin(angles: Array, inputs: Array, step: float) -> Array:
+    """State at a record's start, shape (12,): straight lines through the first .3 s, motors settled, cable slack."""
+    count = min(max(4, int(0.3 / step)), len(angles))
+    slopes, intercepts = np.polyfit(np.arange(count) * step, angles[:count], 1)
+    rates = (float(slopes[0]), float(slopes[1]), float(slopes[2]))
+    return np.array(start_state(*map(float, intercepts), float(inputs[0, 0]), float(inputs[0, 1]), rates), dtype=float)
+
+
+def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, float]:
+    """Slope of the thrust about ``voltage`` [V] over that of a linear rotor, for each axis's gain.
+
+    The travel is driven by the thrust itself, so its share is thrust over voltage.
+    """
+    if not any(getattr(parameters, field) for field in _thrust_fields()):
+        return 1.0, 1.0, 1.0
+    low, high = (thrust_voltage(motor_input(voltage + d, parameters), 0.0, parameters) for d in (-0.25, 0.25))
+    slope = max((high - low) / 0.5, 0.05)
+    mean = max(0.5 * (low + high) / voltage, 0.05) if voltage else slope
+    return slope, slope, mean
+
+
+@cache
+def _thrust_fields() -> tuple[str, ...]:
+    return tuple(entry.field for entry in CATALOGUE if entry.place in (VOLTAGE, THRUST))
+
+
+def _first_estimate(records: Sequence[Record], base: PlantParameters, free: Sequence[str]) -> PlantParameters:
+    """Least squares on smoothed derivatives, axis by axis; biased by the air, only the fit's start depends on it."""
+    rows = [_regression(record, base.T_m) for record in records]
+    X, y = ([np.concatenate([row[part][axis] for row in rows]) for axis in range(3)] for part in range(2))
+    pitch, elevation, travel = (np.linalg.lstsq(x, target, rcond=None)[0] for x, target in zip(X, y, strict=True))
+    sign = copysign(1.0, pitch[1])
+    found = {
+        "a_wx": pitch[0], "a_th": sign * np.hypot(pitch[1], pitch[2]),
+        "theta0": np.arctan2(sign * pitch[2], sign * pitch[1]), "k_x": pitch[3], "a_wz": elevation[0],
+        "a_e": elevation[1], "a_1": elevation[2], "a_lt": elevation[3], "k_z": elevation[4], "a_wy": travel[0],
+        "k_y": travel[1],
+    }  # fmt: skip
+    return base._replace(**{name: float(value) for name, value in found.items() if name in free})
+
+
+def _regression(record: Record, time_constant: float) -> tuple[list[Array], list[Array]]:
+    """Regressors and accelerations of the axes of one record, from local cubics over .6 s, ends cut off."""
+    h, window = record.step, max(int(0.6 / record.step) | 1, 5)
+    window = min(window, (record.samples - 1) | 1 if record.samples % 2 else record.samples - 1)
+    angle, rate, acceleration = (savgol_filter(record.angles, window, 3, n, h, axis=0) for n in range(3))
+    share = kept(h, time_constant)
+    first = record.inputs[0]
+    nu = lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first
+    nu = savgol_filter(nu, window, 3, axis=0)
+    mu_diff, mu_sum = nu[:, 0] - nu[:, 1], nu[:, 0] + nu[:, 1]
+    sine, cosine = np.sin(angle[:, 0]), np.cos(angle[:, 0])
+    inner = slice(window, -window) if record.samples > 4 * window else slice(None)
+    X = (
+        np.column_stack((-rate[:, 0], -sine, cosine, mu_diff)),
+        np.column_stack((-rate[:, 1], -angle[:, 1], -np.ones_like(sine), -rate[:, 0] * rate[:, 2], mu_sum * cosine)),
+        np.column_stack((-rate[:, 2], mu_sum * sine)),
+    )
+    return [x[inner] for x in X], [acceleration[inner, axis] for axis in range(3)]
+
+
+def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[float, float]]) -> Coordinate:
+    """Prior of a field; ``given`` are centre and width of effects of which more is known than their range."""
+    if field in _FULL_THRUST:
+        sign = 1.0 if field == "k_z" else copysign(1.0, getattr(start, field))
+        return Coordinate(field, _FULL_THRUST[field] / start.v_max, GAIN_WIDTH, sign=sign)
+    if field in _LINEAR:
+        width, lower = _LINEAR[field]
+        return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
+    if field.startswith("table_torque"):
+        return Coordinate(field, 0.0, 1.0)
+    found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
+    if found is not None:
+        owner, shape = found
+        bends, centre = owner.place == BENDING, getattr(start, field)
+        if shape.lower > 0.0:  # a scale: its logarithm moves
+            return Coordinate(field, centre, log(2.0), shape.lower, shape.upper, sign=1.0, step=0.05, in_output=bends)
+        width = shape.difference_step or 0.1 * (shape.upper - shape.lower)
+        return Coordinate(field, centre, width, shape.lower, shape.upper, step=1.0 if shape.difference_step else 0.02)
+    entry = effect_of(field)
+    lower = max(entry.lower, SHORTEST_LAG - start.T_m) if entry.place == LAG else entry.lower
+    centre, width = given.get(field, (0.0, LAG_WIDTH if entry.place == LAG else entry.upper / CATALOGUE_WIDTHS))
+    step = _DIFFERENCE.get(entry.name)
+    return Coordinate(field, centre, width, lower, entry.upper, step=step / width if step else 0.02, in_output=entry.place == BENDING)
+
+
+_DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
+"""Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
+
+
+def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
+    """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
+    known = settings.horizontal is not None
+    estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
+    starts: tuple[dict[str, float], ...] = ({},)
+    for shape in entry.shapes:
+        if shape.start == STEP_TIMES or (shape.field == HORIZONTAL and known):
+            continue
+        values = (lowest - GROUND_CLEARANCE,) if shape.start == "lowest elevation" else shape.grid or (shape.default,)
+        starts = tuple({**start, shape.field: value} for start in starts for value in values)
+    return Effect(
+        entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, family_of(entry.field),
+        tuple(s.field for s in estimated), starts, entry.experiment,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
+    )  # fmt: skip
+
+
+def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
+    """Build the rig for logs of one bench helicopter.
+
+    Parameters
+    ----------
+    settings : DiagnosisSettings
+    angles, inputs : sequence of Array, shapes (N_i, 3) and (N_i, 2)
+        Of its logs: the operating point is their mean voltage.
+    """
+    operating = float(np.mean(np.concatenate(inputs)))
+    given = {name: (value.value, value.standard_error) for name, value in settings.effects.items()}
+    base = tuple(field for field in BASE if field not in settings.given) + tuple(given)
+    largest = max(float(abs(v).max()) for v in inputs)
+    parameters = PlantParameters(
+        **{
+            "T_m": settings.motor_time_constant, "v_max": max(settings.voltage_limit, largest),
+            "theta0": settings.rest_pitch or 0.0, "k_z": settings.elevation_gain or 0.0,
+            HORIZONTAL: -(settings.horizontal or 0.0), **{name: value for name, (value, _) in given.items()},
+        }
+    )  # fmt: skip
+
+    def assign(p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
+        gains = {field: read(p, field) for field in GAINS} | {f: values[f] for f in GAINS if f in values}
+        p = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
+        return p._replace(**{f: gains[f] / s for f, s in zip(GAINS, _slopes(p, operating), strict=True)})
+
+    def read(p: PlantParameters, field: str) -> float:
+        value = float(getattr(p, field))
+        return value * _slopes(p, operating)[GAINS.index(field)] if field in GAINS else value
+
+    lowest = min(float(a[:, 1].min()) for a in angles)
+    return Rig(
+        axes=AXES, base=base, gains=GAINS,
+        units={row.field: row.unit for row in BY_FIELD.values()},
+        resolution=2.0 * pi / np.array(settings.counts, dtype=float),
+        parameters=parameters,
+        effects=tuple(_effect(e, lowest, settings) for e in CATALOGUE if e.field not in base),
+        coordinate=lambda field, p: _coordinate(field, p, given),
+        assign=assign, read=read,
+        estimate=lambda records: _first_estimate(records, parameters, base),
+        begin=begin,
+        linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
+        filter=run_filter, accelerations=run_accelerations, operating_point=operating,
+    )  # fmt: skip

@@ -1,0 +1,293 @@
+r"""The criterion: innovations of the plant at the log's rate under an estimated torque of the air.
+
+    F = sum_a N_a ln sigma_a + sum_a sum_k rho(e_ak / sigma_a) - N_a/2 + |x|^2/2 + |z|^2/2 + sum_l |b_l / tau|^2/2
+
+e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the plant, sigma_a their scale, which
+minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
+x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l the offsets of each
+log with standard deviation tau. F is a negative log posterior in nats; everything that the tracer decides is a
+difference of F or its quadratic form.
+
+Sensitivities: a further acceleration a_k of an axis along the filter's own motion changes its innovations through the
+error dynamics of the filter, a linear filter, five times cheaper than a run of the plant for every parameter. Those to
+the air's parameters are finite differences of the filter. Records are read in chunks, so memory does not grow.
+
+Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from .noise import SHAPES, error_dynamics, gains, physical, recoloured
+from .rig import Coordinate, Parameters, Record, Rig
+from .settings import BLOCK, CHUNK, HUBER, OFFSET
+
+Array = NDArray[np.float64]
+
+NO_HARMONICS = np.empty((0, 4))
+_NO_MOTION = np.empty((0, 6))
+NOISE_STEP = 0.02
+"""Width of a finite difference of the air's parameters, in their coordinates."""
+
+
+@dataclass(frozen=True, eq=False)
+class Point:
+    """A point of the likelihood.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    z : Array, shape (3, a)
+        Coordinates of the air.
+    offsets : Array, shape (L, a)
+        Constant torques of the logs [rad/s^2].
+    harmonics : tuple of Array, shapes (m, 4)
+        Per log sines: axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2].
+    """
+
+    parameters: Parameters
+    z: Array
+    offsets: Array
+    harmonics: tuple[Array, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """Gradient and Gauss-Newton Hessian of F at a point, log by log, the offsets of the logs eliminated.
+
+    Attributes
+    ----------
+    H : Array, shape (L, n, n)
+        Information of each log on n = P + 3a parameters: the plant's coordinates, then the air's.
+    g : Array, shape (L, n)
+        Gradient of each log.
+    blocks : list of Array, shapes (B_l, a, n)
+        Scores (negative gradients) of blocks of :data:`.settings.BLOCK` s by the axis they come from.
+    information : Array, shape (a, n)
+        Information of each axis alone, before anything is eliminated.
+    back : list of (Array, Array)
+        Per log what gives its offsets from a step of the parameters: b+ - b = c - D s.
+    prior : Array, shape (n,)
+        Gradient of the priors, x and z themselves; their Hessian is the unit matrix.
+    """
+
+    H: Array
+    g: Array
+    blocks: list[Array]
+    information: Array
+    back: list[tuple[Array, Array]]
+    prior: Array
+
+    @cached_property
+    def total(self) -> tuple[Array, Array]:
+        """Hessian and gradient of F with the priors."""
+        return self.H.sum(0) + np.eye(len(self.prior)), self.g.sum(0) + self.prior
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """The criterion of one rig's records.
+
+    Attributes
+    ----------
+    rig : Rig
+    records : tuple of Record
+    offset_width : Array, shape (a,)
+        tau [rad/s^2].
+    """
+
+    rig: Rig
+    records: tuple[Record, ...]
+    offset_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
+
+    @cached_property
+    def counted(self) -> Array:
+        """Samples N_a that count on each axis, shape (a,)."""
+        return np.asarray(np.sum([record.weights.sum(0) for record in self.records], axis=0))
+
+    def innovations(self, point: Point) -> list[Array]:
+        """Give the innovations of every record, shapes (N_i, a) [rad]."""
+        found = []
+        for i, record in enumerate(self.records):
+            e = np.empty_like(record.angles)
+            self.run(i, point, 0, record.samples, None, e)
+            found.append(e)
+        return found
+
+    def scales(self, e: Sequence[Array], start: Array | None = None) -> Array:
+        """Give sigma (a,) [rad] that minimises F: N sigma^2 = sum of w(e/sigma) e^2 with Huber's weights w."""
+        counted = np.maximum(self.counted, 1.0)
+        squares = [record.weights * own**2 for record, own in zip(self.records, e, strict=True)]
+        sigma = np.sqrt(sum(s.sum(0) for s in squares) / counted) if start is None else start
+        for _ in range(30):
+            total = np.zeros(len(sigma))
+            for s in squares:
+                total += np.minimum(s, HUBER * sigma * np.sqrt(s)).sum(0)
+            last, sigma = sigma, np.sqrt(total / counted)
+            if np.all(np.abs(sigma - last) <= 1e-6 * last):
+                break
+        return np.where(self.counted > 0, np.maximum(sigma, 1e-12), 1.0)
+
+    def of_axes(self, e: Sequence[Array]) -> tuple[Array, Array]:
+        """Give the data's part of F axis by axis, shape (a,), and the scales."""
+        sigma = self.scales(e)
+        total = self.counted * (np.log(sigma) - 0.5)
+        for record, own in zip(self.records, e, strict=True):
+            u = np.abs(own) / sigma
+            loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
+            total += (record.weights * loss).sum(0)
+        return total, sigma
+
+    def recoloured(self, point: Point, e: Sequence[Array], z: Array) -> list[Array]:
+        """Give the innovations under another air ``z`` (3, a) from those under the point's."""
+        old, new, linear = physical(point.z), physical(z), self.rig.linear(point.parameters)
+        return [
+            np.column_stack([
+                recoloured(own[:, i], record.step, (linear[i], old[:, i]), (linear[i], new[:, i]), [])
+                for i in range(len(linear))
+            ])
+            for record, own in zip(self.records, e, strict=True)
+        ]  # fmt: skip
+
+    def value(self, e: Sequence[Array], x: Array, point: Point) -> float:
+        """Give F [nats] of the innovations ``e`` at the coordinates ``x`` (P,) of ``point``."""
+        priors = 0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.offset_width) ** 2).sum())
+        return float(self.of_axes(e)[0].sum() + priors)
+
+    def linearise(self, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array) -> Quadratic:
+        """Give the quadratic form of F around a point.
+
+        Parameters
+        ----------
+        point : Point
+        coordinates : sequence of Coordinate
+            The plant's parameters that may move, P of them.
+        x : Array, shape (P,)
+            Where they are.
+        sigma : Array, shape (a,)
+            Scales at the point.
+        """
+        moves = [self.moved(point, coordinate, x[i]) for i, coordinate in enumerate(coordinates)]
+        parts = [_OfLog(self, i, point, moves, sigma) for i in range(len(self.records))]
+        n = len(x) + SHAPES * len(self.rig.axes)
+        H, g, blocks, back = np.zeros((len(parts), n, n)), np.zeros((len(parts), n)), [], []
+        for i, part in enumerate(parts):
+            H[i], g[i], own, solved = part.eliminated(point.offsets[i], self.offset_width)
+            blocks.append(own)
+            back.append(solved)
+        information = np.sum([part.information[:, :n] for part in parts], axis=0)
+        return Quadratic(H, g, blocks, information, back, np.concatenate((x, point.z.ravel())))
+
+    def moved(self, point: Point, coordinate: Coordinate, x: float) -> tuple[Parameters, float, bool]:
+        """Parameters with one coordinate moved by its finite difference, the difference, and whether it is a run."""
+        step = coordinate.step
+        if x + step > coordinate.bounds[1]:
+            step = -step
+        values = {coordinate.field: coordinate.value(x + step)}
+        return self.rig.assign(point.parameters, values), step, coordinate.in_output
+
+    def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
+        """Run the filter over samples ``first`` to ``last`` of record ``i``; fill ``e`` and ``motion``, give the state."""
+        record, p = self.records[i], point.parameters if parameters is None else parameters
+        K = gains(record.step, self.rig.linear(p), point.z)
+        harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
+        return self.rig.filter(record, p, K, point.offsets[i], harmonics, first, last, carry, e, motion)
+
+class _OfLog:
+    """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
+
+    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array):
+        rig, record = likelihood.rig, likelihood.records[i]
+        a, P = len(rig.axes), len(moves)
+        self.own = P + SHAPES * a
+        n = self.own + a
+        self.H, self.g, self.information = np.zeros((n, n)), np.zeros(n), np.zeros((a, n))
+        self.length = max(1, round(BLOCK / record.step))
+        self.blocks = np.zeros((-(-record.samples // self.length), a, n))
+        linear = rig.linear(point.parameters)
+        air = physical(point.z)
+        transfer = [error_dynamics(record.step, linear[axis], air[:, axis]) for axis in range(a)]
+        recolourings = [self._recolourings(point, linear, axis, moves, rig) for axis in range(a)]
+        memory_of_filters: dict[tuple[int, int], list] = {}
+        runs: list = [None] * (1 + P)
+        along: list = [None] * (1 + P)
+        memory: list[dict[int, Array]] = [{} for _ in range(a)]
+        chunk = CHUNK - CHUNK % self.length
+        for first in range(0, record.samples, chunk):
+            last = min(first + chunk, record.samples)
+            e, motion = np.empty((last - first, a)), np.empty((last - first, 2 * a))
+            other = np.empty_like(e)
+            runs[0] = likelihood.run(i, point, first, last, runs[0], e, motion)
+            columns: list[dict[int, Array]] = [{} for _ in range(a)]
+            torques: list[dict[int, Array]] = [{self.own + axis: np.ones(last - first)} for axis in range(a)]
+            for axis in range(a):
+                for j, (filters, step) in recolourings[axis].items():
+                    own = memory_of_filters.setdefault((axis, j), [])
+                    columns[axis][j] = (recoloured(e[:, axis], record.step, *filters, own) - e[:, axis]) / step
+            base = np.empty_like(e)
+            along[0] = rig.accelerations(record, point.parameters, motion, first, along[0], base)
+            for j, (p, step, in_output) in enumerate(moves):
+                if in_output:
+                    runs[1 + j] = likelihood.run(i, point, first, last, runs[1 + j], other, parameters=p)
+                    change, into = (other - e) / step, columns
+                else:
+                    along[1 + j] = rig.accelerations(record, p, motion, first, along[1 + j], other)
+                    change, into = (other - base) / step, torques
+                for axis in np.flatnonzero(change.any(0)):
+                    into[axis][j] = change[:, axis]
+            for axis in range(a):
+                for j, column in _passed(torques[axis], transfer[axis], memory[axis], last - first).items():
+                    columns[axis][j] = columns[axis][j] + column if j in columns[axis] else column
+                self._add(axis, columns[axis], e[:, axis], record.weights[first:last, axis], sigma[axis], first)
+
+    def _recolourings(self, point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
+        """What changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
+        air, a = physical(point.z), len(rig.axes)
+        now, found = (linear[axis], air[:, axis]), {}
+        for k in range(SHAPES):
+            z = point.z.copy()
+            z[k] += NOISE_STEP
+            found[self.own - SHAPES * a + a * k + axis] = (now, (linear[axis], physical(z)[:, axis])), NOISE_STEP
+        for j, (p, step, in_output) in enumerate(moves):
+            if not in_output and rig.linear(p)[axis] != linear[axis]:
+                found[j] = (now, (rig.linear(p)[axis], air[:, axis])), step
+        return found
+
+    def _add(self, axis: int, columns: dict[int, Array], e: Array, weights: Array, sigma: float, first: int) -> None:
+        """Add the part of one axis and chunk."""
+        at = np.array(sorted(columns))
+        J = np.column_stack([columns[j] for j in at]) / sigma
+        u = e / sigma
+        w = weights * np.minimum(1.0, HUBER / np.maximum(np.abs(u), 1e-12))
+        weighted = J * w[:, None]
+        self.H[np.ix_(at, at)] += weighted.T @ J
+        self.information[axis, at] += (weighted * J).sum(0)
+        scores = weighted * u[:, None]
+        self.g[at] += scores.sum(0)
+        starts = np.arange(0, len(e), self.length)
+        block = first // self.length
+        self.blocks[block : block + len(starts), axis, at] -= np.add.reduceat(scores, starts, axis=0)
+
+    def eliminated(self, offsets: Array, width: Array) -> tuple[Array, Array, Array, tuple[Array, Array]]:
+        """Hessian, gradient and block scores of the parameters alone, and what gives the offsets of a step."""
+        p, b = slice(0, self.own), slice(self.own, None)
+        inner = np.linalg.inv(self.H[b, b] + np.diag(1.0 / width**2))
+        g_b = self.g[b] + offsets / width**2
+        D = inner @ self.H[b, p]
+        blocks = self.blocks[:, :, p] - np.einsum("mab,bp->map", self.blocks[:, :, b], D)
+        return self.H[p, p] - self.H[p, b] @ D, self.g[p] - g_b @ D, blocks, (-inner @ g_b, D)
+
+
+def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: dict[int, Array], count: int) -> dict:
+    """Pass further accelerations of one axis through its error dynamics; ``memory`` holds the filters' states."""
+    keys = sorted(torques.keys() | memory.keys())
+    stacked = np.column_stack([torques.get(j, np.zeros(count)) for j in keys])
+    zi = np.stack([memory.get(j, np.zeros(len(transfer[1]) - 1)) for j in keys], axis=1)
+    out, zf = lfilter(*transfer, stacked, axis=0, zi=zi)
+    memory.update({j: zf[:, position] for position, j in enumerate(keys)})
+    return {j: out[:, position] for position, j in enumerate(keys)}

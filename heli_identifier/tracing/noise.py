@@ -1,0 +1,167 @@
+r"""Torque of the air and the stationary Kalman filter of one axis.
+
+A second-order autoregression in continuous time drives every axis beside the plant,
+
+    d'' + f d' + c f d = w,    var d = s^2,    var d' = c f s^2.
+
+For f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy rooms have; for f = 4 c an
+Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at sqrt(c f), as air that swirls
+round a closed room does. One family, so that the colour of the air is estimated and not assumed: a wrong colour biases
+the gains of a rig under a controller, and narrow intervals stay around the wrong values.
+
+State of the filter: angle [rad], rate [rad/s], d [rad/s^2], d' [rad/s^3]; only the angle is measured, with noise of
+standard deviation r. All gains depend on rho = s/r alone.
+
+Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.linalg import LinAlgError
+from numpy.typing import NDArray
+from scipy.linalg import expm, solve_discrete_are
+from scipy.signal import lfilter
+
+from .settings import NOISE_CENTRE, NOISE_WIDTH
+
+Array = NDArray[np.float64]
+
+SHAPES = len(NOISE_WIDTH)
+"""Parameters of the torque of one axis: logarithms of rho [1/s^2], c [1/s], f [1/s]."""
+
+
+def physical(z: Array) -> Array:
+    """Give (rho, c, f), shape (3, a), of the coordinates z (3, a), which are standard normal before any log is seen."""
+    return np.asarray(np.exp(NOISE_CENTRE + NOISE_WIDTH[:, None] * z))
+
+
+@lru_cache(maxsize=4096)
+def kalman(
+    h: float, damping: float, stiffness: float, rho: float, c: float, f: float
+) -> tuple[Array, Array, Array, float]:
+    """Stationary filter of one axis.
+
+    Parameters
+    ----------
+    h : float
+        Sampling interval [s].
+    damping, stiffness : float
+        Of the axis [1/s], [1/s^2].
+    rho, c, f : float
+        Torque of the air: s/r [1/s^2] and rates [1/s].
+
+    Returns
+    -------
+    K : Array, shape (4,)
+        Gains on an innovation, before the step.
+    A : Array, shape (4, 4)
+        One step of the state.
+    F : Array, shape (2, 2)
+        One step of the torque (d, d').
+    S : float
+        Variance of the innovations over r^2.
+    """
+    F = expm(np.array([[0.0, 1.0], [-c * f, -f]]) * h)
+    P_torque = rho * rho * np.diag((1.0, c * f))
+    A = np.eye(4)
+    A[0, 1], A[0, 2] = h, 0.5 * h * h
+    A[1] = -stiffness * h, 1.0 - damping * h, h, 0.0
+    A[2:, 2:] = F
+    Q = np.diag((1e-10, 1e-9, 0.0, 0.0))  # keeps the equation regular where the air hardly moves the axis
+    Q[2:, 2:] = P_torque - F @ P_torque @ F.T + 1e-14 * P_torque
+    C = np.array([[1.0, 0.0, 0.0, 0.0]])
+    scale = np.diag((1.0, 1.0, 1.0, 1.0 / np.sqrt(c * f)))  # d' in the units of d: a better conditioned equation
+    inverse = np.diag(1.0 / np.diag(scale))
+    try:
+        P = solve_discrete_are((scale @ A @ inverse).T, C.T, scale @ Q @ scale, np.eye(1))
+        P = inverse @ P @ inverse
+    except (LinAlgError, ValueError):
+        P = _by_iteration(A, Q)
+    S = float(P[0, 0] + 1.0)
+    K = P[:, 0] / S
+    for array in (K, A, F):
+        array.flags.writeable = False
+    return K, A, F, S
+
+
+def _by_iteration(A: Array, Q: Array) -> Array:
+    """Solve the same equation by its own recursion, where the direct method finds no stable subspace."""
+    P = Q + np.eye(4)
+    for _ in range(20000):
+        K = P[:, 0] / (P[0, 0] + 1.0)
+        P, last = A @ (P - np.outer(K, P[0])) @ A.T + Q, P
+        if np.abs(P - last).max() <= 1e-10 * np.abs(P).max():
+            break
+    return P
+
+
+def gains(h: float, linear: tuple[tuple[float, float], ...], z: Array) -> Array:
+    """Gains and torque dynamics of all axes as the filter's loop takes them, shape (a, 8): K, then F row by row."""
+    rows = []
+    for (damping, stiffness), (rho, c, f) in zip(linear, physical(z).T, strict=True):
+        K, _, F, _ = kalman(h, float(damping), float(stiffness), float(rho), float(c), float(f))
+        rows.append(np.concatenate((K, F.ravel())))
+    return np.array(rows)
+
+
+@lru_cache(maxsize=4096)
+def _polynomials(h: float, axis: tuple, gains_for: tuple, *air: float) -> tuple[Array, Array]:
+    """Characteristic polynomials of M = A (I - K C) and of F."""
+    K = kalman(h, *map(float, (*gains_for, *air)))[0]
+    _, A, F, _ = kalman(h, *map(float, (*axis, *air)))
+    return np.poly(A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])), np.poly(F)
+
+
+def recoloured(
+    e: Array, h: float, old: tuple[tuple[float, float], Array], new: tuple[tuple[float, float], Array], memory: list
+) -> Array:
+    """Innovations under another filter of one axis, from those under the present one.
+
+    The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
+    innovations under another filter are
+
+        e' = det(zI - F')/det(zI - F) det(zI - M)/det(zI - M') e,
+
+    as the plant's own poles in A, which are the same, cancel. A linear filter in place of a run of the plant.
+
+    Parameters
+    ----------
+    e : Array, shape (n,)
+        Innovations [rad].
+    h : float
+        Sampling interval [s].
+    old, new : tuple of (damping, stiffness) and Array (3,)
+        What the gains are made for: the axis, and rho, c, f of the air.
+    memory : list
+        States of the two filters; empty at a record's beginning, changed in place.
+    """
+    M, F = _polynomials(h, old[0], old[0], *old[1])
+    M_new, F_new = _polynomials(h, old[0], new[0], *new[1])  # the plant is the old one, whatever the gains are made for
+    if not memory:
+        memory[:] = np.zeros(len(M) - 1), np.zeros(len(F) - 1)
+    e, memory[0] = lfilter(M, M_new, e, zi=memory[0])
+    if not np.array_equal(F, F_new):
+        e, memory[1] = lfilter(F_new, F, e, zi=memory[1])
+    return np.asarray(e)
+
+
+def error_dynamics(h: float, linear: tuple[float, float], air: Array) -> tuple[Array, Array]:
+    """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
+
+    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x.
+    ``air`` are rho, c, f of the axis.
+
+    Returns
+    -------
+    b, a : Array, shapes (5,)
+        Numerator and denominator in powers of z^-1.
+    """
+    rho, c, f = map(float, air)
+    K, A, _, _ = kalman(h, float(linear[0]), float(linear[1]), rho, c, f)
+    M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
+    B = np.array([0.5 * h * h, h, 0.0, 0.0])
+    a = np.poly(M)
+    # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
+    b = np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])) - a
+    return -b, a

@@ -1,0 +1,207 @@
+"""A rig as one value: all that the tracer knows of the plant whose logs it reads.
+
+The likelihood, the search and the instruments work with any plant of this form: axes with one angle and one
+acceleration each, inputs that are held over a sample, and parameters that enter the accelerations. The bench helicopter
+is built in :mod:`.helicopter`, the only module of this room that imports the plant.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import exp, inf, log
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Parameters = Any
+"""Parameter set of the plant: a value with one float a field and ``_replace``."""
+
+FARTHEST = 4.0
+"""Widths from its centre at which the logarithm of a gain may begin: a factor of sixteen."""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A parameter as the fit moves it: x has a standard normal prior.
+
+    p = centre + width x, or for a gain, whose ``sign`` is the wiring's, p = sign centre exp(width x).
+
+    Attributes
+    ----------
+    field : str
+        Name of the parameter.
+    centre, width : float
+        Of the prior, in the parameter's unit; of a gain the width of its logarithm.
+    lower, upper : float
+        Bounds in the parameter's unit: what is physically possible.
+    sign : float
+        Of a gain; 0 for a parameter whose coordinate is linear.
+    step : float
+        Width of a finite difference, in x.
+    in_output : bool
+        Whether it acts on what is measured and not through a torque, so that its sensitivity needs runs of the filter.
+    """
+
+    field: str
+    centre: float
+    width: float
+    lower: float = -inf
+    upper: float = inf
+    sign: float = 0.0
+    step: float = 0.02
+    in_output: bool = False
+
+    def value(self, x: float) -> float:
+        """Give the parameter at a coordinate."""
+        return self.sign * self.centre * exp(self.width * x) if self.sign else self.centre + self.width * x
+
+    def coordinate(self, value: float) -> float:
+        """Give the coordinate of a value, moved into the bounds."""
+        if not self.sign:
+            return (min(max(value, self.lower), self.upper) - self.centre) / self.width
+        size = value * self.sign / self.centre
+        return min(max(log(size) / self.width, -FARTHEST), FARTHEST) if size > 0.0 else -FARTHEST
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Bounds of the coordinate."""
+        if self.sign:
+            return -FARTHEST, FARTHEST
+        return (self.lower - self.centre) / self.width, (self.upper - self.centre) / self.width
+
+    def slope(self, value: float) -> float:
+        """Give abs(dp/dx) at a value, in the parameter's unit."""
+        return abs(self.width * value) if self.sign else self.width
+
+
+@dataclass(frozen=True)
+class Effect:
+    """An effect that the plant before lacks, as the tracer sees it.
+
+    Attributes
+    ----------
+    field : str
+        Its coefficient; zero where the effect is off.
+    name, axis : str
+    unit : str
+    lower, upper : float
+        Bounds of the coefficient: a sign that physics forbids lies outside.
+    family : str
+        Effects of one family cannot be told apart by ordinary logs; they are one finding.
+    shapes : tuple of str
+        Further parameters of its law that are estimated with the coefficient.
+    starts : tuple of mapping
+        Values of the shapes that the search starts from, by field.
+    experiment : str
+        What to measure to see it.
+    steps_in_time : str
+        Shape that is the instant of a step; empty if there is none.
+    certain : bool
+        Whether every rig has it and only its size is open.
+    """
+
+    field: str
+    name: str
+    axis: str
+    unit: str
+    lower: float
+    upper: float
+    family: str
+    shapes: tuple[str, ...] = ()
+    starts: tuple[Mapping[str, float], ...] = ({},)
+    experiment: str = ""
+    steps_in_time: str = ""
+    certain: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One log as the likelihood reads it.
+
+    Attributes
+    ----------
+    name : str
+    step : float
+        Sampling interval h [s].
+    time : Array, shape (N,)
+        [s], from zero.
+    inputs : Array, shape (N, m)
+        Held from each sample to the next [V].
+    angles : Array, shape (N, a)
+        Measured [rad].
+    weights : Array, shape (N, a)
+        1 where the innovation of an axis counts, 0 where the filter settles, the axis rests or something else acts.
+    start : Array, shape (n,)
+        State of the plant at the first sample.
+    """
+
+    name: str
+    step: float
+    time: Array
+    inputs: Array
+    angles: Array
+    weights: Array
+    start: Array
+
+    @property
+    def samples(self) -> int:
+        """Number of samples N."""
+        return len(self.angles)
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A plant to be identified.
+
+    Attributes
+    ----------
+    axes : tuple of str
+    base : tuple of str
+        Parameters that every fit estimates.
+    gains : tuple of str
+        Those of them that a controller's designer needs, one an axis.
+    units : mapping of str to str
+        Unit of every parameter.
+    resolution : Array, shape (a,)
+        One count of each encoder [rad].
+    parameters : Parameters
+        What is given of the plant; the rest is overwritten by ``estimate``.
+    effects : tuple of Effect
+        The catalogue.
+    coordinate : callable (field, parameters) -> Coordinate
+        Prior of a parameter; the parameters tell the signs of the gains.
+    assign : callable (parameters, mapping) -> Parameters
+        Set parameters; a gain is the slope at the operating point, so it sets the gain at zero voltage that has it.
+    read : callable (parameters, field) -> float
+        The inverse: the value of one parameter, of a gain the slope at the operating point.
+    estimate : callable (records) -> Parameters
+        First estimate by least squares.
+    begin : callable (angles, inputs, step) -> Array
+        State at the start of a record.
+    linear : callable (parameters) -> tuple of (damping, stiffness)
+        Of each axis, for the gains of its filter.
+    filter : callable
+        Runs the filter over a part of a record (:func:`heli_identifier.tracing.helicopter.run_filter`).
+    accelerations : callable
+        Accelerations along a motion (:func:`heli_identifier.tracing.helicopter.run_accelerations`).
+    operating_point : float
+        Input [V] about which the gains are slopes.
+    """
+
+    axes: tuple[str, ...]
+    base: tuple[str, ...]
+    gains: tuple[str, ...]
+    units: Mapping[str, str]
+    resolution: Array
+    parameters: Parameters
+    effects: tuple[Effect, ...]
+    coordinate: Callable[[str, Parameters], Coordinate]
+    assign: Callable[[Parameters, Mapping[str, float]], Parameters]
+    read: Callable[[Parameters, str], float]
+    estimate: Callable[[Sequence[Record]], Parameters]
+    begin: Callable[[Array, Array, float], Array]
+    linear: Callable[[Parameters], tuple[tuple[float, float], ...]]
+    filter: Callable[..., None]
+    accelerations: Callable[..., None]
+    operating_point: float = 0.0

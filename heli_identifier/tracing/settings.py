@@ -1,0 +1,143 @@
+"""Every constant of the tracer with its reason, and the settings of one diagnosis."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import log
+
+import numpy as np
+
+from heli_identifier.errors import require_positive
+from heli_identifier.online import Estimate
+from heli_identifier.records import RigConfiguration, check_given
+
+# --- the noise of the likelihood (noise.py) ---
+
+NOISE_CENTRE = np.log(np.array([[150.0, 60.0, 30.0], [2.5, 2.5, 2.5], [30.0, 30.0, 30.0]]))
+"""Centres of ln rho [1/s^2], ln c, ln f [1/s] for pitch, elevation, travel: measured rigs have torques of .1, .03,
+.01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s; gusts have no edges faster than 30 ms."""
+
+NOISE_WIDTH = np.array([1.5, 0.7, 1.5])
+"""Their widths: a factor of 4.5 in level and in smoothness, of 2 in rate."""
+
+OFFSET = 0.1
+"""Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
+
+SETTLING = 2.0
+"""Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
+
+REST_COUNTS, REST_TIME = 1.5, 0.5
+"""An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
+
+MOVING_SHARE = 0.5
+"""Least share of the samples in which an axis has to move; else it is left to its priors."""
+
+HUBER = 3.0
+"""Innovation in standard deviations beyond which its loss is linear: one touch of a hand must not decide. It costs
+.3 % of a Gaussian sample's information."""
+
+# --- the fit (fit.py) ---
+
+LARGEST_STEP = 1.5
+"""Largest step of a parameter in widths of its prior: the model is trusted no farther."""
+
+CONVERGED = 0.02
+"""Fall of the objective [nats] below which the fit has converged: a tenth of a standard error is .005."""
+
+ITERATIONS, HALVINGS = 30, 6
+"""Most Gauss-Newton steps of a fit, and most halvings of one step."""
+
+AIR_SCAN = tuple(
+    (level / 1.5, rate / 0.7, edge / 1.5)
+    for level in (-2.2, -1.1, 0.0, 1.1)
+    for rate in (-1.2, 0.0, 1.2)
+    for edge in (-3.0, -1.5, 0.0)
+    if (level, rate, edge) != (0.0, 0.0, 0.0)
+)
+"""Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate, of 4.5 in
+smoothness. Gauss-Newton alone stays in local optima of the air on two thirds of the rigs in calm air."""
+
+SCAN_GAIN = 0.5
+"""Fall of F [nats] that makes a fit go on from another air."""
+
+OFFSET_PRIOR = (2.0, 0.02)
+"""Degrees of freedom and size [rad/s^2] of what is known beforehand of the spread of the logs' offsets."""
+
+LAG_WIDTH = 0.04
+"""Width [s] of the prior of the motors' lag: half of the lag that is given."""
+
+SHORTEST_LAG = 0.005
+"""Shortest lag [s] of the motors: half a sample of a log at 100 Hz."""
+
+GAIN_WIDTH = log(2.0)
+"""Width of the prior of a gain's logarithm: a factor of two is usual."""
+
+CATALOGUE_WIDTHS = 3.0
+"""Widths of an effect's prior between zero and the end of its plausible range."""
+
+GROUND_CLEARANCE = 0.02
+"""The ground lies so far [rad] below the lowest elevation in the logs."""
+
+CHUNK = 20000
+"""Samples that are linearised at a time: memory does not grow with the length of a log."""
+
+BLOCK = 4.0
+"""Length [s] of the blocks whose scores make the dispersion: ten times the correlation time of the air."""
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """What a diagnosis takes as given.
+
+    Attributes
+    ----------
+    motor_time_constant : float
+        T_m [s] that the model before assumes; a different lag shows as the effect motor_lag.
+    voltage_limit : float
+        Saturation of both voltages [V].
+    rest_pitch : float or None
+        Pitch theta_0 at rest [rad]; None lets every fit estimate it.
+    elevation_gain : float or None
+        Gain k_z of the elevation [rad/s^2/V]; None lets every fit estimate it.
+    horizontal : float or None
+        What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it.
+    effects : mapping of str to Estimate
+        Effects that the model before has, by their field: the coefficient with its standard deviation.
+    keep_events : bool
+        Use also the passages in which something other than the plant acts; by default they are left out. They are
+        listed either way.
+    counts : tuple of int
+        Counts per turn of the encoders of pitch, elevation, travel.
+
+    Raises
+    ------
+    ConfigurationError
+        A value is out of bounds, or the catalogue has no such effect; the message names it, its value and its bound.
+    """
+
+    motor_time_constant: float = 0.08
+    voltage_limit: float = 5.0
+    rest_pitch: float | None = None
+    elevation_gain: float | None = None
+    horizontal: float | None = None
+    effects: Mapping[str, Estimate] = field(default_factory=dict)
+    keep_events: bool = False
+    counts: tuple[int, int, int] = (4096, 4096, 8192)
+
+    def __post_init__(self) -> None:
+        require_positive("voltage_limit", self.voltage_limit, "V")
+        check_given("", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects)
+
+    @classmethod
+    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
+        """Make settings of all that a rig's configuration states."""
+        c = configuration
+        return cls(
+            c.motor_time_constant, c.format.voltage_limit, c.rest_pitch, c.elevation_gain, c.horizontal, c.effects,
+            counts=tuple(c.format.encoder_counts),
+        )  # fmt: skip
+
+    @property
+    def given(self) -> frozenset[str]:
+        """Parameters of the simplified model that no fit estimates."""
+        values = {"theta0": self.rest_pitch, "k_z": self.elevation_gain}
+        return frozenset(name for name, value in values.items() if value is not None)
