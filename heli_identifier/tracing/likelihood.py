@@ -188,7 +188,7 @@ class Likelihood:
         step = coordinate.step
         if x + step > coordinate.bounds[1]:
             step = -step
-        values = {coordinate.field: coordinate.value(x + step)}
+        values = {**coordinate.beside, coordinate.field: coordinate.value(x + step)}
         return self.rig.assign(point.parameters, values), step, coordinate.in_output
 
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):

@@ -5,6 +5,7 @@ acceleration each, inputs that are held over a sample, and parameters that enter
 is built in :mod:`.helicopter`, the only module of this room that imports the plant.
 """
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import exp, inf, log
@@ -41,6 +42,8 @@ class Coordinate:
         Width of a finite difference, in x.
     in_output : bool
         Whether it acts on what is measured and not through a torque, so that its sensitivity needs runs of the filter.
+    beside : mapping of str to float
+        Values that other parameters take while this one moves: the shapes of a law that is off.
     """
 
     field: str
@@ -51,6 +54,7 @@ class Coordinate:
     sign: float = 0.0
     step: float = 0.02
     in_output: bool = False
+    beside: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""

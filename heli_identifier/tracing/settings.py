@@ -77,6 +77,30 @@ CATALOGUE_WIDTHS = 3.0
 GROUND_CLEARANCE = 0.02
 """The ground lies so far [rad] below the lowest elevation in the logs."""
 
+# --- names (score.py, select.py) ---
+
+KEPT = 3.0
+"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established."""
+
+NAMED = 8.0
+"""Score [nats] that establishes an effect, a standard score of 4: chance reaches it on one of 30 000 entries, so on one
+in 500 rigs over the whole catalogue."""
+
+NAMED_CERTAIN = 6.0
+"""The same for an effect that every rig has, of which only the size is open."""
+
+CLOSE = 3.0
+"""Difference [nats] below which two laws are not told apart: odds of 20 to 1."""
+
+LEAST_VISIBILITY = 0.01
+"""Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
+
+ROUNDS = 5
+"""Most times that the selected set is refitted and scored again."""
+
+STEP_SPACING = 3.0
+"""Distance [s] between the instants at which a step in time is searched; the fit refines the best."""
+
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
 

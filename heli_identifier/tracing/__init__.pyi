@@ -1,0 +1,77 @@
+__all__ = [
+    "Agreement",
+    "AxisError",
+    "AxisReport",
+    "BASE",
+    "CatalogueVerdict",
+    "CurveShape",
+    "DataEntry",
+    "Determination",
+    "Diagnosis",
+    "DiagnosisSettings",
+    "EffectCurve",
+    "ErrorFigure",
+    "Event",
+    "Fit",
+    "FoundEffect",
+    "HeldOutLikelihood",
+    "HeldOutSeries",
+    "Likelihood",
+    "NamedShape",
+    "Outcome",
+    "ParameterReport",
+    "PeriodicShape",
+    "Rig",
+    "RigVerdict",
+    "Scores",
+    "Use",
+    "Verdict",
+    "diagnose",
+    "find_events",
+    "find_references",
+    "fit",
+    "helicopter",
+    "hold_to",
+    "instruments",
+    "record_start",
+    "records_of",
+    "select",
+    "sign_notes",
+]
+
+from .diagnose import diagnose
+from .events import Event, find_events
+from .fit import Fit, fit
+from .held_out import Outcome, hold_to
+from .helicopter import BASE, helicopter
+from .helicopter import begin as record_start
+from .instruments import instruments
+from .likelihood import Likelihood
+from .records import records_of
+from .references import find_references
+from .result import (
+    Agreement,
+    AxisError,
+    AxisReport,
+    CatalogueVerdict,
+    CurveShape,
+    DataEntry,
+    Determination,
+    Diagnosis,
+    EffectCurve,
+    ErrorFigure,
+    FoundEffect,
+    HeldOutLikelihood,
+    HeldOutSeries,
+    NamedShape,
+    ParameterReport,
+    PeriodicShape,
+    RigVerdict,
+    Use,
+    Verdict,
+)
+from .rig import Rig
+from .score import Scores
+from .select import select
+from .settings import DiagnosisSettings
+from .strangers import sign_notes

@@ -1,0 +1,185 @@
+r"""Efficient scores: what every effect of the catalogue would add to the likelihood, without fitting it.
+
+With H and g of F for base, air and all candidates as columns, and i what is in the model, candidate j adds
+
+    u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
+
+at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square of
+the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
+effect whose coefficient would have a sign that physics forbids has the score 0.
+
+Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
+Linear Models, 2nd ed., section 4.5 (dispersion).
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .fit import Fit, bounded_step
+from .rig import Coordinate, Effect
+from .settings import STEP_SPACING
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Score:
+    """Score of one effect.
+
+    Attributes
+    ----------
+    field : str
+    score : float
+        S [nats].
+    value, standard_error : float
+        Coefficient and its standard error, in its unit.
+    visibility : float
+        I/H_jj, the share of its signature that what is in the model cannot imitate.
+    shapes : mapping of str to float
+        Shapes of its law that explain most.
+    column : int
+    """
+
+    field: str
+    score: float
+    value: float
+    standard_error: float
+    visibility: float
+    shapes: Mapping[str, float]
+    column: int
+
+
+def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
+    """Coordinates of an effect that is not in the model, one for each shape that the search starts from."""
+    rig, parameters = fitted.likelihood.rig, fitted.parameters
+    starts: Sequence[Mapping[str, float]] = effect.starts
+    if effect.steps_in_time:
+        longest = max(float(record.time[-1]) for record in fitted.likelihood.records)
+        starts = [{effect.steps_in_time: float(t)} for t in np.arange(2 * STEP_SPACING, longest, STEP_SPACING)]
+    return [
+        replace(rig.coordinate(effect.field, rig.assign(parameters, start)), beside=dict(start)) for start in starts
+    ]
+
+
+class Scores:
+    """The quadratic form of F around a fit with further columns, and the scores of any subset of them.
+
+    Parameters
+    ----------
+    fitted : Fit
+    candidates : sequence of Effect
+        Those in the model may be among them.
+    """
+
+    def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
+        self.fitted, rig = fitted, fitted.likelihood.rig
+        self.effects = {effect.field: effect for effect in candidates}
+        inside = list(fitted.coordinates)
+        further = [c for e in candidates if e.field not in fitted.fields for c in columns_of(e, fitted)]
+        self.coordinates = [*inside, *further]
+        self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
+        self.quadratic = fitted.likelihood.linearise(fitted.point, self.coordinates, self.x, fitted.sigma)
+        self.H, self.g = self.quadratic.total
+        P = self.P = len(self.x)
+        self.low, self.high = np.full(len(self.g), -np.inf), np.full(len(self.g), np.inf)
+        self.low[:P] = [c.bounds[0] for c in self.coordinates] - self.x
+        self.high[:P] = [c.bounds[1] for c in self.coordinates] - self.x
+        self.of_field: dict[str, list[int]] = {}
+        for j, coordinate in enumerate(self.coordinates):
+            self.of_field.setdefault(coordinate.field, []).append(j)
+        effects = set(self.effects)
+        shapes = {shape for effect in candidates for shape in effect.shapes} | {
+            effect.steps_in_time for effect in candidates if effect.steps_in_time
+        }
+        self.nuisance = [j for j, c in enumerate(inside) if c.field not in effects | shapes] + list(
+            range(P, len(self.g))
+        )
+        self.base = rig.base
+
+    @cached_property
+    def dispersion(self) -> Array:
+        """phi of every column, shape (n,): that of the axis it acts on most."""
+        information, blocks = self.quadratic.information, np.concatenate(self.quadratic.blocks)
+        own = information.argmax(0)
+        phi = np.ones(len(information))
+        for axis in range(len(information)):
+            J = (own == axis) & (information[axis] > 1.0)
+            if J.any():
+                squares = (blocks[:, axis, J] ** 2).sum(0)
+                phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
+        return np.asarray(phi[own])
+
+    def inside(self, selected: Collection[str]) -> list[int]:
+        """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
+        chosen = list(self.nuisance)
+        for name in selected:
+            chosen.append(self.chosen_column(name))
+            effect = self.effects[name]
+            for shape in (*effect.shapes, effect.steps_in_time):
+                if shape in self.of_field and name in self.fitted.fields:
+                    chosen += self.of_field[shape]
+        return sorted(set(chosen))
+
+    def chosen_column(self, name: str) -> int:
+        """Column of an effect; of several shapes the one with the best score where it was entered."""
+        columns = self.of_field[name]
+        return columns[0] if len(columns) == 1 else self.best.get(name, columns[0])
+
+    @cached_property
+    def best(self) -> dict[str, int]:
+        """Column by effect that :meth:`scores` found best last."""
+        return {}
+
+    def minimum(self, selected: Collection[str]) -> tuple[Array, list[int]]:
+        """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
+        i = self.inside(selected)
+        d = np.zeros(len(self.g))
+        for name in self.fitted.fields:
+            if name in self.effects and name not in selected:
+                j = self.of_field[name][0]
+                d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]
+        d[i], _ = bounded_step(self.H[np.ix_(i, i)], (self.g + self.H @ d)[i], self.low[i], self.high[i])
+        return d, i
+
+    def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:
+        """Score every candidate: outside of ``selected`` what it would add, inside what would be lost without it."""
+        found: dict[str, Score] = {}
+        outside = [name for name in self.effects if name not in selected]
+        wanted = self.effects if among is None else among
+        if any(name in wanted for name in outside):
+            found |= self._added(selected, [name for name in outside if name in wanted])
+        for name in selected:
+            if name in wanted:
+                others = [other for other in selected if other != name]
+                found |= self._added(others, [name])
+        return found
+
+    def _added(self, selected: Collection[str], names: Sequence[str]) -> dict[str, Score]:
+        d, i = self.minimum(selected)
+        columns = np.array([j for name in names for j in self.of_field[name]])
+        a = np.linalg.solve(self.H[np.ix_(i, i)], self.H[np.ix_(i, columns)])
+        g = self.g + self.H @ d
+        raw = self.H[columns, columns]
+        information = np.maximum(raw - (self.H[np.ix_(i, columns)] * a).sum(0), 1e-12 * raw)
+        u = -(g[columns] - a.T @ g[i])
+        phi = self.dispersion[columns]
+        found: dict[str, Score] = {}
+        for k, j in enumerate(columns):
+            c = self.coordinates[j]
+            x = self.x[j] + d[j] + u[k] / information[k]
+            zero = c.coordinate(0.0)
+            allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
+            S = 0.5 * u[k] ** 2 / information[k] / phi[k] if allowed else 0.0
+            if c.field not in found or S > found[c.field].score:
+                width = c.slope(0.0)
+                found[c.field] = Score(
+                    c.field, float(S), c.value(float(x)), float(width * np.sqrt(phi[k] / information[k])),
+                    float(information[k] / max(self.quadratic.H.sum(0)[j, j], 1e-300)), c.beside, int(j),
+                )  # fmt: skip
+                if c.field not in selected:
+                    self.best[c.field] = int(j)
+        return found

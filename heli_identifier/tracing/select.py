@@ -1,0 +1,162 @@
+"""Names: which effects the plant lacks, by forward and backward steps on the quadratic form and exact refits.
+
+An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
+set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. What
+scores :data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood
+loses without all its members.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .fit import Fit, fit
+from .rig import Effect
+from .score import Score, Scores
+from .settings import CLOSE, KEPT, NAMED, NAMED_CERTAIN, ROUNDS
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect in the model, with what stands for it.
+
+    Attributes
+    ----------
+    effect : Effect
+    score : Score
+        Its own: what is lost without it beside all others.
+    family_score : float
+        What is lost without all members of its family [nats].
+    alternatives : tuple of Effect
+        Effects that would explain the data about as well in its place.
+    """
+
+    effect: Effect
+    score: Score
+    family_score: float
+    alternatives: tuple[Effect, ...]
+
+    @property
+    def established(self) -> bool:
+        """Whether it is shown."""
+        return max(self.family_score, self.score.score) > (NAMED_CERTAIN if self.effect.certain else NAMED)
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What the search of one data set found.
+
+    Attributes
+    ----------
+    null, fit : Fit
+        The model before, and that with all effects of the set.
+    findings : tuple of Finding
+        Strongest first.
+    scores : dict of str to Score
+        The whole catalogue at the last fit.
+    last : Scores
+        The quadratic form there.
+    """
+
+    null: Fit
+    fit: Fit
+    findings: tuple[Finding, ...]
+    scores: dict[str, Score]
+    last: Scores
+
+
+def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, most: int | None = None) -> Selection:
+    """Search the catalogue.
+
+    Parameters
+    ----------
+    null : Fit
+        The model before.
+    candidates : sequence of Effect
+    start : Fit, optional
+        A fit to begin from, with effects or curves of its own.
+    most : int, optional
+        Rounds at the most, :data:`.settings.ROUNDS` by default.
+
+    Returns
+    -------
+    Selection
+    """
+    fitted = start or null
+    fields = {effect.field for effect in candidates}
+    core = [name for name in fitted.fields if name not in fields | shape_fields(candidates)]
+    selected = [name for name in fitted.fields if name in fields]
+    left: dict[str, int] = {}
+    for _ in range(most or ROUNDS):
+        around = Scores(fitted, candidates)
+        chosen = _stepwise(around, list(selected), left)
+        if set(chosen) == set(selected):
+            break
+        shapes = {}
+        for name in chosen:
+            if name not in selected:
+                shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
+        selected = chosen
+        off = {name: 0.0 for name in fitted.fields if name in fields and name not in selected}
+        fitted = fit(null.likelihood, with_shapes(core, selected, candidates), fitted, shapes | off)
+    else:
+        around = Scores(fitted, candidates)
+    scores = around.scores(selected)
+    findings = [_finding(around, name, selected, scores) for name in selected]
+    findings.sort(key=lambda f: -max(f.score.score, f.family_score))
+    return Selection(null, fitted, tuple(findings), scores, around)
+
+
+def shape_fields(candidates: Sequence[Effect]) -> set[str]:
+    """Parameters that are shapes of laws."""
+    return {shape for effect in candidates for shape in (*effect.shapes, effect.steps_in_time) if shape}
+
+
+def with_shapes(core: Sequence[str], selected: Sequence[str], candidates: Sequence[Effect]) -> list[str]:
+    """Parameters of a model: its core, its effects and their shapes."""
+    by_field = {effect.field: effect for effect in candidates}
+    shapes = [
+        shape for name in selected for shape in (*by_field[name].shapes, by_field[name].steps_in_time) if shape
+    ]
+    return list(dict.fromkeys((*core, *selected, *shapes)))
+
+
+def _stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
+    """Let effects enter and leave until the set stands; one that left twice does not come back."""
+    while True:
+        scores = around.scores(selected)
+        outside = {n: s.score for n, s in scores.items() if n not in selected and left.get(n, 0) < 2}
+        worst = min(selected, key=lambda name: scores[name].score, default=None)
+        if worst is not None and scores[worst].score < KEPT:
+            selected.remove(worst)
+            left[worst] = left.get(worst, 0) + 1
+            continue
+        best = max(outside, key=lambda name: outside[name], default=None)
+        if best is None or outside[best] <= KEPT:
+            return selected
+        selected.append(best)
+
+
+def _finding(around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score]) -> Finding:
+    effect = around.effects[name]
+    relatives = [other for other in selected if around.effects[other].family == effect.family]
+    own = scores[name]
+    family = own.score
+    if len(relatives) > 1:
+        rest = [other for other in selected if other not in relatives]
+        together, without = around.minimum(selected)[0], around.minimum(rest)[0]
+        lost = _fall(around, together) - _fall(around, without)
+        family = lost / float(around.dispersion[own.column]) - KEPT * (len(relatives) - 1)
+    others = [other for other in selected if other != name]
+    rivals = around.scores(others)
+    alternatives = []
+    for rival, found in rivals.items():
+        if rival in selected or rival == name or found.score < own.score - CLOSE:
+            continue
+        beside = around.scores([*others, rival], among=[name])[name]
+        if beside.score < NAMED:
+            alternatives.append(around.effects[rival])
+    return Finding(effect, own, family, tuple(alternatives))
+
+
+def _fall(around: Scores, d) -> float:
+    return -float(around.g @ d + 0.5 * d @ around.H @ d)
