@@ -5,16 +5,16 @@ The plant's coordinates x, the air's z and the offsets b of the logs move togeth
 of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .likelihood import Likelihood, Point, Quadratic
-from .noise import SHAPES, physical
-from .rig import Coordinate, Parameters, Record, Rig
-from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET, OFFSET_PRIOR, SCAN_GAIN
+from .noise import SHAPES, kalman, physical
+from .rig import Coordinate, Parameters
+from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN
 
 Array = NDArray[np.float64]
 
@@ -70,6 +70,14 @@ class Fit:
         i = self.fields.index(name)
         return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
 
+    def gradient(self, read: Callable[[Parameters], float]) -> Array:
+        """Give the derivative (P,) of a number that is read off the plant by the coordinates x."""
+        rig, found = self.likelihood.rig, np.empty(len(self.x))
+        for i, (c, x) in enumerate(zip(self.coordinates, self.x, strict=True)):
+            low, high = (read(rig.assign(self.parameters, {c.field: c.value(x + d)})) for d in (-1e-4, 1e-4))
+            found[i] = (high - low) / 2e-4
+        return found
+
     def air(self) -> Array:
         """Give standard deviation s [rad/s^2] and rates c, f [1/s] of the torque of every axis, shape (3, a)."""
         found = physical(self.point.z)
@@ -77,8 +85,6 @@ class Fit:
 
     def encoder_noise(self) -> Array:
         """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
-        from .noise import kalman
-
         step = self.likelihood.records[0].step
         linear, found = self.likelihood.rig.linear(self.parameters), physical(self.point.z)
         S = [kalman(step, *map(float, (*own, *found[:, i])))[3] for i, own in enumerate(linear)]
@@ -189,7 +195,7 @@ def fit(
     fields : sequence of str
         Parameters to estimate; the others keep the values of ``start``, or what the rig is given as.
     start : Fit, optional
-        Where to begin; the air is scanned only without one.
+        Where to begin.
     shapes : mapping of str to float, optional
         Values of parameters to begin from.
 
@@ -211,7 +217,7 @@ def fit(
     scans = 0
     for _ in range(ITERATIONS):
         if search.step() < CONVERGED:
-            if start is not None or scans == 2 or not search.scan_air():
+            if scans == (2 if start is None else 1) or not search.scan_air():
                 break
             scans += 1
     search.linearise()
@@ -219,3 +225,39 @@ def fit(
         likelihood, tuple(coordinates), search.x, search.point, search.e, search.sigma, search.value,
         search.quadratic, search.at_bound,
     )  # fmt: skip
+
+
+def with_own_offsets(fitted: Fit) -> Fit:
+    """Estimate how much the logs' offsets differ, and fit again with that.
+
+    tau^2 = (nu s^2 + sum_l (b_l - mean b)^2) / (nu + L - 1) on every axis, with what is known beforehand (nu, s); what
+    the logs have in common is no offset but a constant torque, which a plant has to name.
+    """
+    nu, s = OFFSET_PRIOR
+    b = fitted.point.offsets
+    tau = np.sqrt((nu * s**2 + ((b - b.mean(0)) ** 2).sum(0)) / (nu + len(b) - 1))
+    return fit(replace(fitted.likelihood, offset_width=tau), fitted.fields, fitted)
+
+
+def covariance(fitted: Fit) -> Array:
+    r"""Covariance (P, P) of the plant's coordinates x, which holds where the model of the noise does not quite.
+
+        C = D H^-1 D,    D_jj^2 = max(1, [H^-1 V H^-1]_jj / [H^-1]_jj, [H^-1 V_L H^-1]_jj / [H^-1]_jj)
+
+    H is the Hessian of F, V the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of
+    whole logs: what differs from log to log (a gain that drifts, a cable that lies otherwise) is no noise of a block.
+    The larger counts; the correlations are those of H. V_L of few logs is known badly: the blocks' V counts in it as
+    one log more. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+    """
+    quadratic = fitted.quadratic
+    H, _ = quadratic.total
+    free = np.concatenate((~fitted.at_bound, np.ones(len(H) - len(fitted.x), dtype=bool)))
+    inverse = np.zeros_like(H)
+    inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+    model = np.maximum(np.diag(inverse), 1e-300)
+    of_blocks = [own.sum(1) for own in quadratic.blocks]
+    V = ((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model
+    squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
+    V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
+    D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
+    return np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])

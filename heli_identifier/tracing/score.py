@@ -6,22 +6,26 @@ With H and g of F for base, air and all candidates as columns, and i what is in 
 
 at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square of
 the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. An
-effect whose coefficient would have a sign that physics forbids has the score 0.
+effect whose coefficient would have a sign that physics forbids has the score 0. Where a law is tried with several
+shapes, the logarithm of their number is taken off (Bonferroni).
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
 Linear Models, 2nd ed., section 4.5 (dispersion).
 """
 
+from copy import copy
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
+from .noise import error_dynamics, physical
 from .rig import Coordinate, Effect
-from .settings import STEP_SPACING
+from .settings import SETTLING, STEP_APART, STEPS_TRIED
 
 Array = NDArray[np.float64]
 
@@ -58,11 +62,51 @@ def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
     rig, parameters = fitted.likelihood.rig, fitted.parameters
     starts: Sequence[Mapping[str, float]] = effect.starts
     if effect.steps_in_time:
-        longest = max(float(record.time[-1]) for record in fitted.likelihood.records)
-        starts = [{effect.steps_in_time: float(t)} for t in np.arange(2 * STEP_SPACING, longest, STEP_SPACING)]
+        starts = [{effect.steps_in_time: t} for t in step_times(fitted, rig.axes.index(effect.axis))]
     return [
         replace(rig.coordinate(effect.field, rig.assign(parameters, start)), beside=dict(start)) for start in starts
     ]
+
+
+def step_times(fitted: Fit, axis: int) -> list[float]:
+    """Instants [s] since the records began at which a step of an axis's torque would explain most.
+
+    A matched filter: the innovations e, in reverse, through the response s of the innovations to a step give at once
+    u(t) = sum_k e_k s_(k - t) for every t (Willsky and Jones 1976).
+    """
+    likelihood, sums = fitted.likelihood, np.zeros(0)
+    linear, air = likelihood.rig.linear(fitted.parameters)[axis], physical(fitted.point.z)[:, axis]
+    step = likelihood.records[0].step
+    for record, e in zip(likelihood.records, fitted.e, strict=True):
+        b, a = error_dynamics(record.step, linear, air)
+        u = lfilter(b, np.convolve(a, [1.0, -1.0]), (record.weights[:, axis] * e[:, axis])[::-1])[::-1]
+        u = np.interp(np.arange(0.0, record.time[-1], step), record.time, u) * record.step
+        length = max(len(sums), len(u))
+        sums = np.pad(sums, (0, length - len(sums))) + np.pad(u, (0, length - len(u)))
+    response = np.cumsum(lfilter(*error_dynamics(step, linear, air), np.ones(len(sums))) ** 2)[::-1]
+    merit = sums**2 / np.maximum(response, 1e-3 * response[0])
+    merit[: round(2 * SETTLING / step)] = 0.0
+    merit[-round(SETTLING / step) :] = 0.0
+    found, apart = [], round(STEP_APART / step)
+    for _ in range(STEPS_TRIED):
+        k = int(merit.argmax())
+        found.append(k * step)
+        merit[max(0, k - apart) : k + apart] = -1.0
+    return found
+
+
+def price(effect: Effect, fitted: Fit) -> float:
+    """Logarithm of the number of shapes that are tried: what the best of them scores by chance [nats]."""
+    trials = float(len(effect.starts))
+    if effect.steps_in_time:
+        trials *= max(record.time[-1] for record in fitted.likelihood.records) / STEP_APART
+    return float(np.log(trials))
+
+
+def _root(H: Array) -> Array:
+    """A matrix R with R R' = H, H symmetric and positive semidefinite."""
+    values, vectors = np.linalg.eigh(H)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 class Scores:
@@ -78,6 +122,7 @@ class Scores:
     def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
         self.fitted, rig = fitted, fitted.likelihood.rig
         self.effects = {effect.field: effect for effect in candidates}
+        self.price = {effect.field: price(effect, fitted) for effect in candidates}
         inside = list(fitted.coordinates)
         further = [c for e in candidates if e.field not in fitted.fields for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
@@ -99,6 +144,24 @@ class Scores:
             range(P, len(self.g))
         )
         self.base = rig.base
+
+    def of_logs(self, logs: Sequence[int]) -> "Scores":
+        """Give the same for some of the logs."""
+        part = copy(self)
+        part.__dict__.pop("best", None)
+        part.H = self.quadratic.H[list(logs)].sum(0) + np.eye(len(self.g))
+        part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
+        return part
+
+    def redrawn(self, truth: Array, rng: np.random.Generator) -> "Scores":
+        """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
+        spread = np.sqrt(self.dispersion)
+        g = np.array([
+            spread * (_root(H) @ rng.standard_normal(len(H))) - H @ truth for H in self.quadratic.H
+        ])  # fmt: skip
+        drawn = copy(self)
+        drawn.quadratic = replace(self.quadratic, g=g)
+        return drawn
 
     @cached_property
     def dispersion(self) -> Array:
@@ -173,7 +236,7 @@ class Scores:
             x = self.x[j] + d[j] + u[k] / information[k]
             zero = c.coordinate(0.0)
             allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
-            S = 0.5 * u[k] ** 2 / information[k] / phi[k] if allowed else 0.0
+            S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.price[c.field], 0.0) if allowed else 0.0
             if c.field not in found or S > found[c.field].score:
                 width = c.slope(0.0)
                 found[c.field] = Score(

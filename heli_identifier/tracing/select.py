@@ -28,17 +28,21 @@ class Finding:
         What is lost without all members of its family [nats].
     alternatives : tuple of Effect
         Effects that would explain the data about as well in its place.
+    leads : bool
+        Whether it is the strongest of its family, which is named by it.
     """
 
     effect: Effect
     score: Score
     family_score: float
     alternatives: tuple[Effect, ...]
+    leads: bool = True
 
     @property
     def established(self) -> bool:
         """Whether it is shown."""
-        return max(self.family_score, self.score.score) > (NAMED_CERTAIN if self.effect.certain else NAMED)
+        asked = NAMED_CERTAIN if self.effect.certain else NAMED
+        return self.score.score > asked or (self.leads and self.family_score > asked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +92,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     left: dict[str, int] = {}
     for _ in range(most or ROUNDS):
         around = Scores(fitted, candidates)
-        chosen = _stepwise(around, list(selected), left)
+        chosen = stepwise(around, list(selected), left)
         if set(chosen) == set(selected):
             break
         shapes = {}
@@ -120,7 +124,7 @@ def with_shapes(core: Sequence[str], selected: Sequence[str], candidates: Sequen
     return list(dict.fromkeys((*core, *selected, *shapes)))
 
 
-def _stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
+def stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
     """Let effects enter and leave until the set stands; one that left twice does not come back."""
     while True:
         scores = around.scores(selected)
@@ -136,7 +140,14 @@ def _stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list
         selected.append(best)
 
 
-def _finding(around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score]) -> Finding:
+def named(around: Scores, selected: Sequence[str]) -> set[str]:
+    """Families that the effects of a set establish."""
+    scores = around.scores(selected, among=selected)
+    found = [_finding(around, name, selected, scores, rivals=False) for name in selected]
+    return {finding.effect.family for finding in found if finding.established}
+
+
+def _finding(around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score], rivals: bool = True) -> Finding:
     effect = around.effects[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
     own = scores[name]
@@ -146,16 +157,21 @@ def _finding(around: Scores, name: str, selected: Sequence[str], scores: dict[st
         together, without = around.minimum(selected)[0], around.minimum(rest)[0]
         lost = _fall(around, together) - _fall(around, without)
         family = lost / float(around.dispersion[own.column]) - KEPT * (len(relatives) - 1)
+    alternatives = _alternatives(around, name, selected, own) if rivals else []
+    leads = all(scores[other].score <= own.score for other in relatives)
+    return Finding(effect, own, family, tuple(alternatives), leads)
+
+
+def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score) -> list[Effect]:
+    """Effects that score about as much in place of ``name`` and make it needless."""
     others = [other for other in selected if other != name]
-    rivals = around.scores(others)
-    alternatives = []
-    for rival, found in rivals.items():
-        if rival in selected or rival == name or found.score < own.score - CLOSE:
+    found = []
+    for rival, score in around.scores(others).items():
+        if rival in selected or score.score < own.score - CLOSE:
             continue
-        beside = around.scores([*others, rival], among=[name])[name]
-        if beside.score < NAMED:
-            alternatives.append(around.effects[rival])
-    return Finding(effect, own, family, tuple(alternatives))
+        if around.scores([*others, rival], among=[name])[name].score < KEPT:
+            found.append(around.effects[rival])
+    return found
 
 
 def _fall(around: Scores, d) -> float:

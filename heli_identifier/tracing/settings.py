@@ -59,7 +59,7 @@ smoothness. Gauss-Newton alone stays in local optima of the air on two thirds of
 SCAN_GAIN = 0.5
 """Fall of F [nats] that makes a fit go on from another air."""
 
-OFFSET_PRIOR = (2.0, 0.02)
+OFFSET_PRIOR = (2.0, 0.01)
 """Degrees of freedom and size [rad/s^2] of what is known beforehand of the spread of the logs' offsets."""
 
 LAG_WIDTH = 0.04
@@ -98,8 +98,12 @@ LEAST_VISIBILITY = 0.01
 ROUNDS = 5
 """Most times that the selected set is refitted and scored again."""
 
-STEP_SPACING = 3.0
-"""Distance [s] between the instants at which a step in time is searched; the fit refines the best."""
+HALVES_SPLITS, HALVES_DRAWS = 3, 5
+"""Splits of the logs into halves, and draws of the bootstrap that says what sampling allows: the index to .1."""
+
+STEPS_TRIED, STEP_APART = 5, 0.5
+"""Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
+what the filter needs to tell two steps apart."""
 
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
