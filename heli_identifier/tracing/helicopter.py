@@ -25,8 +25,10 @@ from heli_plant.motor import kept, toward
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, advance, arriving, measured_angles, rigid_start
+from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
 
+from .instruments import Regression, Term
 from .rig import Coordinate, Effect, Record, Rig
 from .settings import (
     CATALOGUE_WIDTHS,
@@ -234,13 +236,8 @@ def _first_estimate(records: Sequence[Record], base: PlantParameters, free: Sequ
 
 def _regression(record: Record, time_constant: float) -> tuple[list[Array], list[Array]]:
     """Regressors and accelerations of the axes of one record, from local cubics over .6 s, ends cut off."""
-    h, window = record.step, max(int(0.6 / record.step) | 1, 5)
-    window = min(window, (record.samples - 1) | 1 if record.samples % 2 else record.samples - 1)
-    angle, rate, acceleration = (savgol_filter(record.angles, window, 3, n, h, axis=0) for n in range(3))
-    share = kept(h, time_constant)
-    first = record.inputs[0]
-    nu = lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first
-    nu = savgol_filter(nu, window, 3, axis=0)
+    angle, rate, acceleration = (_smooth(record.angles, record.step, order) for order in range(3))
+    nu, window = _smooth(lagged(record, time_constant), record.step), int(WINDOW / record.step)
     mu_diff, mu_sum = nu[:, 0] - nu[:, 1], nu[:, 0] + nu[:, 1]
     sine, cosine = np.sin(angle[:, 0]), np.cos(angle[:, 0])
     inner = slice(window, -window) if record.samples > 4 * window else slice(None)
@@ -294,8 +291,84 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, family_of(entry.field),
         tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
+        {shape.field: shape.name for shape in entry.shapes},
     )  # fmt: skip
+
+
+_FLY: Mapping[str, str] = {
+    "k_x": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
+    "k_z": "Step the elevation's reference by 10 degrees every 8 s for a minute, in a log that has the reference.",
+    "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
+    "a_th": "Step the pitch's reference by 10 degrees every 5 s for a minute, in a log that has the reference.",
+    "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
+}
+"""What to fly so that a parameter is determined."""
+
+WINDOW = 0.6
+"""Length [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz."""
+
+
+def _smooth(values: Array, step: float, order: int = 0) -> Array:
+    """Derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
+    length = min(max(int(WINDOW / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
+    return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
+
+
+def along_smoothed(record: Record, parameters: PlantParameters) -> tuple[Array, Array]:
+    """Accelerations (N, 3) of a plant along the smoothed motion of a record, smoothed alike, and the motion (N, 6)."""
+    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
+    out = np.empty((record.samples, 3))
+    run_accelerations(record, parameters, np.ascontiguousarray(motion), 0, None, out)
+    return _smooth(out, record.step), motion
+
+
+def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
+    """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
+    axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
+    (whole, motion), (without, _) = (along_smoothed(record, p) for p in (parameters, bare))
+    inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
+    y = _smooth(record.angles, record.step, 2)[:, axis] - without[:, axis]
+    variable, unit, x = _variable(record, effect.drawn_against, axis, motion, parameters)
+    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
+
+
+def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
+    """Name, unit and values of a variable that effects are drawn over."""
+    other = (1, 0, 1)[axis]
+    if kind in ("rate", "other_rate") or kind.endswith("_rate") and kind.removesuffix("_rate") in AXES:
+        of = axis if kind == "rate" else other if kind == "other_rate" else AXES.index(kind.removesuffix("_rate"))
+        return f"{AXES[of]} rate", "rad/s", motion[:, 3 + of]
+    if kind in ("mu_sum", "mu_rate"):
+        total = lagged(record, parameters.T_m + parameters.motor_lag_rotors).sum(1)
+        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
+    return ("time", "s", record.time) if kind == "time" else (kind, "rad", motion[:, AXES.index(kind)])
+
+
+def lagged(record: Record, time_constant: float) -> Array:
+    """Voltages (N, 2) [V] behind the lag of eq. (9), settled at the first sample."""
+    share, first = kept(record.step, time_constant), record.inputs[0]
+    return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
+
+
+def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tuple[list[Regression], list[Array]]:
+    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda)."""
+    lag = parameters.T_m + parameters.motor_lag_rotors
+    signals = []
+    for record in records:
+        nu = lagged(record, lag)
+        signals.append(np.column_stack((nu.sum(1), nu[:, 0] - nu[:, 1], record.angles)))
+    terms = (
+        (Term("a_wx", lambda s: -s[:, 2], 1), Term("a_th", lambda s: -np.sin(s[:, 2] - parameters.theta0)),
+         Term("k_x", lambda s: s[:, 1])),
+        (Term("a_wz", lambda s: -s[:, 3], 1), Term("a_e", lambda s: -s[:, 3]),
+         Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
+        (Term("a_wy", lambda s: -s[:, 4], 1), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
+    )  # fmt: skip
+    return [
+        Regression(axis, [record.angles[:, i] for record in records], own)
+        for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
+    ], signals
 
 
 def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
@@ -334,11 +407,13 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         units={row.field: row.unit for row in BY_FIELD.values()},
         resolution=2.0 * pi / np.array(settings.counts, dtype=float),
         parameters=parameters,
-        effects=tuple(_effect(e, lowest, settings) for e in CATALOGUE if e.field not in base),
+        effects=tuple(_effect(e, lowest, settings) for e in CATALOGUE if e.field not in given), fly=_FLY,
         coordinate=lambda field, p: _coordinate(field, p, given),
         assign=assign, read=read,
         estimate=lambda records: _first_estimate(records, parameters, base),
         begin=begin,
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
-        filter=run_filter, accelerations=run_accelerations, operating_point=operating,
+        filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
+        regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
+        simulate=lambda v, h, start, p: simulate(v, h, PlantState(*start), p)[1], operating_point=operating,
     )  # fmt: skip

@@ -103,6 +103,10 @@ class Effect:
         Shape that is the instant of a step; empty if there is none.
     certain : bool
         Whether every rig has it and only its size is open.
+    drawn_against : str
+        Variable that its curve is drawn over; empty if it acts through no torque.
+    shape_names : mapping of str to str
+        What the shapes are called in results, by field.
     """
 
     field: str
@@ -117,6 +121,8 @@ class Effect:
     experiment: str = ""
     steps_in_time: str = ""
     certain: bool = False
+    drawn_against: str = ""
+    shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +178,9 @@ class Rig:
     parameters : Parameters
         What is given of the plant; the rest is overwritten by ``estimate``.
     effects : tuple of Effect
-        The catalogue.
+        The catalogue; an entry that is among ``base`` is estimated by every fit.
+    fly : mapping of str to str
+        What to fly so that a parameter is determined.
     coordinate : callable (field, parameters) -> Coordinate
         Prior of a parameter; the parameters tell the signs of the gains.
     assign : callable (parameters, mapping) -> Parameters
@@ -189,6 +197,15 @@ class Rig:
         Runs the filter over a part of a record (:func:`heli_identifier.tracing.helicopter.run_filter`).
     accelerations : callable
         Accelerations along a motion (:func:`heli_identifier.tracing.helicopter.run_accelerations`).
+    partial_residual : callable (record, parameters, bare, effect)
+        What an effect's curve is drawn from: axis, variable, its unit, its values, the smoothed acceleration less that
+        of ``bare``, the plant without the effect, and the effect's own.
+    regressions : callable (records, lag)
+        Equations of motion of the axes for instruments, and the signals (N, s) of every record.
+    smoothed : callable (record, parameters)
+        Accelerations (N, a) [rad/s^2] of a plant along the measured motion, smoothed.
+    simulate : callable (inputs, step, start, parameters)
+        Angles (N, a) [rad] of the plant alone.
     operating_point : float
         Input [V] about which the gains are slopes.
     """
@@ -200,12 +217,22 @@ class Rig:
     resolution: Array
     parameters: Parameters
     effects: tuple[Effect, ...]
+    fly: Mapping[str, str]
     coordinate: Callable[[str, Parameters], Coordinate]
     assign: Callable[[Parameters, Mapping[str, float]], Parameters]
     read: Callable[[Parameters, str], float]
     estimate: Callable[[Sequence[Record]], Parameters]
     begin: Callable[[Array, Array, float], Array]
     linear: Callable[[Parameters], tuple[tuple[float, float], ...]]
-    filter: Callable[..., None]
-    accelerations: Callable[..., None]
+    filter: Callable[..., Any]
+    accelerations: Callable[..., Any]
+    partial_residual: Callable[..., tuple[str, str, str, Array, Array, Array]]
+    regressions: Callable[..., tuple[Any, list[Array]]]
+    smoothed: Callable[[Record, Parameters], Array]
+    simulate: Callable[..., Array]
     operating_point: float = 0.0
+
+    @property
+    def candidates(self) -> tuple[Effect, ...]:
+        """Entries of the catalogue that the search may add to the base."""
+        return tuple(effect for effect in self.effects if effect.field not in self.base)

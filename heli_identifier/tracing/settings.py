@@ -105,6 +105,24 @@ STEPS_TRIED, STEP_APART = 5, 0.5
 """Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
 what the filter needs to tell two steps apart."""
 
+# --- what a parameter rests on (findings.py) ---
+
+DETERMINED = 0.35
+"""Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB."""
+
+OUTSIDE_DETERMINED = 0.35
+"""The same of the instruments' interval: below it references determine the gain by themselves."""
+
+CONTRADICTION = 2.0
+"""Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
+less than one in 20 true values lies outside."""
+
+LEAST_SHARE = 0.05
+"""Share of a gain's regressor that references have to move: below it intervals of the likelihood alone cover half."""
+
+CURVE_BINS = 32
+"""Bins of equal population of an effect's curve."""
+
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
 
