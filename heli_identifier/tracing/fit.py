@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from .likelihood import Likelihood, Point, Quadratic
 from .noise import SHAPES, kalman, physical
 from .rig import Coordinate, Parameters
-from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN
+from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN, SCANNED
 
 Array = NDArray[np.float64]
 
@@ -130,8 +130,8 @@ class _Search:
 
     def measure(self) -> None:
         self.e = self.likelihood.innovations(self.point)
-        self.sigma = self.likelihood.scales(self.e)
-        self.value = self.likelihood.value(self.e, self.x, self.point)
+        of_axes, self.sigma = self.likelihood.of_axes(self.e)
+        self.value = float(of_axes.sum()) + self.likelihood.priors(self.x, self.point)
 
     def linearise(self) -> None:
         self.quadratic = self.likelihood.linearise(self.point, self.coordinates, self.x, self.sigma)
@@ -163,13 +163,15 @@ class _Search:
 
     def scan_air(self) -> bool:
         """Move the air of every axis to the best of a coarse grid; give whether F fell by enough to go on."""
-        z = self.point.z
-        best = self.likelihood.of_axes(self.e)[0] + 0.5 * (z**2).sum(0)
+        z, records = self.point.z, self.likelihood.records
+        some = 1 + int(np.searchsorted(np.cumsum([r.time[-1] for r in records]), SCANNED))
+        few, e = records[:some], self.e[:some]
+        best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         chosen = z.copy()
         for move in AIR_SCAN:
             tried = z + np.array(move)[:, None]
-            e = self.likelihood.recoloured(self.point, self.e, tried)
-            F = self.likelihood.of_axes(e)[0] + 0.5 * (tried**2).sum(0)
+            F = self.likelihood.of_axes(self.likelihood.recoloured(self.point, e, tried), few)[0]
+            F = F + 0.5 * (tried**2).sum(0)
             better = F < best
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]

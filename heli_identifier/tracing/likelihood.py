@@ -105,11 +105,6 @@ class Likelihood:
     records: tuple[Record, ...]
     offset_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
 
-    @cached_property
-    def counted(self) -> Array:
-        """Samples N_a that count on each axis, shape (a,)."""
-        return np.asarray(np.sum([record.weights.sum(0) for record in self.records], axis=0))
-
     def innovations(self, point: Point) -> list[Array]:
         """Give the innovations of every record, shapes (N_i, a) [rad]."""
         found = []
@@ -119,45 +114,55 @@ class Likelihood:
             found.append(e)
         return found
 
-    def scales(self, e: Sequence[Array], start: Array | None = None) -> Array:
-        """Give sigma (a,) [rad] that minimises F: N sigma^2 = sum of w(e/sigma) e^2 with Huber's weights w."""
-        counted = np.maximum(self.counted, 1.0)
-        squares = [record.weights * own**2 for record, own in zip(self.records, e, strict=True)]
-        sigma = np.sqrt(sum(s.sum(0) for s in squares) / counted) if start is None else start
-        for _ in range(30):
-            total = np.zeros(len(sigma))
-            for s in squares:
-                total += np.minimum(s, HUBER * sigma * np.sqrt(s)).sum(0)
-            last, sigma = sigma, np.sqrt(total / counted)
-            if np.all(np.abs(sigma - last) <= 1e-6 * last):
-                break
-        return np.where(self.counted > 0, np.maximum(sigma, 1e-12), 1.0)
+    def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
+        """Give the data's part of F axis by axis, and the scales that minimise it.
 
-    def of_axes(self, e: Sequence[Array]) -> tuple[Array, Array]:
-        """Give the data's part of F axis by axis, shape (a,), and the scales."""
-        sigma = self.scales(e)
-        total = self.counted * (np.log(sigma) - 0.5)
-        for record, own in zip(self.records, e, strict=True):
-            u = np.abs(own) / sigma
-            loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
-            total += (record.weights * loss).sum(0)
-        return total, sigma
+        Parameters
+        ----------
+        e : sequence of Array, shapes (N_i, a)
+            Innovations [rad] of the ``records``, by default of all.
+
+        Returns
+        -------
+        F : Array, shape (a,)
+            N (ln sigma - 1/2) + sum of rho(e / sigma) [nats].
+        sigma : Array, shape (a,)
+            N sigma^2 = sum of w(e / sigma) e^2 with Huber's weights w [rad]; 1 on an axis where nothing counts.
+        """
+        used = self.records if records is None else records
+        F, scales = np.zeros(len(self.rig.axes)), np.ones(len(self.rig.axes))
+        for axis in range(len(F)):
+            size = np.concatenate([np.abs(own[:, axis]) * r.weights[:, axis] for r, own in zip(used, e, strict=True)])
+            count = float(sum(r.weights[:, axis].sum() for r in used))
+            if count == 0.0:
+                continue
+            squares = size**2
+            sigma = np.sqrt(squares.sum() / count)
+            for _ in range(30):
+                far = size > HUBER * sigma
+                total = squares.sum() - squares[far].sum() + HUBER * sigma * size[far].sum()
+                last, sigma = sigma, max(float(np.sqrt(total / count)), 1e-12)
+                if abs(sigma - last) <= 1e-6 * last:
+                    break
+            loss = 0.5 * (squares.sum() - squares[far].sum()) / sigma**2
+            loss += HUBER * size[far].sum() / sigma - 0.5 * HUBER**2 * far.sum()
+            F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
+        return F, scales
 
     def recoloured(self, point: Point, e: Sequence[Array], z: Array) -> list[Array]:
-        """Give the innovations under another air ``z`` (3, a) from those under the point's."""
+        """Give the innovations of the first ``len(e)`` records under another air ``z`` from those under the point's."""
         old, new, linear = physical(point.z), physical(z), self.rig.linear(point.parameters)
         return [
             np.column_stack([
                 recoloured(own[:, i], record.step, (linear[i], old[:, i]), (linear[i], new[:, i]), [])
                 for i in range(len(linear))
             ])
-            for record, own in zip(self.records, e, strict=True)
+            for record, own in zip(self.records, e, strict=False)
         ]  # fmt: skip
 
-    def value(self, e: Sequence[Array], x: Array, point: Point) -> float:
-        """Give F [nats] of the innovations ``e`` at the coordinates ``x`` (P,) of ``point``."""
-        priors = 0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.offset_width) ** 2).sum())
-        return float(self.of_axes(e)[0].sum() + priors)
+    def priors(self, x: Array, point: Point) -> float:
+        """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
+        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.offset_width) ** 2).sum()))
 
     def linearise(self, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array) -> Quadratic:
         """Give the quadratic form of F around a point.
@@ -238,8 +243,9 @@ class _OfLog:
                 else:
                     along[1 + j] = rig.accelerations(record, p, motion, first, along[1 + j], other)
                     change, into = (other - base) / step, torques
-                for axis in np.flatnonzero(change.any(0)):
-                    into[axis][j] = change[:, axis]
+                for axis in range(a):
+                    if change[:, axis].any():  # ends at the first that is not zero
+                        into[axis][j] = change[:, axis]
             for axis in range(a):
                 for j, column in _passed(torques[axis], transfer[axis], memory[axis], last - first).items():
                     columns[axis][j] = columns[axis][j] + column if j in columns[axis] else column

@@ -1,18 +1,20 @@
 r"""Torque of the air and the stationary Kalman filter of one axis.
 
-A second-order autoregression in continuous time drives every axis beside the plant,
+A second-order process in continuous time drives every axis beside the plant. With w = sqrt(c f) and white noises n,
 
-    d'' + f d' + c f d = w,    var d = s^2,    var d' = c f s^2.
+    (d, u)' = R(psi) [0 w; -w -f] R(psi)^T (d, u) + n,    cov (d, u) = s^2 I,    R(psi) a rotation,
 
-For f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy rooms have; for f = 4 c an
-Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at sqrt(c f), as air that swirls
-round a closed room does. One family, so that the colour of the air is estimated and not assumed: a wrong colour biases
-the gains of a rig under a controller, and narrow intervals stay around the wrong values.
+and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy
+rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w, as
+air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of its spectrum; psi between mixes a
+fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the colour of the air is estimated and
+not assumed: a wrong colour biases the gains of a rig under a controller, and narrow intervals stay around the wrong
+values.
 
-State of the filter: angle [rad], rate [rad/s], d [rad/s^2], d' [rad/s^3]; only the angle is measured, with noise of
+State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2]; only the angle is measured, with noise of
 standard deviation r. All gains depend on rho = s/r alone.
 
-Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4.
+Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4; Brockwell 2001 (CARMA).
 """
 
 from functools import lru_cache
@@ -23,22 +25,25 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 from scipy.signal import lfilter
 
-from .settings import NOISE_CENTRE, NOISE_WIDTH
+from .settings import MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
 
 Array = NDArray[np.float64]
 
 SHAPES = len(NOISE_WIDTH)
-"""Parameters of the torque of one axis: logarithms of rho [1/s^2], c [1/s], f [1/s]."""
+"""Parameters of the torque of one axis: logarithms of rho [1/s^2], c and f [1/s], and psi [rad]."""
 
 
 def physical(z: Array) -> Array:
-    """Give (rho, c, f), shape (3, a), of the coordinates z (3, a), which are standard normal before any log is seen."""
-    return np.asarray(np.exp(NOISE_CENTRE + NOISE_WIDTH[:, None] * z))
+    """Give (rho, c, f, psi), shape (4, a), of the coordinates z (4, a), standard normal before any log is seen."""
+    found = NOISE_CENTRE + NOISE_WIDTH[:, None] * z
+    found[:3] = np.exp(found[:3])
+    found[3] = MOST_ROTATED * np.tanh(found[3] / MOST_ROTATED)
+    return np.asarray(found)
 
 
 @lru_cache(maxsize=4096)
 def kalman(
-    h: float, damping: float, stiffness: float, rho: float, c: float, f: float
+    h: float, damping: float, stiffness: float, rho: float, c: float, f: float, psi: float
 ) -> tuple[Array, Array, Array, float]:
     """Stationary filter of one axis.
 
@@ -48,8 +53,8 @@ def kalman(
         Sampling interval [s].
     damping, stiffness : float
         Of the axis [1/s], [1/s^2].
-    rho, c, f : float
-        Torque of the air: s/r [1/s^2] and rates [1/s].
+    rho, c, f, psi : float
+        Torque of the air: s/r [1/s^2], rates [1/s] and angle [rad].
 
     Returns
     -------
@@ -58,24 +63,21 @@ def kalman(
     A : Array, shape (4, 4)
         One step of the state.
     F : Array, shape (2, 2)
-        One step of the torque (d, d').
+        One step of the torque (d, u).
     S : float
         Variance of the innovations over r^2.
     """
-    F = expm(np.array([[0.0, 1.0], [-c * f, -f]]) * h)
-    P_torque = rho * rho * np.diag((1.0, c * f))
+    w, R = np.sqrt(c * f), np.array([[np.cos(psi), np.sin(psi)], [-np.sin(psi), np.cos(psi)]])
+    F = expm(R @ np.array([[0.0, w], [-w, -f]]) @ R.T * h)
     A = np.eye(4)
     A[0, 1], A[0, 2] = h, 0.5 * h * h
     A[1] = -stiffness * h, 1.0 - damping * h, h, 0.0
     A[2:, 2:] = F
     Q = np.diag((1e-10, 1e-9, 0.0, 0.0))  # keeps the equation regular where the air hardly moves the axis
-    Q[2:, 2:] = P_torque - F @ P_torque @ F.T + 1e-14 * P_torque
+    Q[2:, 2:] = rho * rho * ((1.0 + 1e-14) * np.eye(2) - F @ F.T)
     C = np.array([[1.0, 0.0, 0.0, 0.0]])
-    scale = np.diag((1.0, 1.0, 1.0, 1.0 / np.sqrt(c * f)))  # d' in the units of d: a better conditioned equation
-    inverse = np.diag(1.0 / np.diag(scale))
     try:
-        P = solve_discrete_are((scale @ A @ inverse).T, C.T, scale @ Q @ scale, np.eye(1))
-        P = inverse @ P @ inverse
+        P = solve_discrete_are(A.T, C.T, Q, np.eye(1))
     except (LinAlgError, ValueError):
         P = _by_iteration(A, Q)
     S = float(P[0, 0] + 1.0)
@@ -99,8 +101,8 @@ def _by_iteration(A: Array, Q: Array) -> Array:
 def gains(h: float, linear: tuple[tuple[float, float], ...], z: Array) -> Array:
     """Gains and torque dynamics of all axes as the filter's loop takes them, shape (a, 8): K, then F row by row."""
     rows = []
-    for (damping, stiffness), (rho, c, f) in zip(linear, physical(z).T, strict=True):
-        K, _, F, _ = kalman(h, float(damping), float(stiffness), float(rho), float(c), float(f))
+    for own, air in zip(linear, physical(z).T, strict=True):
+        K, _, F, _ = kalman(h, *map(float, (*own, *air)))
         rows.append(np.concatenate((K, F.ravel())))
     return np.array(rows)
 
@@ -131,8 +133,8 @@ def recoloured(
         Innovations [rad].
     h : float
         Sampling interval [s].
-    old, new : tuple of (damping, stiffness) and Array (3,)
-        What the gains are made for: the axis, and rho, c, f of the air.
+    old, new : tuple of (damping, stiffness) and Array (4,)
+        What the gains are made for: the axis, and rho, c, f, psi of the air.
     memory : list
         States of the two filters; empty at a record's beginning, changed in place.
     """
@@ -150,15 +152,14 @@ def error_dynamics(h: float, linear: tuple[float, float], air: Array) -> tuple[A
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
     The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x.
-    ``air`` are rho, c, f of the axis.
+    ``air`` are rho, c, f, psi of the axis.
 
     Returns
     -------
     b, a : Array, shapes (5,)
         Numerator and denominator in powers of z^-1.
     """
-    rho, c, f = map(float, air)
-    K, A, _, _ = kalman(h, float(linear[0]), float(linear[1]), rho, c, f)
+    K, A, _, _ = kalman(h, *map(float, (*linear, *air)))
     M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
     B = np.array([0.5 * h * h, h, 0.0, 0.0])
     a = np.poly(M)

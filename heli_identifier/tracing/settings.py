@@ -12,12 +12,16 @@ from heli_identifier.records import RigConfiguration, check_given
 
 # --- the noise of the likelihood (noise.py) ---
 
-NOISE_CENTRE = np.log(np.array([[150.0, 60.0, 30.0], [2.5, 2.5, 2.5], [30.0, 30.0, 30.0]]))
-"""Centres of ln rho [1/s^2], ln c, ln f [1/s] for pitch, elevation, travel: measured rigs have torques of .1, .03,
-.01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s; gusts have no edges faster than 30 ms."""
+NOISE_CENTRE = np.array([[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3])
+"""Centres of ln rho [1/s^2], ln c, ln f [1/s] and psi [rad] for pitch, elevation, travel: measured rigs have torques of
+.1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that logs resolve."""
 
-NOISE_WIDTH = np.array([1.5, 0.7, 1.5])
-"""Their widths: a factor of 4.5 in level and in smoothness, of 2 in rate."""
+NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8])
+"""Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness, half a right angle: a swirl without torque
+at rest lies two widths off."""
+
+MOST_ROTATED = 1.3
+"""Bound of psi [rad]: no room is without any slow torque, and a model of the air without it takes drifts for effects."""
 
 OFFSET = 0.1
 """Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
@@ -47,14 +51,18 @@ ITERATIONS, HALVINGS = 30, 6
 """Most Gauss-Newton steps of a fit, and most halvings of one step."""
 
 AIR_SCAN = tuple(
-    (level / 1.5, rate / 0.7, edge / 1.5)
+    (level / 1.5, rate / 0.7, edge / 2.5, angle / 0.8)
     for level in (-2.2, -1.1, 0.0, 1.1)
     for rate in (-1.2, 0.0, 1.2)
-    for edge in (-3.0, -1.5, 0.0)
+    for edge, angle in ((0.0, 0.0), (-3.0, 0.0), (-5.5, 0.0), (-5.5, 1.57))
     if (level, rate, edge) != (0.0, 0.0, 0.0)
 )
-"""Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate, of 4.5 in
-smoothness. Gauss-Newton alone stays in local optima of the air on two thirds of the rigs in calm air."""
+"""Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate, towards air
+that swirls, with and without torque at rest. Gauss-Newton alone stays in local optima of the air on two thirds of the
+rigs in calm air."""
+
+SCANNED = 60.0
+"""Length of flight [s] that the scan looks at: the air is the same in all logs, and the scan gives a start only."""
 
 SCAN_GAIN = 0.5
 """Fall of F [nats] that makes a fit go on from another air."""
