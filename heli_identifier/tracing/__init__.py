@@ -1,4 +1,4 @@
-"""From logs to a diagnosis: prediction errors and fit, search, validation on held-out logs, the diagnosis itself.
+"""From logs to a diagnosis: one likelihood for fit, names, comparison and delivery; instruments judge it.
 
 The stub beside this file is the room's door: it lists what other rooms may use.
 """

@@ -1,1 +1,0 @@
-"""The whole loop as one value: fit, search, refit, validation on held-out logs."""

@@ -1,0 +1,264 @@
+"""From a selection to what a diagnosis states: effects, the catalogue's verdicts, what every parameter rests on."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.online import Estimate
+
+from .agreement import left_out_gain
+from .fit import Fit, covariance
+from .helicopter import LAG_FIELD
+from .instruments import InstrumentEstimates
+from .result import CatalogueVerdict, Determination, EffectCurve, FoundEffect, NamedShape, ParameterReport, Verdict
+from .rig import Effect
+from .score import Score
+from .select import Finding, Selection
+from .settings import (
+    CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_SHARE, LEAST_VISIBILITY, NAMED, OUTSIDE_DETERMINED,
+)  # fmt: skip
+
+Array = NDArray[np.float64]
+
+
+def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
+    """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none."""
+    units, found = fitted.likelihood.rig.units, {}
+    for name in fields:
+        gradient = fitted.gradient(lambda p, name=name: float(getattr(p, name)))
+        error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
+        found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
+    return found
+
+
+def lag_score(fitted: Fit) -> float:
+    """What the likelihood loses with the motors' lag as it was given, without its prior [nats]."""
+    if LAG_FIELD not in fitted.fields:
+        return 0.0
+    j = fitted.fields.index(LAG_FIELD)
+    H, _ = fitted.quadratic.total
+    information = 1.0 / np.linalg.inv(H)[j, j] - 1.0
+    return float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
+
+
+def worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
+    """Decide which possible effects enter the plant.
+
+    Returns
+    -------
+    gains : dict of str to float
+        Of every possible effect the rise of the log-likelihood of logs left out in turn [nats].
+    kept : list of str
+        All effects of the plant: what is established, and of the rest what makes unseen logs likelier.
+    """
+    kept = [f.effect.field for f in selection.findings if f.established]
+    gains = {}
+    for finding in selection.findings:
+        name = finding.effect.field
+        if not finding.established:
+            gains[name] = left_out_gain(selection.last, kept, name)
+            if gains[name] > 0.0:
+                kept.append(name)
+    return gains, kept
+
+
+def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str, float], in_plant: bool) -> FoundEffect:
+    """State one effect of a selection; ``fitted`` is the delivered plant."""
+    effect, rig = finding.effect, fitted.likelihood.rig
+    if in_plant:
+        coefficient = estimates(fitted, C, [effect.field])[effect.field]
+        shapes = estimates(fitted, C, [name for name in effect.shapes if name])
+    else:
+        coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
+        shapes = {n: Estimate(float(v), None, rig.units[n]) for n, v in finding.score.shapes.items()}
+    verdict = Verdict.POSSIBLE
+    if finding.established:
+        verdict = Verdict.AMBIGUOUS if finding.alternatives else Verdict.SHOWN
+    experiment = effect.experiment if not finding.established else ""
+    if finding.alternatives:
+        rival = finding.alternatives[0]
+        experiment = (
+            f"Measure what shows either alone. For {effect.name}: {effect.experiment} "
+            f"For {rival.name}: {rival.experiment}"
+        )
+    return FoundEffect(
+        effect.name, effect.axis, coefficient, verdict, effect.family,
+        tuple((other.name, other.axis) for other in finding.alternatives),
+        NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
+        max(finding.score.score, finding.family_score if finding.leads else 0.0), experiment, in_plant,
+        left_out.get(effect.field), _together(finding, fitted),
+    )  # fmt: skip
+
+
+def _together(finding: Finding, fitted: Fit) -> str:
+    """What effects of the rotors' timing come to together; empty for others."""
+    if finding.effect.family != "lag or delay of the rotors":
+        return ""
+    p = fitted.parameters
+    total = p.T_m + p.motor_lag_rotors + p.input_delay_rotors
+    return f"lag and delay of the rotors together: {1e3 * total:.0f} ms"
+
+
+def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | None:
+    """State the motors' lag where it is established that it differs from what was given."""
+    score = lag_score(fitted)
+    if score <= NAMED:
+        return None
+    effect = next(e for e in fitted.likelihood.rig.effects if e.field == LAG_FIELD)
+    value = estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
+    delay = next(e for e in fitted.likelihood.rig.effects if e.name == "input_delay")
+    own = Score(LAG_FIELD, score, value.value, value.standard_error or 0.0, 1.0, {}, 0)
+    alternatives = (delay,) if delay_instead(selection, fitted) else ()
+    return found_effect(Finding(effect, own, score, alternatives), fitted, C, {}, True)
+
+
+def delay_instead(selection: Selection, fitted: Fit) -> bool:
+    """Whether a delay of the voltages would explain the timing about as well as the lag does."""
+    pinned = selection.last.of_pinned(fitted.fields.index(LAG_FIELD))
+    score = pinned.scores([f.effect.field for f in selection.findings], among=["input_delay_rotors"])
+    found = score.get("input_delay_rotors")
+    return found is not None and found.score > lag_score(fitted) - CLOSE
+
+
+def catalogue_verdicts(
+    selection: Selection, effects: Sequence[FoundEffect], possible: Sequence[FoundEffect]
+) -> tuple[CatalogueVerdict, ...]:
+    """One verdict for every entry of the catalogue, those of the plant first."""
+    stated = {(e.name, e.axis): e for e in (*effects, *possible)}
+    rows = [_verdict(selection, e, stated.get((e.name, e.axis))) for e in selection.null.likelihood.rig.effects]
+    order = {(e.name, e.axis): i for i, e in enumerate((*effects, *possible))}
+    return tuple(sorted(rows, key=lambda row: order.get((row.name, row.axis), len(order))))
+
+
+def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -> CatalogueVerdict:
+    found = selection.scores.get(effect.field)
+    if found is None or (stated is not None and effect.field == LAG_FIELD):
+        fitted = selection.fit
+        C = covariance(fitted)
+        estimate = estimates(fitted, C, [effect.field])[effect.field]
+        score, visibility, shapes = lag_score(fitted), 1.0, {}
+    else:
+        estimate = Estimate(found.value, found.standard_error, effect.unit)
+        score, visibility, shapes = found.score, found.visibility, found.shapes
+    error = estimate.standard_error or 0.0
+    largest = max(abs(effect.lower), abs(effect.upper))
+    asked = f"score {score:.1f} nats, {NAMED:g} needed"
+    if stated is not None:
+        return CatalogueVerdict(
+            effect.name, effect.axis, stated.verdict, stated.coefficient or estimate, stated.score, visibility,
+            _bound(effect, stated.coefficient or estimate), asked, stated.experiment,
+        )  # fmt: skip
+    if visibility < LEAST_VISIBILITY:
+        why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"
+    elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
+        why = f"its standard error of {error:.2g} {effect.unit} could not show even {largest:g} {effect.unit}"
+    else:
+        return CatalogueVerdict(
+            effect.name, effect.axis, Verdict.NOT_SHOWN, estimate, score, visibility, _bound(effect, estimate), asked, ""
+        )
+    return CatalogueVerdict(
+        effect.name, effect.axis, Verdict.NOT_TESTABLE, estimate, score, visibility, None, why, effect.experiment
+    )
+
+
+def _bound(effect: Effect, estimate: Estimate) -> float:
+    """Largest abs(c) inside the 95 % interval; of a one-sided effect the upper end, never below one standard error.
+
+    The floor keeps a chance estimate far on the forbidden side from giving a bound tighter than the data allow.
+    """
+    low, high = estimate.interval
+    return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
+
+
+def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tuple[str, str], ...], Array]:
+    """Correlations between the signatures of the catalogue beside what is in the model."""
+    around = selection.last
+    selected = [f.effect.field for f in selection.findings]
+    names = [name for name in around.effects if name in among and name in selection.scores]
+    columns = [selection.scores[name].column for name in names]
+    i = [j for j in around.inside(selected) if j not in columns]
+    G = around.H[np.ix_(columns, columns)] - around.H[np.ix_(columns, i)] @ np.linalg.solve(
+        around.H[np.ix_(i, i)], around.H[np.ix_(i, columns)]
+    )
+    scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
+    labels = tuple((around.effects[name].name, around.effects[name].axis) for name in names)
+    return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
+
+
+def parameter_reports(
+    fitted: Fit, C: Array, outside: InstrumentEstimates | None, closed_loop: bool
+) -> dict[str, ParameterReport]:
+    """State of every base parameter what its value rests on."""
+    rig, found = fitted.likelihood.rig, {}
+    by_name = {
+        name: (float(axis.values[k]), float(axis.half_widths[k]), float(axis.shares[k]))
+        for axis in (outside.axes if outside else ())
+        for k, name in enumerate(axis.parameters)
+        if np.isfinite(axis.values[k])
+    }
+    for name in rig.base:
+        if name not in fitted.fields:
+            continue
+        i = fitted.fields.index(name)
+        c = fitted.coordinates[i]
+        estimate = Estimate(fitted.estimate(name), float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
+        plausible = tuple(sorted((c.value(-1.96), c.value(1.96))))
+        found[name] = _report(name, estimate, by_name.get(name), plausible, closed_loop, name in rig.gains, rig)
+    return found
+
+
+def _report(name, estimate, instrument, plausible, closed_loop, is_gain, rig) -> ParameterReport:
+    """Decide what one parameter rests on."""
+    half = 1.96 * (estimate.standard_error or 0.0)
+    size = abs(estimate.value)
+    narrow = half < (DETERMINED * size if is_gain else 0.25 * (plausible[1] - plausible[0]))
+    by_instrument, share, contradicted = None, None, False
+    if instrument is not None:
+        value, width, share = instrument
+        by_instrument = Estimate(value, width / 1.96, estimate.unit)
+        certain = width < OUTSIDE_DETERMINED * abs(value)
+        contradicted = bool(is_gain and certain and abs(value - estimate.value) > CONTRADICTION * width / 1.96)
+        if contradicted:
+            why = f"references give {value:.3g} ± {width:.2g}, the likelihood {estimate.value:.3g} ± {half:.2g}"
+            return ParameterReport(
+                estimate, Determination.NOT_DETERMINED, share, by_instrument, True, plausible, why, rig.fly.get(name, "")
+            )
+        if certain and narrow:
+            why = f"references alone give {value:.3g} ± {width:.2g}"
+            return ParameterReport(estimate, Determination.OUTSIDE, share, by_instrument, False, plausible, why)
+    if narrow and (not closed_loop or share is None or share > LEAST_SHARE or not is_gain):
+        why = "no reference confirms it: its interval holds if the air's torque is as modelled"
+        return ParameterReport(
+            estimate, Determination.NOISE_MODEL, share, by_instrument, False, plausible, why, rig.fly.get(name, "")
+        )
+    why = f"its interval is ± {half:.2g}" if not narrow else f"references move it by a share of {share:.2g} only"
+    return ParameterReport(
+        estimate, Determination.NOT_DETERMINED, share, by_instrument, False, plausible, why, rig.fly.get(name, "")
+    )
+
+
+def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+    """Draw the effects of the plant over their variable: partial residuals, the law and its band.
+
+    The partial residual is the smoothed acceleration less what the plant gives without the effect, averaged over bins
+    of the variable; the law's curve is the plant with the effect less the plant without, at the same motion.
+    """
+    rig, drawn = fitted.likelihood.rig, []
+    for found in effects:
+        effect = next((e for e in rig.effects if (e.name, e.axis) == (found.name, found.axis)), None)
+        if effect is None or not effect.drawn_against or not found.in_plant:
+            continue
+        bare = rig.assign(fitted.parameters, {effect.field: 0.0})
+        xs, ys, laws, unit, variable, axis = [], [], [], "", "", ""
+        for record in fitted.likelihood.records:
+            axis, variable, unit, x, y, law = rig.partial_residual(record, fitted.parameters, bare, effect)
+            xs, ys, laws = [*xs, x], [*ys, y], [*laws, law]
+        x, y, law = (np.concatenate(parts) for parts in (xs, ys, laws))
+        bins = np.array_split(np.argsort(x), CURVE_BINS)
+        estimate = found.coefficient
+        spread = 1.96 * abs((estimate.standard_error or 0.0) / estimate.value) if estimate and estimate.value else 0.0
+        X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))
+        band = np.column_stack((X, g, g - spread * abs(g), g + spread * abs(g)))
+        drawn.append(EffectCurve(found.name, axis, variable, unit, np.column_stack((X, Y)), band))
+    return tuple(drawn)

@@ -1,1 +1,0 @@
-"""Fit and selection by multi-step prediction errors: what a plant is judged by, apart from the search by likelihood."""

@@ -1,1 +1,0 @@
-"""Prediction-error identification: an observer's innovations, their sensitivities, whitening and fit."""

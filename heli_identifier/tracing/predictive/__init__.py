@@ -1,1 +1,0 @@
-"""Effects that improve predictions beyond those that are shown: a joint search by multi-step errors."""

@@ -1,0 +1,466 @@
+"""What a diagnosis says, as frozen values."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.online import Estimate
+from heli_identifier.records import Log
+
+from .events import Event
+
+Array = NDArray[np.float64]
+
+
+class RigVerdict(StrEnum):
+    """The verdict on a rig; the value is the text that stands in diagnosis.json."""
+
+    EFFECTS_SHOWN = "effects shown"
+    MODEL_ADEQUATE = "model adequate"
+    UNKNOWN_EFFECT = "unknown effect"
+
+
+class Verdict(StrEnum):
+    """The verdict on one effect; the value is the text that stands in diagnosis.json."""
+
+    SHOWN = "shown"
+    AMBIGUOUS = "ambiguous"
+    POSSIBLE = "possible"
+    NOT_SHOWN = "not shown"
+    NOT_TESTABLE = "not testable"
+    UNKNOWN = "unknown effect"
+
+
+class Determination(StrEnum):
+    """What the value of a parameter rests on; the value is the text that stands in diagnosis.json."""
+
+    OUTSIDE = "determined from outside"
+    NOISE_MODEL = "rests on the noise model"
+    NOT_DETERMINED = "not determined"
+
+
+class Use(StrEnum):
+    """What an axis of the delivered plant may be used for; the value is the text that stands in diagnosis.json."""
+
+    CONTROL = "prediction and control"
+    PREDICTION = "prediction only"
+    NOTHING = "not usable"
+
+
+@dataclass(frozen=True)
+class DataEntry:
+    """One log of the data set and what it was used for ("training" or "held out")."""
+
+    file: str
+    sha256: str
+    samples: int
+    rate_hz: float
+    used_for: str
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class NamedShape:
+    """Shape parameters of an effect of the catalogue, by name; one that was not estimated has no standard error."""
+
+    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the shape as it stands in diagnosis.json."""
+        return {
+            name: {"value": value.value, "standard_error": value.standard_error, "unit": value.unit}
+            for name, value in self.parameters.items()
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class CurveShape:
+    """An unknown torque as a curve of one variable, where records have been.
+
+    Attributes
+    ----------
+    variable, unit : str
+        What the torque depends on, and the unit of its values.
+    description : str
+        What kind of curve it is.
+    curve : Array, shape (n, 2)
+        Values of the variable and the torque per inertia [rad/s^2].
+    band : Array, shape (n, 3)
+        The same values of the variable, and the lower and upper end of the 95 % band [rad/s^2].
+    """
+
+    variable: str
+    unit: str
+    description: str
+    curve: Array
+    band: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the shape as it stands in diagnosis.json."""
+        return {
+            "variable": self.variable,
+            "unit": self.unit,
+            "description": self.description,
+            "curve": self.curve.tolist(),
+            "band": self.band.tolist(),
+        }
+
+
+@dataclass(frozen=True)
+class PeriodicShape:
+    """An unknown torque that is periodic in time: frequency [Hz], mean amplitude over the logs [rad/s^2]."""
+
+    frequency_hz: float
+    amplitude: float
+    amplitude_standard_error: float
+    description: str
+    variable: str = field(default="time", init=False)
+    unit: str = field(default="s", init=False)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the shape as it stands in diagnosis.json."""
+        return {
+            "variable": self.variable,
+            "unit": self.unit,
+            "description": self.description,
+            "frequency_hz": self.frequency_hz,
+            "amplitude": self.amplitude,
+            "amplitude_standard_error": self.amplitude_standard_error,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class FoundEffect:
+    """An effect of the catalogue, or an unknown torque, that the simplified model lacks.
+
+    Attributes
+    ----------
+    name, axis : str
+        Of the catalogue; name "unknown" for an unknown torque.
+    coefficient : Estimate or None
+        None for an unknown torque.
+    verdict : Verdict
+        SHOWN, AMBIGUOUS or UNKNOWN of what is established; POSSIBLE of what is not.
+    family : str
+        Effects that ordinary logs do not tell apart; a family is one finding.
+    alternatives : tuple of (name, axis)
+        Entries that explain the data about as well.
+    shape : NamedShape, CurveShape or PeriodicShape
+    score : float
+        What the likelihood of the training logs loses without it [nats], over the dispersion.
+    experiment : str
+        What to measure to settle an ambiguity, or to establish what is possible; empty if nothing is needed.
+    in_plant : bool
+        Whether the corrected plant has it.
+    left_out_gain : float or None
+        Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats].
+    together : str
+        What the effect and its alternatives come to together, in words; empty where there is no such figure.
+    """
+
+    name: str
+    axis: str
+    coefficient: Estimate | None
+    verdict: Verdict
+    family: str
+    alternatives: tuple[tuple[str, str], ...]
+    shape: NamedShape | CurveShape | PeriodicShape
+    score: float
+    experiment: str = ""
+    in_plant: bool = True
+    left_out_gain: float | None = None
+    together: str = ""
+
+
+@dataclass(frozen=True)
+class CatalogueVerdict:
+    """The verdict on one entry of the catalogue.
+
+    Attributes
+    ----------
+    name, axis : str
+    verdict : Verdict
+        Never ``Verdict.UNKNOWN``.
+    estimate : Estimate
+        Coefficient beside all that is in the corrected model.
+    score : float
+        What it adds to the likelihood, or what is lost without it [nats].
+    visibility : float
+        Share of the effect's signature that the fitted parameters cannot imitate.
+    upper_bound : float or None
+        Largest abs(coefficient) that the data allow at 95 %; None for an effect that is not testable.
+    why : str
+        Reason, in a clause.
+    experiment : str
+        What would make the effect visible; empty if nothing is needed.
+    """
+
+    name: str
+    axis: str
+    verdict: Verdict
+    estimate: Estimate
+    score: float
+    visibility: float
+    upper_bound: float | None
+    why: str
+    experiment: str
+
+
+@dataclass(frozen=True)
+class ParameterReport:
+    """A parameter of the corrected plant and what its value rests on.
+
+    Attributes
+    ----------
+    estimate : Estimate
+        Of a gain the slope at the operating point.
+    determination : Determination
+    outside_share : float or None
+        Share of its regressor that references explain; None without references.
+    instrument : Estimate or None
+        Its estimate by instruments.
+    contradicted : bool
+        Whether the instruments exclude the likelihood's value.
+    plausible : tuple of float
+        95 % interval of what can be built on a bench.
+    why : str
+        What the determination rests on, in a clause.
+    experiment : str
+        What to fly where it is not determined; empty otherwise.
+    """
+
+    estimate: Estimate
+    determination: Determination
+    outside_share: float | None
+    instrument: Estimate | None
+    contradicted: bool
+    plausible: tuple[float, float]
+    why: str
+    experiment: str = ""
+
+
+@dataclass(frozen=True)
+class ErrorFigure:
+    """A root-mean-square error with its 95 % interval from a bootstrap over segments."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class AxisError:
+    """Errors of one model on one axis of the held-out logs [rad].
+
+    ``ahead_100ms`` and ``ahead_200ms`` start from the filter's state. ``prediction_1s`` and ``prediction_2s`` start from
+    the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides nothing.
+    ``free_run`` is None where the axis is not stable, ``closed_loop_3s`` where references or controller are not known.
+    """
+
+    ahead_100ms: ErrorFigure
+    ahead_200ms: ErrorFigure
+    prediction_1s: ErrorFigure
+    prediction_2s: ErrorFigure
+    free_run: ErrorFigure | None = None
+    closed_loop_3s: ErrorFigure | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class AxisReport:
+    """One axis before and after on the held-out logs.
+
+    Attributes
+    ----------
+    before, after, noise_floor : AxisError
+        ``noise_floor`` is the corrected model's on records that it made itself.
+    angle_stays, rate_stays : ErrorFigure
+        1 s errors [rad] of two predictions that know no model: a model has to beat them.
+    whiteness_p : mapping of str to float
+        Ljung-Box p value of the innovations, "before" and "after".
+    air : Estimate
+        Standard deviation of the torque of the air [rad/s^2].
+    air_rate : float
+        Its rate c [1/s].
+    encoder_noise : float
+        [rad].
+    use : Use
+    why : str
+        What the use rests on, in a clause.
+    """
+
+    before: AxisError
+    after: AxisError
+    noise_floor: AxisError
+    angle_stays: ErrorFigure
+    rate_stays: ErrorFigure
+    whiteness_p: Mapping[str, float]
+    air: float
+    air_rate: float
+    encoder_noise: float
+    use: Use
+    why: str
+
+
+@dataclass(frozen=True)
+class HeldOutLikelihood:
+    """Log-likelihood of the held-out logs under the two plants, the air as in the training logs.
+
+    Attributes
+    ----------
+    seconds : float
+        Length of the held-out logs.
+    before, after : float
+        [nats/s].
+    gain : ErrorFigure
+        After less before [nats], all held-out logs together, with its 95 % interval.
+    chi2 : mapping of str to (statistic, degrees of freedom)
+        Of the instruments' judgement, "before" and "after"; empty without references.
+    """
+
+    seconds: float
+    before: float
+    after: float
+    gain: ErrorFigure
+    chi2: Mapping[str, tuple[float, int]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How often disjoint halves of whole logs agree on the families that they establish.
+
+    Attributes
+    ----------
+    observed, expected : float
+        Jaccard index, mean over the splits: as observed, and what sampling alone allows if the corrected model is right.
+    splits : int
+    """
+
+    observed: float
+    expected: float
+    splits: int
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutSeries:
+    """One held-out log and what the models before and after make of it.
+
+    Attributes
+    ----------
+    log : Log
+        As it was read.
+    free_run_before, free_run_after : Array, shape (N, 3)
+        Angles [rad], simulated from ``start`` under the voltages.
+    start : mapping
+        Start state by the fields of the plant's state, so that the FMU repeats the run.
+    residual_before, residual_after : Array, shape (n, 3)
+        Innovations over their scales, every ``residual_step`` [s].
+    residual_step : float
+    events : tuple of Event
+    """
+
+    log: Log
+    free_run_before: Array
+    free_run_after: Array
+    start: Mapping[str, float]
+    residual_before: Array
+    residual_after: Array
+    residual_step: float
+    events: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class EffectCurve:
+    """Partial residual torque of one found effect against its variable, with the fitted law and its band.
+
+    ``points`` (n, 2) and ``curve`` (m, 4): x, y, low, high; x in ``unit``, y in rad/s^2.
+    """
+
+    name: str
+    axis: str
+    variable: str
+    unit: str
+    points: Array
+    curve: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """Everything that one diagnosis found.
+
+    Attributes
+    ----------
+    verdict : RigVerdict
+    effects : tuple of FoundEffect
+        What is established, strongest evidence first; all of it is in the corrected plant, but for torques that are
+        periodic in time.
+    possible : tuple of FoundEffect
+        What the likelihood favours without establishing it: no findings. In the plant where training logs that are
+        left out one at a time get likelier with it.
+    catalogue : tuple of CatalogueVerdict
+    parameters_before, parameters_after : mapping of str to Estimate
+        By the paper's symbols.
+    effects_after : mapping of str to Estimate
+        Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field.
+    parameters : mapping of str to ParameterReport
+        What each parameter of the corrected plant rests on.
+    covariance : Array, shape (n, n)
+        Of what ``covariance_fields`` names, in the coordinates of ``covariance_slopes``: value = x times slope.
+    covariance_fields : tuple of str
+    plant_before, plant_after : PlantParameters
+        The complete parameter sets.
+    axes : mapping of str to AxisReport
+    held_out : HeldOutLikelihood
+    closed_loop : bool
+        Whether a controller flew the training logs.
+    references : str
+        Where the instruments come from: "voltages", "logged", "rebuilt" or "none".
+    agreement : Agreement or None
+        None where the training logs are too few to be halved.
+    series : tuple of HeldOutSeries
+    curves : tuple of EffectCurve
+    correlation_labels : tuple of (name, axis)
+        Entries of the catalogue in the order of the rows of ``correlation``.
+    correlation : Array, shape (K, K)
+        Correlations between the catalogue's signatures beside what is in the model.
+    data : tuple of DataEntry
+    settings : mapping
+    notes : tuple of str
+    seconds : float
+    events : tuple of Event
+        Passages in which something other than the plant acts, in training and held-out logs.
+    """
+
+    verdict: RigVerdict
+    effects: tuple[FoundEffect, ...]
+    possible: tuple[FoundEffect, ...]
+    catalogue: tuple[CatalogueVerdict, ...]
+    parameters_before: Mapping[str, Estimate]
+    parameters_after: Mapping[str, Estimate]
+    effects_after: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterReport]
+    covariance: Array
+    covariance_fields: tuple[str, ...]
+    plant_before: Any
+    plant_after: Any
+    axes: Mapping[str, AxisReport]
+    held_out: HeldOutLikelihood
+    closed_loop: bool
+    references: str
+    agreement: Agreement | None
+    series: tuple[HeldOutSeries, ...]
+    curves: tuple[EffectCurve, ...]
+    correlation_labels: tuple[tuple[str, str], ...]
+    correlation: Array
+    data: tuple[DataEntry, ...]
+    settings: Mapping[str, Any]
+    notes: tuple[str, ...]
+    seconds: float
+    events: tuple[Event, ...] = ()
+
+    def __repr__(self) -> str:
+        effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
+        return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"

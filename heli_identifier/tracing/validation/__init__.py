@@ -1,1 +1,0 @@
-"""How well a model predicts logs that it was not fitted to."""
