@@ -35,7 +35,7 @@ from .result import (
     AxisError, AxisReport, Determination, ErrorFigure, HeldOutLikelihood, HeldOutSeries, ParameterReport, Use,
 )  # fmt: skip
 from .rig import Parameters, Record
-from .settings import HUBER, SETTLING, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import HUBER, SPACING, WHITE_TIME, DiagnosisSettings
 
 Array = NDArray[np.float64]
 Judge = Callable[[Parameters], tuple[float, int]]
@@ -49,14 +49,14 @@ class _OnLog:
     density: Array
 
     def standardised(self, model: Model) -> Array:
-        """Give the innovations (N, a) under the air and over the scales of ``model``; zero where nothing counts."""
+        """Give the innovations (N, a) under the air and over the scales of ``model``."""
         record, own, scales = self.run.record, self.run.model, model.scales(self.run.record.step)
         linear, old, new = own.rig.linear(own.parameters), physical(own.z), physical(model.z)
         columns = [
             recoloured(self.run.e[:, i], record.step, (axis, old[:, i]), (axis, new[:, i]), [])
             for i, axis in enumerate(linear)
         ]
-        return np.column_stack(columns) / scales * record.weights
+        return np.column_stack(columns) / scales
 
 
 def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
@@ -141,9 +141,11 @@ def compare(
         ]
         for name, m in models.items()
     }
-    errors = {n: _errors([on.run for on in found[n]], _free(n, models, logs, runs)) for n in models}
+    measured, steps = [own.angles for own in logs], [own.step for own in logs]
+    free = {name: _free(m, measured, runs[name], steps) for name, m in models.items()}
+    errors = {name: _errors([on.run for on in found[name]], free[name]) for name in models}
     made = [made_by_itself(on.run.model, on.run.record, on.run.offset, seed) for seed, on in enumerate(found["after"])]
-    floor = _errors([run for run in made if run is not None], _floor_runs(found["after"]))
+    floor = _errors([run for run in made if run is not None], _free_in_air(found["after"]))
     stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
              zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
     white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
@@ -166,3 +168,134 @@ def compare(
         for i, own in enumerate(logs)
     )  # fmt: skip
     return axes, _likelihood(found["before"], found["after"], judged), series
+
+
+def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
+    """Passages of a record, in samples, outside of what is left out."""
+    clear = np.ones(record.samples, dtype=bool)
+    for start, end in left_out:
+        clear[(record.time >= start) & (record.time <= end)] = False
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[AxisError]:
+    """Figures by axis of one model's runs; zero, which bounds nothing, where there is no run."""
+    if not runs:
+        nothing = ErrorFigure(0.0, 0.0, 0.0)
+        return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
+    errors = [run.errors(tuple(HORIZONS)) for run in runs]
+    figures = [rms_figures([own[name] for own in errors], SPACING, f"error over {HORIZONS[name]:g} s") for name in HORIZONS]
+    return [AxisError(*own, free_run) for *own, free_run in zip(*figures, free, strict=True)]
+
+
+def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:
+    """Figures by axis of free runs; None where the axis is not stable."""
+    errors = [own - run for own, run in zip(measured, runs, strict=True)]
+    stable = model.rig.stable(model.parameters)
+    if not all(np.isfinite(own).all() for own in errors):
+        return [None] * len(stable)
+    return [own if ok else None for own, ok in zip(rms_figures(errors, steps), stable, strict=True)]
+
+
+def _free_in_air(found: Sequence[_OnLog]) -> list:
+    """Figures by axis of the free runs of a model on whole records that it made itself."""
+    made, runs, steps = [], [], []
+    for seed, on in enumerate(found):
+        model, r, random = on.run.model, on.run.record, np.random.default_rng(seed)
+        torque = on.run.offset + model.torque(r.step, r.samples, random)
+        noise = model.encoder_noise * random.standard_normal(torque.shape)
+        made.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters, torque) + noise)
+        runs.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters))
+        steps.append(r.step)
+    return _free(found[0].run.model, made, runs, steps)
+
+
+def _likelihood(
+    before: Sequence[_OnLog], after: Sequence[_OnLog], chi2: Mapping[str, tuple[float, int]]
+) -> HeldOutLikelihood:
+    """Compare the densities of two models in pairs."""
+    steps = [on.run.record.step for on in before]
+    seconds = sum(len(on.density) * h for on, h in zip(before, steps, strict=True))
+    totals = [sum(float(on.density.sum()) for on in found) for found in (before, after)]
+    gains = [second.density - first.density for first, second in zip(before, after, strict=True)]
+    low, high = np.quantile(segment_means(gains, steps), (0.025, 0.975)) * sum(map(len, gains))
+    gain = ErrorFigure(totals[1] - totals[0], float(low), float(high))
+    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain, chi2)
+
+
+def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:
+    """P value of the portmanteau test; pairs of samples of which one does not count are left out.
+
+    (n + 2)/n sum_k c_k^2 / n_k is chi-squared where the residuals are white; c_k sums the n_k products at lag k.
+    """
+    lags, n = max(1, round(WHITE_TIME / step)), sum(float(w.sum()) for w in weights)
+    if n <= lags:
+        return 1.0
+    square = sum(float(w @ z**2) for z, w in zip(white, weights, strict=True)) / n
+    products, pairs = np.zeros(lags), np.zeros(lags)
+    for z, w in zip(white, weights, strict=True):
+        reach = min(lags, len(z) - 1)
+        size = 2 ** int(np.ceil(np.log2(len(z) + reach)))
+        for into, of in ((products, z * w), (pairs, w)):
+            into[:reach] += np.fft.irfft(np.abs(np.fft.rfft(of, size)) ** 2, size)[1 : reach + 1]
+    statistic = (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())
+    return float(chdtrc(lags, statistic))
+
+
+def use_of(
+    gain: str, report: ParameterReport | None, after: AxisError, angle_stays: ErrorFigure, rate_stays: ErrorFigure
+) -> tuple[Use, str]:
+    """Decide what an axis of the plant may be used for, and say why in a clause.
+
+    Nothing, if over 1 s a prediction without a model does as well. Prediction only, if the logs do not determine the
+    axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar flights hardly
+    shows it. Else control as well.
+
+    Parameters
+    ----------
+    gain : str
+    report : ParameterReport or None
+        What the gain rests on; None if it was given.
+    after : AxisError
+    angle_stays, rate_stays : ErrorFigure
+        1 s errors [rad] of predictions without a model.
+    """
+    error, name, least = after.prediction_1s.value, *min(
+        zip(NAIVE, (angle_stays.value, rate_stays.value), strict=True), key=lambda pair: pair[1]
+    )
+    if not error < least:
+        return Use.NOTHING, f"over 1 s it errs by {1e3 * error:.2g} mrad, {name.replace('_', ' ')!r} by {1e3 * least:.2g}"
+    if report is None:
+        return Use.CONTROL, f"{gain} was given"
+    if report.contradicted or report.determination is Determination.NOT_DETERMINED:
+        return Use.PREDICTION, f"{gain} is {report.determination}: {report.why}"
+    return Use.CONTROL, f"{gain} is {report.determination}" if report.determination is Determination.OUTSIDE else (
+        f"{gain} {report.determination}: {report.why}"
+    )
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One axis of one log: its error 1 s ahead [rad] and the limit [rad] it is held to."""
+
+    log: str
+    axis: str
+    error: ErrorFigure
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error keeps the limit."""
+        return self.error.value <= self.limit
+
+
+def hold_to(parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log]) -> list[Outcome]:
+    """Predict ``logs`` 1 s ahead with ``parameters`` and hold every axis named in ``limits`` [rad] to its limit."""
+    rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
+    for own in logs:
+        run = run_along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
+        errors = run.errors(("prediction_1s",))["prediction_1s"]
+        figures = rms_figures([errors], SPACING, f"log {own.name}, error over 1 s")
+        outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
+    return outcomes
