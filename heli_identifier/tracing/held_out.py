@@ -85,7 +85,7 @@ def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _O
     air, linear = physical(model.z), model.rig.linear(model.parameters)
     unit = np.ones(record.samples)
     J = np.column_stack([lfilter(*error_dynamics(h, own, air[:, i]), unit) for i, own in enumerate(linear)]) / sigma
-    first = run_along(model, record, np.zeros(len(sigma)), [(0, 0)]).e / sigma
+    first = run_along(model, record, np.zeros(len(sigma)), []).e / sigma
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
     information = 1.0 / tau**2 + (w * J * J).sum(0)
     b = -(w * J * first).sum(0) / information  # one Gauss-Newton step: the innovations are linear in b

@@ -9,7 +9,7 @@ the log, and sines where a periodic torque is searched.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache
 from math import copysign, cos, exp, inf, log, pi, sin
 
 import numpy as np
@@ -189,7 +189,16 @@ def run_filter(record, parameters, gains, local, harmonics, first, last, carry, 
     return carry
 
 
-_values = lru_cache(64)(parameter_record)
+_last: tuple = (None, None)
+
+
+def _values(parameters: PlantParameters):
+    """Parameter record of a set; that of the last set is kept, as many short runs follow on one another."""
+    global _last
+    last = _last
+    if last[0] is not parameters:
+        last = _last = (parameters, parameter_record(parameters))
+    return last[1]
 
 
 def run_alone(inputs, step, start, parameters, torque=None):

@@ -182,7 +182,11 @@ class Run:
 
 
 def run_along(
-    model: Model, record: Record, offset: Array, passages: Sequence[tuple[int, int]] = (), states: Sequence[Array] = ()
+    model: Model,
+    record: Record,
+    offset: Array,
+    passages: Sequence[tuple[int, int]] | None = None,
+    states: Sequence[Array] = (),
 ) -> Run:
     """Run the filter of a model along a record and keep its state at the starts of predictions.
 
@@ -192,7 +196,7 @@ def run_along(
     record : Record
     offset : Array, shape (a,)
         Constant torque of the log [rad/s^2].
-    passages : sequence of (first, last)
+    passages : sequence of (first, last), optional
         Samples between which predictions lie; by default the whole record. The filter settles in each of them before
         the first prediction starts.
     states : sequence of Array, shapes (n,), optional
@@ -200,9 +204,10 @@ def run_along(
     """
     h, N = record.step, record.samples
     settle, shortest, apart = round(SETTLING / h), round(1.0 / h), max(1, round(SPACING / h))
-    parts = [np.arange(a + settle, b - shortest, apart) for a, b in passages or ((0, N),)]
-    at = np.concatenate(parts)
-    ends = np.concatenate([np.full(len(own), b) for own, (_, b) in zip(parts, passages or ((0, N),), strict=True)])
+    passages = [(0, N)] if passages is None else passages
+    parts = [np.arange(a + settle, b - shortest, apart) for a, b in passages]
+    at = np.array([k for own in parts for k in own], dtype=np.intp)
+    ends = np.array([b for own, (_, b) in zip(parts, passages, strict=True) for _ in own], dtype=np.intp)
     e = np.zeros_like(record.angles)
     if states:
         kept = [_states(model, record, offset, own, e, state, first)
@@ -284,8 +289,5 @@ def segment_means(values: Sequence[Array], spacings: Sequence[float]) -> Array:
             totals.append(np.add.reduceat(own, starts, axis=0))
             lengths.append(np.diff([*starts, len(own)]).astype(float))
     total, length = np.concatenate(totals), np.concatenate(lengths)
-    random, means = np.random.default_rng(0), []
-    for _ in range(DRAWS):  # one draw at a time: memory does not grow with the length of the logs
-        picked = random.integers(0, len(total), len(total))
-        means.append(total[picked].sum(axis=0) / length[picked].sum())
-    return np.array(means)
+    times = np.random.default_rng(0).multinomial(len(total), np.full(len(total), 1.0 / len(total)), DRAWS).astype(float)
+    return (times @ total) / (times @ length).reshape(-1, *(1,) * (total.ndim - 1))
