@@ -139,9 +139,8 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
     start = np.array(rest(TABLE_2, log.voltages), dtype=float)
     shift = np.array([0.0, 0.03, -0.01])
     air = torque(log.samples, 6)
-    moved = RIG.simulate(log.voltages, H, start, TABLE_2, air + shift) + NOISE * np.random.default_rng(6).standard_normal(
-        log.angles.shape
-    )
+    noise = NOISE * np.random.default_rng(6).standard_normal(log.angles.shape)
+    moved = RIG.simulate(log.voltages, H, start, TABLE_2, air + shift) + noise
     (_, b0), (_, b1) = (likelihood_of(model(), record_of(own, RIG)) for own in (log, replace(log, angles=moved)))
     # the estimate is linear in the offset; its prior of .02 draws it towards zero by the share of its information:
     # Ornstein and Uhlenbeck's torque is known to s sqrt(2 / (c T)), .005 and .002 rad/s^2 over 60 s

@@ -6,7 +6,7 @@
 e are the innovations under a plant with the air, the encoders' noise and the spread tau of offsets of its own training
 logs: nothing but the offset b of the log itself is fitted to what was held out. b is a random effect, with information
 I_a = 1/tau_a^2 + sum (de/db)^2 / sigma_a^2 its integral is Laplace's, exact for Gaussian innovations; rho is Huber's
-loss. The likelihood of unseen logs, and nothing else here, ranks the true plant first in windy air under any controller.
+loss. Of all figures here this one alone ranks the true plant first in windy air under any controller.
 
 Errors ahead, the noise floor and naive predictions are those of :mod:`.prediction`. A free run is the plant alone under
 the voltages, from the state that a log's first samples give, at the log's own rate.
@@ -29,10 +29,17 @@ from .events import Event
 from .fit import Fit
 from .helicopter import helicopter
 from .noise import error_dynamics, physical, recoloured
-from .prediction import HORIZONS, NAIVE, Model, Run, made_by_itself, rms_figures, run_along, segment_means
+from .prediction import HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
 from .result import (
-    AxisError, AxisReport, Determination, ErrorFigure, HeldOutLikelihood, HeldOutSeries, ParameterReport, Use,
+    AxisError,
+    AxisReport,
+    Determination,
+    ErrorFigure,
+    HeldOutLikelihood,
+    HeldOutSeries,
+    ParameterReport,
+    Use,
 )  # fmt: skip
 from .rig import Parameters, Record
 from .settings import HUBER, SPACING, WHITE_TIME, DiagnosisSettings
@@ -60,23 +67,9 @@ class _OnLog:
 
 
 def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
-    """Give the log-likelihood of a held-out log.
-
-    Parameters
-    ----------
-    model : Model
-    record : Record
-        Samples without weight do not count.
-
-    Returns
-    -------
-    density : Array, shape (N,)
-        Of every sample [nats]; the offset's part is spread over the log.
-    offset : Array, shape (a,)
-        Likeliest constant torque of the log [rad/s^2].
-    """
-    run = _on(model, record, ())
-    return run.density, run.run.offset
+    """Give the log-density (N,) [nats] of every sample of a log, and its likeliest constant torque (a,) [rad/s^2]."""
+    found = _on(model, record, [])
+    return found.density, found.run.offset
 
 
 def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _OnLog:
@@ -134,13 +127,9 @@ def compare(
     passages = [_clear(record, left_out.get(record.name, ())) for record in records]
     models = {"before": Model.of(before), "after": Model.of(after)}
     found = {n: [_on(m, r, own) for r, own in zip(records, passages, strict=True)] for n, m in models.items()}
-    starts = [rig.begin(log.angles, log.voltages, log.step) for log in logs]
-    runs = {
-        name: [
-            rig.simulate(log.voltages, log.step, start, m.parameters) for log, start in zip(logs, starts, strict=True)
-        ]
-        for name, m in models.items()
-    }
+    starts = [rig.begin(own.angles, own.voltages, own.step) for own in logs]
+    runs = {name: [rig.simulate(own.voltages, own.step, start, m.parameters)
+                   for own, start in zip(logs, starts, strict=True)] for name, m in models.items()}  # fmt: skip
     measured, steps = [own.angles for own in logs], [own.step for own in logs]
     free = {name: _free(m, measured, runs[name], steps) for name, m in models.items()}
     errors = {name: _errors([on.run for on in found[name]], free[name]) for name in models}
@@ -183,10 +172,12 @@ def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[Axi
     """Figures by axis of one model's runs; zero, which bounds nothing, where there is no run."""
     if not runs:
         nothing = ErrorFigure(0.0, 0.0, 0.0)
-        return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
+        return [AxisError(*[nothing] * len(HORIZONS), own) for own in free]
     errors = [run.errors(tuple(HORIZONS)) for run in runs]
-    figures = [rms_figures([own[name] for own in errors], SPACING, f"error over {HORIZONS[name]:g} s") for name in HORIZONS]
-    return [AxisError(*own, free_run) for *own, free_run in zip(*figures, free, strict=True)]
+    figures = [
+        rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
+    ]
+    return [AxisError(*own) for own in zip(*figures, free, strict=True)]
 
 
 def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:
@@ -249,30 +240,18 @@ def use_of(
     """Decide what an axis of the plant may be used for, and say why in a clause.
 
     Nothing, if over 1 s a prediction without a model does as well. Prediction only, if the logs do not determine the
-    axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar flights hardly
-    shows it. Else control as well.
-
-    Parameters
-    ----------
-    gain : str
-    report : ParameterReport or None
-        What the gain rests on; None if it was given.
-    after : AxisError
-    angle_stays, rate_stays : ErrorFigure
-        1 s errors [rad] of predictions without a model.
+    axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar flights
+    hardly shows it. Else control as well. ``report`` is None for a gain that was given.
     """
-    error, name, least = after.prediction_1s.value, *min(
-        zip(NAIVE, (angle_stays.value, rate_stays.value), strict=True), key=lambda pair: pair[1]
-    )
+    error, least = after.prediction_1s.value, min(angle_stays.value, rate_stays.value)
     if not error < least:
-        return Use.NOTHING, f"over 1 s it errs by {1e3 * error:.2g} mrad, {name.replace('_', ' ')!r} by {1e3 * least:.2g}"
+        return Use.NOTHING, f"it errs by {1e3 * error:.2g} mrad over 1 s, a prediction without a model {1e3 * least:.2g}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
     if report.contradicted or report.determination is Determination.NOT_DETERMINED:
         return Use.PREDICTION, f"{gain} is {report.determination}: {report.why}"
-    return Use.CONTROL, f"{gain} is {report.determination}" if report.determination is Determination.OUTSIDE else (
-        f"{gain} {report.determination}: {report.why}"
-    )
+    verb = "is " if report.determination is Determination.OUTSIDE else ""
+    return Use.CONTROL, f"{gain} {verb}{report.determination}: {report.why}"
 
 
 @dataclass(frozen=True)

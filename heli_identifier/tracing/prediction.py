@@ -39,27 +39,12 @@ HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "predic
 FROM_FILTER = ("ahead_100ms", "ahead_200ms")
 """Figures that start from the filter's state; the others start from the smoothed motion."""
 
-NAIVE = ("angle_stays", "rate_stays")
-"""Errors 1 s ahead of two predictions that know no model, from the smoothed motion."""
-
 _NONE, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A plant with the noise of the logs that it was fitted to.
-
-    Attributes
-    ----------
-    rig : Rig
-    parameters : Parameters
-    z : Array, shape (s, a)
-        Coordinates of the air.
-    encoder_noise : Array, shape (a,)
-        r [rad].
-    offset_width : Array, shape (a,)
-        tau of the logs' constant torques [rad/s^2].
-    """
+    """A plant with the noise of its training logs: air z (s, a), r (a,) [rad], tau (a,) [rad/s^2]."""
 
     rig: Rig
     parameters: Parameters
@@ -69,7 +54,7 @@ class Model:
 
     @classmethod
     def of(cls, fitted: Fit) -> "Model":
-        """Take plant and noise from a fit; where no sample of an axis counted, the encoder's resolution is the noise."""
+        """Take plant and noise from a fit; the encoder's resolution is the noise where no sample of an axis counted."""
         likelihood = fitted.likelihood
         counted = sum(record.weights.sum(0) for record in likelihood.records) > 0
         r = np.where(counted, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
@@ -82,12 +67,12 @@ class Model:
         return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.zeros(a))
 
     def axes(self) -> list[tuple[float, ...]]:
-        """Damping, stiffness, and rho, c, f, psi of every axis."""
+        """Give damping, stiffness, and rho, c, f, psi of every axis."""
         linear, air = self.rig.linear(self.parameters), physical(self.z)
         return [tuple(map(float, (*own, *air[:, i]))) for i, own in enumerate(linear)]
 
     def scales(self, step: float) -> Array:
-        """Standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
+        """Give the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
         return self.encoder_noise * np.sqrt([kalman(step, *axis)[3] for axis in self.axes()])
 
     def torque(self, step: float, count: int, random: np.random.Generator) -> Array:
@@ -113,7 +98,6 @@ class Run:
     model : Model
     record : Record
     offset : Array, shape (a,)
-        Constant torque of the log [rad/s^2].
     at : Array, shape (S,)
         Samples at which predictions start.
     ends : Array, shape (S,)
@@ -136,26 +120,23 @@ class Run:
     def motion(self) -> Array:
         """Smoothed angles [rad] and rates [rad/s] at the starts, shape (S, 2a)."""
         length = max(int(SMOOTHING / self.record.step) | 1, 5)
-        both = [
-            savgol_filter(self.record.angles, length, 3, order, self.record.step, axis=0)[self.at] for order in (0, 1)
-        ]
-        return np.hstack(both)
+        y, h = self.record.angles, self.record.step
+        return np.hstack([savgol_filter(y, length, 3, order, h, axis=0)[self.at] for order in (0, 1)])
 
     def errors(self, names: Sequence[str]) -> dict[str, Array]:
-        """Errors (S, a) [rad] of the figures ``names``; not a number where the passage ends before."""
-        found = {}
+        """Give the errors (S, a) [rad] of the figures ``names``; not a number where the passage ends before."""
         K = gains(self.record.step, self.model.rig.linear(self.model.parameters), self.model.z)
         K[:, :4] = 0.0
         near = [name for name in names if name in FROM_FILTER]
-        far = [name for name in names if name in HORIZONS and name not in FROM_FILTER]
+        far = [name for name in names if name not in FROM_FILTER]
+        steps = {name: max(round(H / self.record.step), 1) for name, H in HORIZONS.items()}
+        found: list[Array] = []
         if near:  # the state before the innovation at t_i is one step ahead of the corrected state before it
-            steps = [max(round(HORIZONS[name] / self.record.step), 1) - 1 for name in near]
-            found.update(zip(near, self._ahead(self.carries, K, self.offset, steps), strict=True))
+            found += self._ahead(self.carries, K, self.offset, [steps[name] - 1 for name in near])
         if far:
             states = [self.model.rig.placed(c, own) for c, own in zip(self.carries, self.motion, strict=True)]
-            steps = [round(HORIZONS[name] / self.record.step) for name in far]
-            found.update(zip(far, self._ahead(states, np.zeros_like(K), np.zeros_like(self.offset), steps), strict=True))
-        return found
+            found += self._ahead(states, np.zeros_like(K), np.zeros_like(self.offset), [steps[name] for name in far])
+        return dict(zip((*near, *far), found, strict=True))
 
     def naive(self) -> tuple[Array, Array]:
         """Errors (S, a) [rad] 1 s ahead of "the angle stays" and of "the rate stays"."""
@@ -182,25 +163,14 @@ class Run:
 
 
 def run_along(
-    model: Model,
-    record: Record,
-    offset: Array,
-    passages: Sequence[tuple[int, int]] | None = None,
+    model: Model, record: Record, offset: Array, passages: Sequence[tuple[int, int]] | None = None,
     states: Sequence[Array] = (),
-) -> Run:
+) -> Run:  # fmt: skip
     """Run the filter of a model along a record and keep its state at the starts of predictions.
 
-    Parameters
-    ----------
-    model : Model
-    record : Record
-    offset : Array, shape (a,)
-        Constant torque of the log [rad/s^2].
-    passages : sequence of (first, last), optional
-        Samples between which predictions lie; by default the whole record. The filter settles in each of them before
-        the first prediction starts.
-    states : sequence of Array, shapes (n,), optional
-        State of the filter at the first sample of each passage; by default it runs on from the record's start.
+    Predictions lie within ``passages`` (first, last) [samples], by default the whole record; the filter settles in each
+    of them before the first starts. ``states`` (n,) of the filter begin each passage; by default the filter runs on from
+    the record's start. ``offset`` (a,) is the constant torque of the log [rad/s^2].
     """
     h, N = record.step, record.samples
     settle, shortest, apart = round(SETTLING / h), round(1.0 / h), max(1, round(SPACING / h))
@@ -222,9 +192,8 @@ def _states(model, record, offset, at, e, carry=None, first=0) -> Array:
     K = gains(record.step, model.rig.linear(model.parameters), model.z)
     carry, carries = None if carry is None else carry.copy(), []
     for last in at:
-        carry = model.rig.filter(
-            record, model.parameters, K, offset, _NONE, first, last, carry, e[first:last], _NO_MOTION
-        )
+        part = e[first:last]
+        carry = model.rig.filter(record, model.parameters, K, offset, _NONE, first, last, carry, part, _NO_MOTION)
         carries.append(carry.copy())
         first = last
     return np.array(carries)
@@ -247,9 +216,8 @@ def made_by_itself(model: Model, record: Record, offset: Array, seed: int = 0) -
     for k, state in zip(firsts, _states(model, record, offset, firsts, np.empty_like(minus)), strict=True):
         rows = slice(k, k + length)
         state[-2 * a :] = 0.0
-        model.rig.filter(
-            blank, model.parameters, none, torque, _NONE, k, k + length, state.copy(), minus[rows], _NO_MOTION
-        )
+        own, last = state.copy(), k + length
+        model.rig.filter(blank, model.parameters, none, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
         if np.abs(minus[rows] + record.angles[rows]).max() < np.pi:
             passages.append((int(k), int(k + length)))
             states.append(state)
@@ -272,8 +240,8 @@ def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what:
     spacings = [spacing] * len(squares) if isinstance(spacing, int | float) else list(spacing)
     if not sum(map(len, squares)):
         raise LogError(
-            f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles and "
-            "outside of what is left out; give longer logs, or keep the events."
+            f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
+            "and outside of what is left out; give longer logs, or keep the events."
         )
     low, high = np.sqrt(np.quantile(segment_means(squares, spacings), (0.025, 0.975), axis=0))
     centre = np.sqrt(np.concatenate(squares).mean(axis=0))
