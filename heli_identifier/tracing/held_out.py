@@ -172,12 +172,12 @@ def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[Axi
     """Figures by axis of one model's runs; zero, which bounds nothing, where there is no run."""
     if not runs:
         nothing = ErrorFigure(0.0, 0.0, 0.0)
-        return [AxisError(*[nothing] * len(HORIZONS), own) for own in free]
+        return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
     errors = [run.errors(tuple(HORIZONS)) for run in runs]
     figures = [
         rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
     ]
-    return [AxisError(*own) for own in zip(*figures, free, strict=True)]
+    return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
 
 
 def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:
@@ -245,7 +245,7 @@ def use_of(
     """
     error, least = after.prediction_1s.value, min(angle_stays.value, rate_stays.value)
     if not error < least:
-        return Use.NOTHING, f"it errs by {1e3 * error:.2g} mrad over 1 s, a prediction without a model {1e3 * least:.2g}"
+        return Use.NOTHING, f"over 1 s it errs by {1e3 * error:.2g} mrad, prediction without a model by {1e3 * least:.2g}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
     if report.contradicted or report.determination is Determination.NOT_DETERMINED:

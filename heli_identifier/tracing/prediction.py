@@ -169,8 +169,8 @@ def run_along(
     """Run the filter of a model along a record and keep its state at the starts of predictions.
 
     Predictions lie within ``passages`` (first, last) [samples], by default the whole record; the filter settles in each
-    of them before the first starts. ``states`` (n,) of the filter begin each passage; by default the filter runs on from
-    the record's start. ``offset`` (a,) is the constant torque of the log [rad/s^2].
+    of them before the first starts. ``states`` (n,) of the filter begin each passage; by default the filter runs on
+    from the record's start. ``offset`` (a,) is the constant torque of the log [rad/s^2].
     """
     h, N = record.step, record.samples
     settle, shortest, apart = round(SETTLING / h), round(1.0 / h), max(1, round(SPACING / h))
