@@ -245,7 +245,7 @@ def use_of(
     """
     error, least = after.prediction_1s.value, min(angle_stays.value, rate_stays.value)
     if not error < least:
-        return Use.NOTHING, f"over 1 s it errs by {1e3 * error:.2g} mrad, prediction without a model by {1e3 * least:.2g}"
+        return Use.NOTHING, f"it errs by {1e3 * error:.2g} mrad over 1 s, without a model it is {1e3 * least:.2g}"
     if report is None:
         return Use.CONTROL, f"{gain} was given"
     if report.contradicted or report.determination is Determination.NOT_DETERMINED:
