@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
 from heli_identifier.online import ModelParameters
-from heli_plant.compiled import compiled_for, parameter_record
+from heli_plant.compiled import compiled_for, parameter_record, read_only
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltage, thrust_voltages
@@ -112,7 +112,8 @@ def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmon
             motion[i, 3], motion[i, 4], motion[i, 5] = state.pitch_rate, state.elevation_rate, state.travel_rate
         d1, d2, d3 = d1 + gains[0, 2] * e1, d2 + gains[1, 2] * e2, d3 + gains[2, 2] * e3
         c1, c2, c3 = c1 + gains[0, 3] * e1, c2 + gains[1, 3] * e2, c3 + gains[2, 3] * e3
-        b1, b2, b3 = local[0], local[1], local[2]
+        row = min(k, len(local) - 1)
+        b1, b2, b3 = local[row, 0], local[row, 1], local[row, 2]
         for j in range(len(harmonics)):
             phase = harmonics[j, 1] * time[k]
             wave = harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
@@ -167,19 +168,68 @@ def _accelerations(time, inputs, motion, first, carry, h, p, out):
 def run_filter(record, parameters, gains, local, harmonics, first, last, carry, innovations, motion):
     """Run the filter over samples ``first`` to ``last`` of a record; ``carry`` is None at its beginning.
 
+    ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3). With gains of zero the plant runs
+    alone, and the innovations are what it errs.
+
     Returns
     -------
     carry : Array, shape (18,)
-        State behind the last sample.
+        State behind the last sample: the plant's, then d and its companion for each axis; changed in place.
     """
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
         carry = np.concatenate((np.array(start, dtype=float), np.zeros(6)))
+    time, inputs, angles, gains, harmonics = map(
+        read_only, (record.time, record.inputs, record.angles, gains, harmonics)
+    )
     compiled_for(_filter, parameters)(
-        record.time, record.inputs, record.angles, first, last, carry, record.step, parameter_record(parameters),
-        gains, local, harmonics, innovations, motion,
+        time, inputs, angles, first, last, carry, record.step, _values(parameters), gains,
+        read_only(np.atleast_2d(local)), harmonics, innovations, motion,
     )  # fmt: skip
     return carry
+
+
+_last: tuple = (None, None)
+
+
+def _values(parameters: PlantParameters):
+    """Parameter record of a set; that of the last set is kept, as many short runs follow on one another."""
+    global _last
+    last = _last
+    if last[0] is not parameters:
+        last = _last = (parameters, parameter_record(parameters))
+    return last[1]
+
+
+def run_alone(inputs, step, start, parameters, torque=None):
+    """Angles (N, 3) [rad] of the plant alone, under further torques (N, 3) [rad/s^2] if there are any.
+
+    Bit for bit those of :func:`heli_plant.simulation.simulate`, from the loop that the filter has compiled already.
+    """
+    count = len(inputs)
+    zeros, errors = np.zeros((count, 3)), np.empty((count, 3))
+    record = Record("", step, np.arange(count) * float(step), inputs, zeros, zeros, start)
+    torque = np.zeros(3) if torque is None else torque
+    run_filter(record, parameters, np.zeros((3, 8)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
+    return 0.0 - errors
+
+
+def placed(carry: Array, motion: Array) -> Array:
+    """State (18,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
+
+    The elevation is the rigid arm's: the encoder's less the bending.
+    """
+    state = np.zeros(len(carry))
+    state[:6], state[6:STATES] = motion, carry[6:STATES]
+    state[1] -= carry[8]
+    state[4] -= carry[9]
+    return state
+
+
+def _stable(p: PlantParameters) -> tuple[bool, bool, bool]:
+    """Whether pitch, elevation, travel return by themselves: stiffness and damping both positive."""
+    stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
+    return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
 
 def run_accelerations(record, parameters, motion, first, carry, out):
@@ -388,6 +438,7 @@ def helicopter(settings: LikelihoodSettings, angles: Sequence[Array], inputs: Se
         estimate=lambda records: _first_estimate(records, parameters, base),
         begin=begin,
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
-        filter=run_filter, accelerations=run_accelerations,
-        regressions=_regressions, operating_point=operating,
+        filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
+        regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
+        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, operating_point=operating,
     )  # fmt: skip

@@ -357,7 +357,8 @@ class HeldOutSeries:
     start : mapping
         Start state by the fields of the plant's state, so that the FMU repeats the run.
     residual_before, residual_after : Array, shape (n, 3)
-        Innovations over their scales, every ``residual_step`` [s].
+        Innovations under the air and over the scales of the plant after, every ``residual_step`` [s]: under its own air
+        the plant before would look white, since that has taken what it lacks for air.
     residual_step : float
     events : tuple of Event
     """

@@ -193,6 +193,16 @@ class Rig:
         Accelerations along a motion (:func:`heli_identifier.tracing.helicopter.run_accelerations`).
     regressions : callable (records, lag)
         Equations of motion of the axes for instruments, and the signals (N, s) of every record.
+    smoothed : callable (record, parameters)
+        Accelerations (N, a) [rad/s^2] of a plant along the measured motion, smoothed.
+    simulate : callable (inputs, step, start, parameters, torque=None)
+        Angles (N, a) [rad] of the plant alone, or under further torques (N, a) [rad/s^2].
+    placed : callable (carry, motion)
+        A filter's state with the axes in a measured motion (2a,), the air calm.
+    stable : callable (parameters) -> tuple of bool
+        Whether each axis returns by itself, so that a run of the plant alone means something.
+    state : tuple of str
+        Fields of the plant's state.
     operating_point : float
         Input [V] about which the gains are slopes.
     """
@@ -214,6 +224,11 @@ class Rig:
     filter: Callable[..., Any]
     accelerations: Callable[..., Any]
     regressions: Callable[..., tuple[Any, list[Array]]]
+    smoothed: Callable[[Record, Parameters], Array]
+    simulate: Callable[..., Array]
+    placed: Callable[[Array, Array], Array]
+    stable: Callable[[Parameters], tuple[bool, ...]]
+    state: tuple[str, ...]
     operating_point: float = 0.0
 
     @property

@@ -130,6 +130,26 @@ BLOCK = 4.0
 """Length [s] of the blocks whose scores make the dispersion: ten times the correlation time of the air."""
 
 
+# --- before and after (prediction.py, held_out.py) ---
+
+SPACING = 0.25
+"""Time [s] from one prediction's start to the next: those that overlap fail together."""
+
+SMOOTHING = 0.4
+"""Length [s] of the local cubic that gives a start's angles and rates: it keeps .99 of a motion at 1 Hz."""
+
+SEGMENT, DRAWS = 5.0, 1000
+"""Length [s] of the segments of a bootstrap, beyond every horizon and the memory of the air, and how often they are
+drawn: the ends of a 95 % interval are then known to a twentieth of its width."""
+
+PIECE = 6.0
+"""Length [s] of a record that a plant makes of itself: the filter settles, two seconds are predicted, and another air
+has not yet carried the rig elsewhere."""
+
+WHITE_TIME = 1.0
+"""Time [s] of the lags of a test for whiteness: beyond it the filter has taken for air what a plant lacks."""
+
+
 @dataclass(frozen=True)
 class LikelihoodSettings:
     """What is given of a rig.

@@ -1,0 +1,280 @@
+"""Before and after on held-out logs, which decide nothing in the search: they are for the figure.
+
+    ln p(log | plant) = max over b of  sum_a sum_k -ln sigma_a - ln(2 pi)/2 - rho(e_ak / sigma_a)
+                        - sum_a (b_a^2 / tau_a^2 + ln(tau_a^2 I_a)) / 2
+
+e are the innovations under a plant with the air, the encoders' noise and the spread tau of offsets of its own training
+logs: nothing but the offset b of the log itself is fitted to what was held out. b is a random effect, with information
+I_a = 1/tau_a^2 + sum (de/db)^2 / sigma_a^2 its integral is Laplace's, exact for Gaussian innovations; rho is Huber's
+loss. Of all figures here this one alone ranks the true plant first in windy air under any controller.
+
+Errors ahead, the noise floor and naive predictions are those of :mod:`.prediction`. A free run is the plant alone under
+the voltages, from the state that a log's first samples give, at the log's own rate.
+
+Sources: Diebold and Mariano 1995 (paired differences); Ljung and Box 1978, eq. (1.2), for whiteness.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import log, pi
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.special import chdtrc
+
+from heli_identifier.records import Log
+
+from .events import Event
+from .fit import Fit
+from .helicopter import helicopter
+from .noise import error_dynamics, physical, recoloured
+from .prediction import HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
+from .records import record_of, records_of
+from .result import (
+    AxisError,
+    AxisReport,
+    Determination,
+    ErrorFigure,
+    HeldOutLikelihood,
+    HeldOutSeries,
+    ParameterReport,
+    Use,
+)  # fmt: skip
+from .rig import Parameters, Record
+from .settings import HUBER, SPACING, WHITE_TIME, DiagnosisSettings
+
+Array = NDArray[np.float64]
+Judge = Callable[[Parameters], tuple[float, int]]
+
+
+@dataclass(frozen=True, eq=False)
+class _OnLog:
+    """One model on one held-out log: its run, and the log-density of every sample [nats]."""
+
+    run: Run
+    density: Array
+
+    def standardised(self, model: Model) -> Array:
+        """Give the innovations (N, a) under the air and over the scales of ``model``."""
+        record, own, scales = self.run.record, self.run.model, model.scales(self.run.record.step)
+        linear, old, new = own.rig.linear(own.parameters), physical(own.z), physical(model.z)
+        columns = [
+            recoloured(self.run.e[:, i], record.step, (axis, old[:, i]), (axis, new[:, i]), [])
+            for i, axis in enumerate(linear)
+        ]
+        return np.column_stack(columns) / scales
+
+
+def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
+    """Give the log-density (N,) [nats] of every sample of a log, and its likeliest constant torque (a,) [rad/s^2]."""
+    found = _on(model, record, [])
+    return found.density, found.run.offset
+
+
+def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _OnLog:
+    """Fit the offset of a log, then run along it."""
+    h, tau, sigma = record.step, model.offset_width, model.scales(record.step)
+    air, linear = physical(model.z), model.rig.linear(model.parameters)
+    unit = np.ones(record.samples)
+    J = np.column_stack([lfilter(*error_dynamics(h, own, air[:, i]), unit) for i, own in enumerate(linear)]) / sigma
+    first = run_along(model, record, np.zeros(len(sigma)), []).e / sigma
+    w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
+    information = 1.0 / tau**2 + (w * J * J).sum(0)
+    b = -(w * J * first).sum(0) / information  # one Gauss-Newton step: the innovations are linear in b
+    run = run_along(model, record, b, passages)
+    u = np.abs(run.e) / sigma
+    loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
+    of_offset = 0.5 * ((b / tau) ** 2 + np.log(tau**2 * information)).sum() / record.samples
+    return _OnLog(run, -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_offset)
+
+
+def compare(
+    before: Fit,
+    after: Fit,
+    logs: Sequence[Log],
+    left_out: Mapping[str, Sequence[tuple[float, float]]] | None = None,
+    reports: Mapping[str, ParameterReport] | None = None,
+    judge: Judge | None = None,
+    events: Sequence[Event] = (),
+) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
+    """Compare two plants on held-out logs.
+
+    Parameters
+    ----------
+    before, after : Fit
+        On the training logs.
+    logs : sequence of Log
+        Held-out logs.
+    left_out : mapping of str to sequence of (start, end), optional
+        Passages [s] by log in which something other than the plant acts; they count in the free run only.
+    reports : mapping of str to ParameterReport, optional
+        What the parameters of the plant after rest on; a gain that is not among them was given.
+    judge : callable, optional
+        Chi-squared and degrees of freedom of the instruments for a plant.
+    events : sequence of Event, optional
+        Passages to be shown.
+
+    Raises
+    ------
+    LogError
+        No passage is long enough for a prediction over two seconds.
+    """
+    rig, left_out = after.likelihood.rig, left_out or {}
+    records = records_of(logs, rig, left_out)
+    fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
+    records = tuple(replace(r, weights=r.weights * fitted) for r in records)  # no noise model, no likelihood
+    passages = [_clear(record, left_out.get(record.name, ())) for record in records]
+    models = {"before": Model.of(before), "after": Model.of(after)}
+    found = {n: [_on(m, r, own) for r, own in zip(records, passages, strict=True)] for n, m in models.items()}
+    starts = [rig.begin(own.angles, own.voltages, own.step) for own in logs]
+    runs = {name: [rig.simulate(own.voltages, own.step, start, m.parameters)
+                   for own, start in zip(logs, starts, strict=True)] for name, m in models.items()}  # fmt: skip
+    measured, steps = [own.angles for own in logs], [own.step for own in logs]
+    free = {name: _free(m, measured, runs[name], steps) for name, m in models.items()}
+    errors = {name: _errors([on.run for on in found[name]], free[name]) for name in models}
+    made = [made_by_itself(on.run.model, on.run.record, on.run.offset, seed) for seed, on in enumerate(found["after"])]
+    floor = _errors([run for run in made if run is not None], _free_in_air(found["after"]))
+    stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
+             zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
+    white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
+    p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
+             for i in range(len(rig.axes))] for n in models}  # fmt: skip
+    air, noise, axes = after.air(), models["after"].encoder_noise, {}
+    for i, axis in enumerate(rig.axes):
+        use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), errors["after"][i], stays[0][i], stays[1][i])
+        axes[axis] = AxisReport(
+            errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i],
+            {name: own[i] for name, own in p.items()}, float(air[0, i]), float(air[1, i]), float(noise[i]), use, why,
+        )  # fmt: skip
+    judged = {} if judge is None else {name: judge(m.parameters) for name, m in models.items()}
+    series = tuple(
+        HeldOutSeries(
+            own, runs["before"][i], runs["after"][i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            white["before"][i], white["after"][i], records[i].step,
+            tuple(event for event in events if event.log == own.name),
+        )
+        for i, own in enumerate(logs)
+    )  # fmt: skip
+    return axes, _likelihood(found["before"], found["after"], judged), series
+
+
+def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:
+    """Passages of a record, in samples, outside of what is left out."""
+    clear = np.ones(record.samples, dtype=bool)
+    for start, end in left_out:
+        clear[(record.time >= start) & (record.time <= end)] = False
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
+def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[AxisError]:
+    """Figures by axis of one model's runs; zero, which bounds nothing, where there is no run."""
+    if not runs:
+        nothing = ErrorFigure(0.0, 0.0, 0.0)
+        return [AxisError(nothing, nothing, nothing, nothing, own) for own in free]
+    errors = [run.errors(tuple(HORIZONS)) for run in runs]
+    figures = [
+        rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
+    ]
+    return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
+
+
+def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:
+    """Figures by axis of free runs; None where the axis is not stable."""
+    errors = [own - run for own, run in zip(measured, runs, strict=True)]
+    stable = model.rig.stable(model.parameters)
+    if not all(np.isfinite(own).all() for own in errors):
+        return [None] * len(stable)
+    return [own if ok else None for own, ok in zip(rms_figures(errors, steps), stable, strict=True)]
+
+
+def _free_in_air(found: Sequence[_OnLog]) -> list:
+    """Figures by axis of the free runs of a model on whole records that it made itself."""
+    made, runs, steps = [], [], []
+    for seed, on in enumerate(found):
+        model, r, random = on.run.model, on.run.record, np.random.default_rng(seed)
+        torque = on.run.offset + model.torque(r.step, r.samples, random)
+        noise = model.encoder_noise * random.standard_normal(torque.shape)
+        made.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters, torque) + noise)
+        runs.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters))
+        steps.append(r.step)
+    return _free(found[0].run.model, made, runs, steps)
+
+
+def _likelihood(
+    before: Sequence[_OnLog], after: Sequence[_OnLog], chi2: Mapping[str, tuple[float, int]]
+) -> HeldOutLikelihood:
+    """Compare the densities of two models in pairs."""
+    steps = [on.run.record.step for on in before]
+    seconds = sum(len(on.density) * h for on, h in zip(before, steps, strict=True))
+    totals = [sum(float(on.density.sum()) for on in found) for found in (before, after)]
+    gains = [second.density - first.density for first, second in zip(before, after, strict=True)]
+    low, high = np.quantile(segment_means(gains, steps), (0.025, 0.975)) * sum(map(len, gains))
+    gain = ErrorFigure(totals[1] - totals[0], float(low), float(high))
+    return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain, chi2)
+
+
+def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:
+    """P value of the portmanteau test; pairs of samples of which one does not count are left out.
+
+    (n + 2)/n sum_k c_k^2 / n_k is chi-squared where the residuals are white; c_k sums the n_k products at lag k.
+    """
+    lags, n = max(1, round(WHITE_TIME / step)), sum(float(w.sum()) for w in weights)
+    if n <= lags:
+        return 1.0
+    square = sum(float(w @ z**2) for z, w in zip(white, weights, strict=True)) / n
+    products, pairs = np.zeros(lags), np.zeros(lags)
+    for z, w in zip(white, weights, strict=True):
+        reach = min(lags, len(z) - 1)
+        size = 2 ** int(np.ceil(np.log2(len(z) + reach)))
+        for into, of in ((products, z * w), (pairs, w)):
+            into[:reach] += np.fft.irfft(np.abs(np.fft.rfft(of, size)) ** 2, size)[1 : reach + 1]
+    statistic = (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())
+    return float(chdtrc(lags, statistic))
+
+
+def use_of(
+    gain: str, report: ParameterReport | None, after: AxisError, angle_stays: ErrorFigure, rate_stays: ErrorFigure
+) -> tuple[Use, str]:
+    """Decide what an axis of the plant may be used for, and say why in a clause.
+
+    Nothing, if over 1 s a prediction without a model does as well. Prediction only, if the logs do not determine the
+    axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar flights
+    hardly shows it. Else control as well. ``report`` is None for a gain that was given.
+    """
+    error, least = after.prediction_1s.value, min(angle_stays.value, rate_stays.value)
+    if not error < least:
+        return Use.NOTHING, f"it errs by {1e3 * error:.2g} mrad over 1 s, without a model it is {1e3 * least:.2g}"
+    if report is None:
+        return Use.CONTROL, f"{gain} was given"
+    if report.contradicted or report.determination is Determination.NOT_DETERMINED:
+        return Use.PREDICTION, f"{gain} is {report.determination}: {report.why}"
+    verb = "is " if report.determination is Determination.OUTSIDE else ""
+    return Use.CONTROL, f"{gain} {verb}{report.determination}: {report.why}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One axis of one log: its error 1 s ahead [rad] and the limit [rad] it is held to."""
+
+    log: str
+    axis: str
+    error: ErrorFigure
+    limit: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error keeps the limit."""
+        return self.error.value <= self.limit
+
+
+def hold_to(parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log]) -> list[Outcome]:
+    """Predict ``logs`` 1 s ahead with ``parameters`` and hold every axis named in ``limits`` [rad] to its limit."""
+    rig, outcomes = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs]), []
+    for own in logs:
+        run = run_along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
+        errors = run.errors(("prediction_1s",))["prediction_1s"]
+        figures = rms_figures([errors], SPACING, f"log {own.name}, error over 1 s")
+        outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
+    return outcomes
