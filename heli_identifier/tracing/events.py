@@ -1,21 +1,17 @@
 """Events: passages of a log in which something outside the plant acts, found, listed and left out.
 
-A push by a hand, a landing, contact with a table or a stop is an acceleration that no term of the axis's equation
-explains. The acceleration y of an axis, from local cubics over :data:`WINDOW` s, is regressed on X: the terms of eqs.
-(2), (10), (12) and of the catalogue that are functions of the motion. What a plant could explain is thus no event,
-whether the search will name it or not. Coefficients b minimise Huber's loss of r = y - X b by iterated weighted least
-squares; a weight never falls to zero, since the rare steps of a joystick determine the lag of the thrust. The scale of
-r grows with the motion,
+A push by a hand, a landing, a stop is an acceleration that no term of the axis's equation explains. The acceleration y
+of an axis, from local cubics, is regressed on X: the terms of eqs. (2), (10), (12) and of the catalogue that are
+functions of the motion, so that what a plant could explain is no event. Coefficients b minimise Huber's loss of
+r = y - X b; a weight never falls to zero, since the rare steps of a joystick determine the lag of the thrust. The scale
+of r grows with the motion,
 
     sigma^2 = s^2 + tau^2 F'^2,
 
-where F' [V/s] is the rate of change of the thrust that drives the axis: the residual of an imperfect lag is compared
-with what the same imperfection leaves at like motion. An event is where abs(r) / sigma exceeds :data:`THRESHOLD`, from
-where r passes half of its peak to where it falls below half again: a rectangle that passed through a symmetric kernel
-has its edges there.
-
-A slip of an encoder is a step of the angle from one sample to the next: the difference of two samples lies outside the
-range of the rates before and after it, by more than resolution and acceleration allow.
+F' [V/s] the rate of change of the thrust that drives the axis: an imperfect lag is compared with what it leaves at like
+motion. An event is where abs(r) / sigma exceeds :data:`THRESHOLD`, between the halves of the peak of r: a rectangle
+that passed through a symmetric kernel has its edges there. A slip of an encoder is a step from one sample to the next
+that lies outside the range of the rates before and after it, by more than resolution and acceleration allow.
 
 Sources: Huber 1964; Savitzky and Golay 1964.
 """
@@ -39,39 +35,27 @@ Kind = Literal["force", "slip"]
 
 AXES = ("pitch", "elevation", "travel")
 
-RATE = 100.0
-"""Rate [Hz] that faster logs are reduced to: far above what the local cubics resolve."""
-
-WINDOW = 0.3
-"""Length [s] of the local cubics: the shortest push of a hand. Also what is left out on either side of an event: the
-residual that finds it is blurred by half of the window, and its edges are known to .2 s."""
-
-EVALUATED_STEP = 0.04
-"""Time [s] between the samples of the regression: a quarter of what the local cubics resolve."""
-
 THRESHOLD = 7.5
 """Residual over its scale from which a passage is an event: between the largest value in 20 hours of generated logs
 without a touch (6.3; with effects and without, in open and in closed loop) and the smallest among 95 pushes by a hand
 (8.9). `benchmarks/events.py` measures both anew."""
 
-LAGS = (0.06, 0.15)
+WINDOW, RATE, EVALUATED_STEP = 0.3, 100.0, 0.04
+"""Length [s] of the local cubics, the shortest push of a hand; rate [Hz] that faster logs are reduced to; time [s]
+between the samples of the regression, a quarter of what the cubics resolve. As much as WINDOW is left out on either
+side of an event: the residual that finds it is blurred by half of the window, and its edges are known to .2 s."""
+
+LAGS, BREAK_RATE = (0.06, 0.15), 0.05
 """Time constants [s] of a fast lag of the voltages and of a slow one behind it: a combination of the two behaves to
-first order like any lag and delay of together .06 to .21 s, as they were measured."""
+first order like any lag and delay of together .06 to .21 s, as measured. Rate [rad/s] over which friction turns."""
 
-BREAK_RATE = 0.05
-"""Rate [rad/s] over which dry friction changes its sign."""
-
-HUBER_LOSS, ITERATIONS, RIDGE = 1.345, 15, 1e-8
-"""Residual in standard deviations beyond which a sample loses weight (95 % efficient on Gaussian residuals), steps
-until coefficients have settled to a thousandth of an error, and the ridge on columns of unit mean square that keeps
-columns apart that one data set cannot tell apart."""
+HUBER_LOSS, ITERATIONS, RIDGE, FEWEST_SAMPLES = 1.345, 15, 1e-8, 4
+"""Residual in standard deviations beyond which a sample loses weight (95 % efficient on Gaussian ones); steps until the
+coefficients settle; ridge that keeps columns apart that one data set cannot; samples per regressor that are needed."""
 
 FAST_SHARE, CORE, TAIL = 0.1, 0.5, 0.9
 """tau is estimated from this share of the samples, those with the fastest change of the thrust; s from the larger of
 two quantiles of abs(r): stick and slip makes tails that are no events, and a tenth of the samples may lie in events."""
-
-FEWEST_SAMPLES = 4
-"""Samples per regressor below which nothing is tested: a fit that follows every sample leaves no residual."""
 
 RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 """Time [s] before and after a sample over which its rate is a median of differences; a slip is this many times larger
@@ -132,14 +116,12 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
         for axis, name in enumerate(AXES):
-            own = [_event(log, name, at, at, "slip", size) for at, size in slips[axis]]
-            passages = list(_passages(record.step, found[axis][0][i], found[axis][1][i]))
-            own += [
-                _event(log, name, start, end, "force", size)
-                for start, end, size in passages
-                if not any(start - WINDOW <= slip.start <= end + WINDOW for slip in own)
-            ]
-            events += sorted(own, key=lambda event: event.start)
+            own: list[tuple[float, float, Kind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
+            for start, end, size in _forces(record.step, found[axis][0][i], found[axis][1][i]):
+                if not any(start - WINDOW <= at <= end + WINDOW for at, _ in slips[axis]):
+                    own.append((start, end, "force", size))
+            events += [Event(log.name, name, start, end, log.start + start, log.start + end, kind, size)
+                       for start, end, kind, size in sorted(own)]  # fmt: skip
     return tuple(events)
 
 
@@ -168,15 +150,11 @@ def event_notes(logs: Sequence[Log], events: Sequence[Event], keep: bool = False
         if own:
             said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
             used = seconds_used(log, passages(own))
-            rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "what remains is too short, it is left out"
+            rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"
             )
     return tuple(notes)
-
-
-def _event(log: Log, axis: str, start: float, end: float, kind: Kind, size: float) -> Event:
-    return Event(log.name, axis, start, end, log.start + start, log.start + end, kind, size)
 
 
 def _reduced(log: Log, limit: float) -> Log:
@@ -193,20 +171,17 @@ def _length(step: float) -> int:
     return max(int(WINDOW / step) | 1, 5)
 
 
-def _edge(step: float) -> int:
-    """Count the samples at either end of a record whose polynomials are not centred."""
-    return _length(step) // 2 + 1
-
-
-def _stride(step: float) -> int:
-    return max(1, round(EVALUATED_STEP / step))
+def _grid(step: float) -> tuple[int, int]:
+    """Samples at either end of a record whose polynomials are not centred, and samples from one evaluation on."""
+    return _length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 
 def _terms(record: Log) -> tuple[tuple[Array, Array, Array], ...]:
     """Regressors (n, k), acceleration (n,) [rad/s^2] and change of the driving thrust (n,) [V/s] of the three axes."""
-    h, edge, length = record.step, _edge(record.step), _length(record.step)
-    if record.samples <= 2 * edge + 1:  # the record is shorter than a polynomial
-        return tuple((np.empty((0, 1)), np.empty(0), np.empty(0)) for _ in AXES)
+    h, length, (edge, stride) = record.step, _length(record.step), _grid(record.step)
+    voltages, angles, inner = record.voltages, record.angles, slice(edge, record.samples - edge, stride)
+    if record.samples <= 2 * edge + 1:  # shorter than a polynomial: no sample of it is used
+        voltages, angles, inner = np.zeros((length, 2)), np.zeros((length, 3)), slice(0)
 
     def smoothed(values: Array, order: int = 0) -> Array:
         return np.asarray(savgol_filter(values, length, 3, order, h, axis=0))
@@ -215,38 +190,33 @@ def _terms(record: Log) -> tuple[tuple[Array, Array, Array], ...]:
         kept = float(np.exp(-h / time_constant))
         return np.asarray(lfilter([0.0, 1.0 - kept], [1.0, -kept], values - values[0], axis=0) + values[0])
 
-    angle, rate, acceleration = (smoothed(record.angles, order) for order in range(3))
+    angle, rate, acceleration = (smoothed(angles, order) for order in range(3))
     pitch, elevation, travel = angle.T
     wx, wz, wy = rate.T
     sine, cosine = np.sin(pitch), np.cos(pitch)
-    fast = lagged(record.voltages, LAGS[0])
+    fast = lagged(voltages, LAGS[0])
     slow = lagged(fast, LAGS[1])
     # linear thrust twice, then its second and third degree; each as difference and sum of the rotors
     thrusts = [smoothed(nu) for nu in (fast, slow, slow * abs(slow), slow**3)]
     differences, sums = [nu[:, 0] - nu[:, 1] for nu in thrusts], [nu[:, 0] + nu[:, 1] for nu in thrusts]
-    diff, total = differences[1], sums[1]
-    one = np.ones_like(pitch)
+    diff, total, one = differences[1], sums[1], np.ones_like(pitch)
+    turned = [np.tanh(w / BREAK_RATE) for w in rate.T]
     regressors = (
-        (one, wx, sine, cosine, *differences, *_friction(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
+        (one, wx, sine, cosine, *differences, turned[0], wx * abs(wx), wy, wy * abs(wy), wz, sine * wy**2, wy * wz,
          total, wy * total, wy * diff, wz * diff),
-        (one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), *_friction(wz), wx * wy, wy**2,
+        (one, wz, elevation, elevation**2, *(nu * cosine for nu in sums), turned[1], wz * abs(wz), wx * wy, wy**2,
          wy**2 * elevation, wz * total, wx * total, wy * total, sine, cosine, diff, wx),
-        (one, wy, travel, *(nu * sine for nu in sums), total * cosine, *_friction(wy), wz * wy, wz * wy * elevation,
-         wy * total, diff, wx * wz, wx, sine, wx * total),
+        (one, wy, travel, *(nu * sine for nu in sums), total * cosine, turned[2], wy * abs(wy), wz * wy,
+         wz * wy * elevation, wy * total, diff, wx * wz, wx, sine, wx * total),
     )  # fmt: skip
     change = smoothed(slow, 1)
     both = change.sum(axis=1)
     changes = (change[:, 0] - change[:, 1], both * cosine, both * sine + total * cosine * wx)
-    inner = slice(edge, max(record.samples - edge, edge), _stride(h))
     reach = edge // 2 | 1  # a quarter of the polynomial: wider, and the answer of a controller would excuse a push
     return tuple(
         (np.column_stack(x)[inner], acceleration[inner, axis], maximum_filter1d(abs(f), reach)[inner])
         for axis, (x, f) in enumerate(zip(regressors, changes, strict=True))
     )
-
-
-def _friction(rate: Array) -> tuple[Array, Array]:
-    return np.tanh(rate / BREAK_RATE), rate * abs(rate)
 
 
 def _standardised(X: Array, y: Array, change: Array) -> tuple[Array, Array]:
@@ -276,32 +246,32 @@ def huber_residuals(X: Array, y: Array) -> Array:
     return r
 
 
-def _passages(step: float, r: Array, standardised: Array) -> Iterator[tuple[float, float, float]]:
+def _forces(step: float, r: Array, standardised: Array) -> Iterator[tuple[float, float, float]]:
     """Start and end [s] and largest residual [rad/s^2] of the passages of one log and axis, WINDOW apart."""
     reach = 2 * round(WINDOW / EVALUATED_STEP) + 1
-    near = maximum_filter1d(abs(standardised), reach) > THRESHOLD if len(r) else np.zeros(0, dtype=bool)
-    inside = np.flatnonzero(near & (abs(r) >= 0.5 * maximum_filter1d(abs(r), reach))) if near.any() else np.zeros(0, int)
-    time = (_edge(step) + inside * _stride(step)) * step
-    for part in np.split(np.arange(len(inside)), np.flatnonzero(np.diff(time) > WINDOW) + 1):
+    edge, stride = _grid(step)
+    if not len(r):
+        return
+    near = maximum_filter1d(abs(standardised), reach) > THRESHOLD
+    inside = np.flatnonzero(near & (abs(r) >= 0.5 * maximum_filter1d(abs(r), reach)))
+    for part in np.split(inside, np.flatnonzero(np.diff(inside) * stride * step > WINDOW) + 1):
         if len(part):
-            yield float(time[part[0]]), float(time[part[-1]]), float(abs(r[inside[part]]).max())
+            yield (edge + part[0] * stride) * step, (edge + part[-1] * stride) * step, float(abs(r[part]).max())
 
 
 def _slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
     """Instants [s] and sizes [rad] of the slips, per record and axis."""
     excesses = [_beyond_neighbours(record) for record in records]
-    moving = [record for record in records if record.samples > max(4 * _width(record), _length(record.step))]
-    if not moving:
-        return [[[] for _ in AXES] for _ in records]
     noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
-    curvatures = [savgol_filter(r.angles, _length(r.step), 3, 2, r.step, axis=0) for r in moving]
-    largest = np.max([abs(curvature).max(axis=0) for curvature in curvatures], axis=0)
-    out = []
-    for record, excess in zip(records, excesses, strict=True):
-        beyond = abs(excess) > noise + largest * record.step * RATE_WINDOW
-        out.append([[((int(i) + 1) * record.step, float(excess[i, axis])) for i in np.flatnonzero(beyond[:, axis])]
-                    for axis in range(len(AXES))])  # fmt: skip
-    return out
+    curvatures = [
+        abs(savgol_filter(r.angles, _length(r.step), 3, 2, r.step, axis=0)).max(axis=0)
+        for r in records
+        if r.samples > max(4 * _width(r), _length(r.step))
+    ]
+    largest = np.max(curvatures, axis=0) if curvatures else np.inf
+    return [[[((int(i) + 1) * record.step, float(e[i])) for i in np.flatnonzero(abs(e) > allowed)]
+             for e, allowed in zip(excess.T, noise + largest * record.step * RATE_WINDOW, strict=True)]
+            for record, excess in zip(records, excesses, strict=True)]  # fmt: skip
 
 
 def _width(record: Log) -> int:
@@ -311,14 +281,11 @@ def _width(record: Log) -> int:
 
 def _beyond_neighbours(record: Log) -> Array:
     """Differences of successive angles [rad] less the nearest of what lies between the rates before and after."""
-    width = _width(record)
-    difference = np.diff(record.angles, axis=0)
+    width, difference = _width(record), np.diff(record.angles, axis=0)
     excess = np.zeros_like(difference)
     if len(difference) > 2 * width:
-        rate = median_filter(difference, (width, 1))
-        offset = width // 2 + 1  # from a difference to the centres of the medians on either side
-        inner = slice(width, len(difference) - width)
-        before, behind = (rate[inner.start + by : inner.stop + by] for by in (-offset, offset))
-        low, high = np.minimum(before, behind), np.maximum(before, behind)
-        excess[inner] = difference[inner] - difference[inner].clip(low, high)
+        rate, by = median_filter(difference, (width, 1)), width // 2 + 1  # to the medians' centres on either side
+        before, behind = rate[width - by : len(rate) - width - by], rate[width + by : len(rate) - width + by]
+        own = difference[width:-width]
+        excess[width:-width] = own - own.clip(np.minimum(before, behind), np.maximum(before, behind))
     return excess
