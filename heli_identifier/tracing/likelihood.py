@@ -203,8 +203,13 @@ class Likelihood:
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         return self.rig.filter(record, p, K, point.offsets[i], harmonics, first, last, carry, e, motion)
 
-    def columns(self, i: int, point: Point, moves: list) -> Iterator[tuple[int, Array, Array, list[dict[int, Array]]]]:
+    def columns(
+        self, i: int, point: Point, moves: list, filters_move: bool = True
+    ) -> Iterator[tuple[int, Array, Array, list[dict[int, Array]]]]:
         """Give the innovations of record ``i`` and their derivatives, chunk by chunk.
+
+        Without ``filters_move`` the filters stay as they are: the innovations' own image, by which a parameter of the
+        air changes them, would explain whatever stands out of them.
 
         Yields
         ------
@@ -221,7 +226,7 @@ class Likelihood:
         own_parameters = P + SHAPES * a
         linear, air = rig.linear(point.parameters), physical(point.z)
         transfer = [error_dynamics(record.step, linear[axis], air[:, axis]) for axis in range(a)]
-        recolourings = [_recolourings(point, linear, axis, moves, rig) for axis in range(a)]
+        recolourings = [_recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * (1 + P)
         along: list = [None] * (1 + P)
