@@ -121,9 +121,9 @@ CURVE_WIDTH = 0.1
 SEEN_AT = 25.0
 """Rate [Hz] at which curves and periods are searched: ten times the fastest of them; the fit has the log's rate."""
 
-PERIODIC_BAND = (0.06, 3.0)
-"""Frequencies [Hz] of a periodic torque: below, a log holds too few periods to tell it from drift; above, an encoder's
-counts under steady motion look like one."""
+PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
+"""Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
+above an encoder's counts under steady motion look like one."""
 
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
