@@ -10,9 +10,9 @@ in units of sigma and of the priors' widths; k are its degrees of freedom beside
 are the weights of the torques in the plant's own table; of a period sine and cosine in every log apart, at the
 frequency where the periodogram of e stands out.
 
-The best are fitted, together with the air, and the catalogue is selected anew beside them: what was named in their
-place leaves. An unknown torque stays if the likelihood of named effects alone lacks :data:`.settings.UNKNOWN`, and more
-than comes from no law being exact. A curve is then part of the plant; a period is not, as every log has its own phase.
+The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
+stays if the likelihood of named effects alone lacks :data:`.settings.UNKNOWN`, and more than comes from no law being
+exact. A curve is then part of the plant; a period is not, as every log has its own phase.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -35,18 +35,16 @@ from .select import Selection, select
 from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, SEEN_AT, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
 
 Array = NDArray[np.float64]
-TIME = "time"
-POINTS = 121
-"""Points of a drawn curve."""
+TIME, POINTS = "time", 121
+"""The variable of periods, and the points of a drawn curve."""
 
 
 @dataclass(frozen=True, eq=False)
 class Unknown:
     """A torque that the catalogue does not have.
 
-    ``first`` and ``spacing`` are those of a curve's table [unit of the variable]; of a period, whose variable is time,
-    0 and the frequency [Hz]. ``weights`` (k,) [rad/s^2] with their ``covariance`` (k, k) are the table's torques, or of
-    every log sine and cosine; ``nats`` S and ``freedom`` k say what they explain.
+    ``first`` and ``spacing`` are those of a curve's table [unit of the variable]; of a period 0 and the frequency [Hz].
+    ``weights`` (k,) [rad/s^2] are the table's torques, or of every log sine and cosine; S = ``nats``, k = ``freedom``.
     """
 
     axis: str
@@ -60,19 +58,12 @@ class Unknown:
 
     @property
     def score(self) -> float:
-        """S as nats of one degree of freedom."""
-        return one_degree(self.nats, self.freedom)
-
-
-def one_degree(nats: float, freedom: float) -> float:
-    """Half of the chi-squared of one degree of freedom that is as rare as 2 ``nats`` of ``freedom`` degrees."""
-    if 2.0 * nats <= freedom:
-        return 0.0
-    tail = float(chdtrc(freedom, 2.0 * nats))
-    if tail > 1e-280:
-        return 0.5 * float(chdtri(1.0, tail))
-    depth = nats - (0.5 * freedom - 1.0) * np.log(nats) + gammaln(0.5 * freedom)  # leading terms of both tails
-    return float(depth - 0.5 * np.log(depth) - gammaln(0.5))
+        """Half of the chi-squared of one degree of freedom that is as rare as 2 S of k degrees [nats]."""
+        S, k = self.nats, self.freedom
+        if 2.0 * S <= k or (tail := float(chdtrc(k, 2.0 * S))) > 1e-280:
+            return 0.5 * float(chdtri(1.0, tail)) if 2.0 * S > k else 0.0
+        depth = S - (0.5 * k - 1.0) * np.log(S) + gammaln(0.5 * k)  # the tails' leading terms
+        return float(depth - 0.5 * np.log(depth) - gammaln(0.5))
 
 
 class _Seen:
@@ -80,39 +71,35 @@ class _Seen:
 
     def __init__(self, fitted: Fit):
         L, point, rig = fitted.likelihood, fitted.point, fitted.likelihood.rig
-        step, P = L.records[0].step, len(fitted.x)
-        held = max(1, round(1.0 / (SEEN_AT * step)))
+        step, P, held = L.records[0].step, len(fitted.x), max(1, round(1.0 / (SEEN_AT * L.records[0].step)))
         moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
         self.step, self.tables, self.axes = held * step, rig.tables, rig.axes
-        self.times, self.variables = [], []
+        self.times, self.variables, self.w, self.e, self.Q = [], [], [], [], []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
             parts: list[list[Array]] = [[] for _ in rig.axes]
             motions = []
             for first, e, motion, columns in L.columns(i, point, moves, filters_move=False):
                 motions.append(motion)
-                for axis, J in enumerate(columns):
-                    full = np.zeros((len(e), P + 3))
-                    full[:, [0, 1, *(2 + min(j, P) for j in J)]] = np.column_stack([np.ones(len(e)), e[:, axis], *J.values()])
-                    parts[axis].append(_means(full * record.weights[first : first + len(e), axis, None], held))
-            for axis, part in enumerate(parts):
-                rows[axis].append(np.concatenate(part))
+                for a, J in enumerate(columns):
+                    full, at = np.zeros((len(e), P + 3)), [0, 1, *(2 + min(j, P) for j in J)]
+                    full[:, at] = np.column_stack([np.ones(len(e)), e[:, a], *J.values()])
+                    parts[a].append(_means(full * record.weights[first : first + len(e), a, None], held))
+            for a, part in enumerate(parts):
+                rows[a].append(np.concatenate(part))
             self.times.append(_means(record.time[:, None], held)[:, 0])
-            values = rig.tables.values(record, fitted.parameters, np.concatenate(motions))
-            self.variables.append(_means(values, held))
+            self.variables.append(_means(rig.tables.values(record, fitted.parameters, np.concatenate(motions)), held))
         self.ends = np.cumsum([0, *map(len, self.times)])
         linear, air = rig.linear(fitted.parameters), physical(point.z)
         self.response = [error_dynamics(step, linear[a], air[:, a], held) for a in range(len(rows))]
-        self.w, self.e, self.Q = [], [], []
         for a, of_logs in enumerate(rows):
-            stacked, N = np.concatenate(of_logs), self.ends[-1]
+            stacked, N, tau = np.concatenate(of_logs), self.ends[-1], L.offset_width[a]
             w = np.sqrt(held * stacked[:, 0]) / fitted.sigma[a]
             stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
             A = np.zeros((N + P + len(of_logs), P + len(of_logs)))
             A[:N, :P] = stacked[:, 2:-1]
             for i, (first, last) in enumerate(pairwise(self.ends)):
                 A[first:last, P + i] = stacked[first:last, -1]
-            tau = L.offset_width[a]
             A[N:] = np.diag([1.0] * P + [1.0 / tau] * len(of_logs))
             Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
             e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a] / tau))
@@ -129,16 +116,14 @@ class _Seen:
         C = np.linalg.inv(D + np.eye(len(D)))
         return width * (C @ u), width**2 * C, float(0.5 * u @ C @ u), float(np.trace(D @ C))
 
-    def curve(self, a: int, variable: str) -> Unknown | None:
-        """Curve over one variable; None where it stands still."""
+    def curve(self, a: int, variable: str) -> Unknown:
+        """Curve over one variable, where it has been."""
         column, knots = list(self.tables.variables).index(variable), self.tables.basis(np.zeros(1)).shape[1]
         x = [values[:, column] for values in self.variables]
         low, high = np.quantile(np.concatenate(x)[self.w[a] > 0.0], (0.001, 0.999))
         if variable in self.tables.turning:
             low, high = 0.0, 2.0 * np.pi
-        if not high > low:
-            return None
-        first, spacing = float(low), float(high - low) / (knots - 1)
+        first, spacing = float(low), max(float(high - low), 1e-6) / (knots - 1)
         torques = [_basis(self.tables, variable, first, spacing, own) for own in x]
         return Unknown(self.axes[a], variable, first, spacing, *self.explained(a, torques, CURVE_WIDTH))
 
@@ -172,7 +157,7 @@ class _Seen:
 def _means(values: Array, held: int) -> Array:
     """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
     starts = np.arange(0, len(values), held)
-    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None])
+    return np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None]
 
 
 def _basis(tables: Tables, variable: str, first: float, spacing: float, x: Array) -> Array:
@@ -191,7 +176,7 @@ def scan(fitted: Fit) -> list[Unknown]:
         if seen.w[a].any():
             found.append(seen.period(a))
             if not set(seen.tables.fields(axis, "")) & set(fitted.fields):
-                found += [u for name in seen.tables.variables if (u := seen.curve(a, name)) is not None]
+                found += [seen.curve(a, name) for name in seen.tables.variables]
     return sorted(found, key=lambda u: -u.score)
 
 
@@ -213,15 +198,13 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
         The unknown torques.
     """
     found: list[Unknown] = []
-    while len(found) < len(selection.fit.likelihood.rig.axes):
-        for u in [u for u in scan(selection.fit) if u.score > UNKNOWN_TRIED][:2]:
-            after, u = _beside(selection, u, found, candidates)
-            weighed = _weighed(selection, after, u)
-            if weighed.score > UNKNOWN:
-                selection, found = after, [*found, weighed]
-                break
-        else:
-            break
+    tried = scan(selection.fit)[:2]
+    while tried and tried[0].score > UNKNOWN_TRIED and len(found) < len(selection.fit.likelihood.rig.axes):
+        after, u = _beside(selection, tried.pop(0), found, candidates)
+        weighed = _weighed(selection, after, u)
+        if weighed.score > UNKNOWN:
+            selection, found = after, [*found, weighed]
+            tried = scan(selection.fit)[:2]
     return selection, tuple(_described(selection.fit, u) for u in found)
 
 
@@ -230,8 +213,7 @@ def _beside(before: Selection, u: Unknown, found: Sequence[Unknown], candidates:
     fitted, tables = before.fit, before.fit.likelihood.rig.tables
     if u.variable == TIME:
         alone = fit(fitted.likelihood, fitted.fields, _with_waves(fitted, [*found, u]))  # air that does not follow it
-        a = fitted.likelihood.rig.axes.index(u.axis)
-        u = _Seen(_with_waves(alone, found)).refined(a, u.spacing)
+        u = _Seen(_with_waves(alone, found)).refined(fitted.likelihood.rig.axes.index(u.axis), u.spacing)
         start = fit(fitted.likelihood, fitted.fields, _with_waves(alone, [*found, u]))
     else:
         fields = tables.fields(u.axis, u.variable)
@@ -259,34 +241,27 @@ def _weighed(before: Selection, after: Selection, u: Unknown) -> Unknown:
     return weighed if weighed.score > UNKNOWN_SHARE * named else replace(u, nats=0.0)
 
 
-_STILL = "Log the rig at rest, motors off, and look for what turns or blows at {:.3g} Hz."
-_BY_HAND = "Lead the {} by hand through all of the {}, motors off, and look what touches or pulls where the curve bends."
-
-
 def _described(fitted: Fit, u: Unknown) -> FoundEffect:
-    """State an unknown torque."""
-    if u.variable == TIME:
+    """State an unknown torque; of a period the mean amplitude over the logs."""
+    family, periodic = f"unknown torque of the {u.axis}", u.variable == TIME
+    if periodic:
         amplitudes = np.hypot(u.weights[0::2], u.weights[1::2])
         A, error = float(amplitudes.mean()), float(np.sqrt(np.trace(u.covariance) / 2.0) / len(amplitudes))
         words = f"periodic in time at {u.spacing:.3f} Hz, amplitude {A:.2g} rad/s^2"
         shape: CurveShape | PeriodicShape = PeriodicShape(u.spacing, A, error, words)
-        experiment = _STILL.format(u.spacing)
+        do = "Log the rig at rest, motors off, and look for what turns or blows in that time."
     else:
         shape = _curve(fitted, u)
-        experiment = _BY_HAND.format(u.axis, u.variable) if shape.unit == "rad" else ""
-    family = f"unknown torque of the {u.axis}"
-    return FoundEffect(
-        "unknown", u.axis, None, Verdict.UNKNOWN, family, (), shape, u.score, experiment, u.variable != TIME
-    )
+        do = f"Lead the {u.axis} through all of the {u.variable}, motors off, and feel where the curve bends."
+    return FoundEffect("unknown", u.axis, None, Verdict.UNKNOWN, family, (), shape, u.score, do, not periodic)
 
 
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     """Draw a table's torque where the logs were, less a constant and a line that the model before has itself."""
     seen, a = _Seen(fitted), fitted.likelihood.rig.axes.index(u.axis)
     tables, turning = seen.tables, u.variable in seen.tables.turning
-    column, knots = list(tables.variables).index(u.variable), tables.basis(np.zeros(1)).shape[1]
-    x = u.first + u.spacing * np.linspace(0.0, knots - 1.0, POINTS)
-    values = np.concatenate(seen.variables)[seen.w[a] > 0.0, column]
+    x = u.first + u.spacing * np.linspace(0.0, tables.basis(np.zeros(1)).shape[1] - 1.0, POINTS)
+    values = np.concatenate(seen.variables)[seen.w[a] > 0.0, list(tables.variables).index(u.variable)]
     values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
     visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
@@ -297,34 +272,33 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     y = CURVE_WIDTH * (B @ fitted.x[at])
     half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
-    unit, words = tables.variables[u.variable], _words(u, tables, x[there], y[there], half[there], bool(there.all()))
-    return CurveShape(u.variable, unit, words, np.column_stack((x, y))[there], np.column_stack((x, y - half, y + half))[there])
+    x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
+    words = f"a torque of {u.variable}, {_words(u, turning and bool(there.all()), unit, x, y, half)}"
+    return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
-def _words(u: Unknown, tables: Tables, x: Array, y: Array, half: Array, whole: bool) -> str:
+def _words(u: Unknown, closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
     """Describe what of a curve is determined: where its band is narrow beside its range."""
-    known, unit = np.ones(len(y), dtype=bool), tables.variables[u.variable]
+    known = np.ones(len(y), dtype=bool)
     while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
         known = less
     X, Y = x[known], y[known]
-    words = f"a torque of {u.variable}, {np.ptp(Y):.2g} rad/s^2 from lowest to highest"
-    if len(X) < 10:
-        return words
-    if u.variable in tables.turning and whole:
+    words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
+    if closed:
         power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
         n = int(power.argmax())
         return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
+    if len(X) < 10:
+        return words
     away, line = np.abs(Y - np.median(Y)), np.polyfit(X, Y, 1)
     wide = X[away > 0.5 * away.max()]
     if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # large at an end, it may go on there
         return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
     if np.var(Y - np.polyval(line, X)) < 0.1 * np.var(Y):
-        kinds = {u.axis: ("like a spring", "pushing away"), f"{u.axis}_rate": ("damping", "driving")}
-        return f"{words}, {kinds.get(u.variable, ('falling straight', 'rising straight'))[int(line[0] > 0.0)]}"
-    inner = X[np.abs(X) <= min(-X[0], X[-1])]
-    if len(inner) > 0.5 * len(X):
-        odd = float(np.var(np.interp(inner, X, Y) - np.interp(-inner, X, Y)) / (4.0 * np.var(np.interp(inner, X, Y))))
+        return f"{words}, {('straight', 'like a spring')[bool(line[0] < 0.0 and u.variable == u.axis)]}"
+    if len(inner := X[np.abs(X) <= min(-X[0], X[-1])]) > 0.5 * len(X):
+        own, mirrored = np.interp(inner, X, Y), np.interp(-inner, X, Y)
+        odd = float(np.var(own - mirrored) / (4.0 * np.var(own)))
         words += ", odd" if odd > 0.8 else ", even" if odd < 0.2 else ""
-    slope, tenth = np.abs(np.gradient(Y, X)), len(X) // 10
-    ends = 0.5 * (slope[:tenth].mean() + slope[-tenth:].mean())
-    return words + (", saturating" if ends < 0.3 * slope[len(X) // 3 : -len(X) // 3].mean() else "")
+    slope = np.abs(np.gradient(Y, X))
+    return words + ", saturating" * bool(slope[[0, 1, -2, -1]].mean() < 0.3 * slope[len(X) // 3 : -len(X) // 3].mean())
