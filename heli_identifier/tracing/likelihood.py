@@ -226,7 +226,9 @@ class Likelihood:
         own_parameters = P + SHAPES * a
         linear, air = rig.linear(point.parameters), physical(point.z)
         transfer = [error_dynamics(record.step, linear[axis], air[:, axis]) for axis in range(a)]
-        recolourings = [_recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)]
+        recolourings: list[dict] = [
+            _recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)
+        ]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * (1 + P)
         along: list = [None] * (1 + P)
@@ -262,7 +264,7 @@ class Likelihood:
 
 
 def block_length(record: Record) -> int:
-    """Samples of a block of :data:`.settings.BLOCK` s."""
+    """Give the samples of a block of :data:`.settings.BLOCK` s."""
     return max(1, round(BLOCK / record.step))
 
 
@@ -318,7 +320,7 @@ def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: di
 
 
 def _recolourings(point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
-    """What changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
+    """Give what changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
     air, a = physical(point.z), len(rig.axes)
     now, found = (linear[axis], air[:, axis]), {}
     for k in range(SHAPES):

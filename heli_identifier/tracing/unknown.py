@@ -70,46 +70,41 @@ class _Seen:
     """What a fit says about further torques: averaged innovations by axis, and what explains them already."""
 
     def __init__(self, fitted: Fit):
-        L, point, rig = fitted.likelihood, fitted.point, fitted.likelihood.rig
-        step, P, held = L.records[0].step, len(fitted.x), max(1, round(1.0 / (SEEN_AT * L.records[0].step)))
+        L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
         moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
-        self.step, self.tables, self.axes = held * step, rig.tables, rig.axes
+        linear, air = rig.linear(fitted.parameters), physical(point.z)
+        self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
         self.times, self.variables, self.w, self.e, self.Q = [], [], [], [], []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
-            parts: list[list[Array]] = [[] for _ in rig.axes]
-            motions = []
+            held, motions = max(1, round(1.0 / (SEEN_AT * record.step))), []
             for first, e, motion, columns in L.columns(i, point, moves, filters_move=False):
                 motions.append(motion)
                 for a, J in enumerate(columns):
                     full, at = np.zeros((len(e), P + 3)), [0, 1, *(2 + min(j, P) for j in J)]
                     full[:, at] = np.column_stack([np.ones(len(e)), e[:, a], *J.values()])
-                    parts[a].append(_means(full * record.weights[first : first + len(e), a, None], held))
-            for a, part in enumerate(parts):
-                rows[a].append(np.concatenate(part))
+                    rows[a].append(_means(full * record.weights[first : first + len(e), a, None], held) * held)
+            self.steps.append(held * record.step)
+            self.response.append([error_dynamics(record.step, linear[a], air[:, a], held) for a in range(len(rows))])
             self.times.append(_means(record.time[:, None], held)[:, 0])
             self.variables.append(_means(rig.tables.values(record, fitted.parameters, np.concatenate(motions)), held))
-        self.ends = np.cumsum([0, *map(len, self.times)])
-        linear, air = rig.linear(fitted.parameters), physical(point.z)
-        self.response = [error_dynamics(step, linear[a], air[:, a], held) for a in range(len(rows))]
-        for a, of_logs in enumerate(rows):
-            stacked, N, tau = np.concatenate(of_logs), self.ends[-1], L.offset_width[a]
-            w = np.sqrt(held * stacked[:, 0]) / fitted.sigma[a]
+        self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
+        for a, chunks in enumerate(rows):
+            stacked, N, tau = np.concatenate(chunks), self.ends[-1], L.offset_width[a]
+            w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
             stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
-            A = np.zeros((N + P + len(of_logs), P + len(of_logs)))
-            A[:N, :P] = stacked[:, 2:-1]
+            A = np.zeros((N + P + logs, P + logs))
+            A[:N, :P], A[N:] = stacked[:, 2:-1], np.diag([1.0] * P + [1.0 / tau] * logs)
             for i, (first, last) in enumerate(pairwise(self.ends)):
                 A[first:last, P + i] = stacked[first:last, -1]
-            A[N:] = np.diag([1.0] * P + [1.0 / tau] * len(of_logs))
             Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
             e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a] / tau))
-            self.w.append(w)
-            self.Q.append(Q[:N])
-            self.e.append(stacked[:, 1] - Q[:N] @ (Q.T @ e))
+            self.w, self.Q, self.e = [*self.w, w], [*self.Q, Q[:N]], [*self.e, e[:N] - Q[:N] @ (Q.T @ e)]
 
     def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
         """Weights of torques (n_i, k) of axis ``a`` under a prior of ``width``, their covariance, S and k."""
-        J = np.concatenate([lfilter(*self.response[a], Phi, axis=0) for Phi in torques]) * self.w[a][:, None]
+        J = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
+        J = np.concatenate(J) * self.w[a][:, None]
         known = self.Q[a].T @ J
         D = width**2 * (J.T @ J - known.T @ known)
         u = -width * (J.T @ self.e[a])
@@ -129,10 +124,9 @@ class _Seen:
 
     def waves(self, a: int, frequency: float) -> Unknown:
         """Torque of one frequency [Hz], its phase and amplitude free in every log."""
-        torques = [np.zeros((len(t), 2 * len(self.times))) for t in self.times]
-        for i, t in enumerate(self.times):
-            phase = 2.0 * np.pi * frequency * t
-            torques[i][:, 2 * i], torques[i][:, 2 * i + 1] = np.sin(phase), np.cos(phase)
+        waves = [np.exp(2j * np.pi * frequency * t) for t in self.times]
+        both = [np.column_stack((wave.imag, wave.real)) for wave in waves]
+        torques = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
         x, C, S, k = self.explained(a, torques, 10.0 * CURVE_WIDTH)
         return Unknown(self.axes[a], TIME, 0.0, frequency, x, C, S, k + 1.0)
 
@@ -145,11 +139,12 @@ class _Seen:
 
     def period(self, a: int) -> Unknown:
         """Period where the periodogram, summed over the logs, stands out most."""
-        longest = max(float(t[-1]) for t in self.times)
-        size = 2 ** int(np.ceil(np.log2(longest / self.step) + 2))
-        f = np.fft.rfftfreq(size, self.step)
-        of_logs = [self.e[a][first:last] for first, last in pairwise(self.ends)]
-        power = np.sum([np.abs(np.fft.rfft(e, size)) ** 2 / len(e) for e in of_logs], axis=0)
+        longest, step = max(float(t[-1]) for t in self.times), self.steps[0]
+        size = 2 ** int(np.ceil(np.log2(longest / step) + 2))
+        f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
+        for h, first, last in zip(self.steps, self.ends, self.ends[1:], strict=False):
+            own = np.abs(np.fft.rfft(self.e[a][first:last], size)) ** 2 / (last - first)
+            power += np.interp(f, np.fft.rfftfreq(size, h), own)
         power[(f < max(PERIODIC_BAND[0], PERIODS / longest)) | (f > PERIODIC_BAND[1])] = 0.0
         return self.refined(a, float(f[power.argmax()]))
 
