@@ -74,7 +74,7 @@ class Fit:
         """Give the derivative (P,) of a number that is read off the plant by the coordinates x."""
         rig, found = self.likelihood.rig, np.empty(len(self.x))
         for i, (c, x) in enumerate(zip(self.coordinates, self.x, strict=True)):
-            low, high = (read(rig.assign(self.parameters, {c.field: c.value(x + d)})) for d in (-1e-4, 1e-4))
+            low, high = (read(rig.assign(self.parameters, c.assigned(x + d))) for d in (-1e-4, 1e-4))
             found[i] = (high - low) / 2e-4
         return found
 
@@ -124,7 +124,9 @@ class _Search:
         self.measure()
 
     def at(self, x: Array, z: Array, offsets: Array) -> Point:
-        values = {c.field: c.value(float(v)) for c, v in zip(self.coordinates, x, strict=True)}
+        values: dict[str, float] = {}
+        for c, v in zip(self.coordinates, x, strict=True):
+            values |= c.assigned(float(v))
         parameters = self.likelihood.rig.assign(self.point.parameters, values)
         return replace(self.point, parameters=parameters, z=z, offsets=offsets)
 

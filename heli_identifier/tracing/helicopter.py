@@ -26,11 +26,13 @@ from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, advance, arriving, measured_angles, rigid_start
 from heli_plant.state import PlantState, start_state
+from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Regression, Term
-from .rig import Coordinate, Effect, Record, Rig
+from .rig import Coordinate, Effect, Record, Rig, Tables
 from .settings import (
     CATALOGUE_WIDTHS,
+    CURVE_WIDTH,
     GAIN_WIDTH,
     GROUND_CLEARANCE,
     LAG_WIDTH,
@@ -309,7 +311,9 @@ def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[fl
         width, lower = _LINEAR[field]
         return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
     if field.startswith("table_torque"):
-        return Coordinate(field, 0.0, 1.0)
+        axis = field.rpartition("_")[2]
+        closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == _numbers()["travel"]
+        return Coordinate(field, 0.0, CURVE_WIDTH, tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
     found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
     if found is not None:
         owner, shape = found
@@ -373,6 +377,49 @@ def lagged(record: Record, time_constant: float) -> Array:
     """Voltages (N, 2) [V] behind the lag of eq. (9), settled at the first sample."""
     share, first = kept(record.step, time_constant), record.inputs[0]
     return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], record.inputs - first, axis=0) + first)
+
+
+@cache
+def _numbers() -> dict[str, float]:
+    """Variables of tables by number, without time: a torque in time repeats in no other log."""
+    return {name: k + 1.0 for k, name in enumerate(VARIABLES) if name != "time"}
+
+
+@cache
+def _table_rows() -> Array:
+    """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
+    alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
+    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
+
+
+def _table_basis(s: Array) -> Array:
+    """Weights (n, K) of a table's torques ``s`` (n,) spacings behind its first value, at the nearest of its rows."""
+    return _table_rows()[np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(int)]
+
+
+def _table_fields(axis: str, variable: str) -> tuple[str, ...]:
+    last = KNOTS if variable == "travel" else KNOTS + 1
+    return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
+
+
+def _table_values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
+    """Variables (N, V) of tables along a motion (N, 6)."""
+    nu = lagged(record, parameters.T_m + parameters.motor_lag_rotors)
+    return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
+
+
+def _tables() -> Tables:
+    return Tables(
+        {name: VARIABLES[name] for name in _numbers()}, frozenset(("travel",)),
+        frozenset((("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
+                   ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"),
+                   ("travel", "pitch"))),
+        _table_values, _table_basis, _table_fields,
+        lambda axis, variable, first, spacing: {
+            f"table_variable_{axis}": _numbers()[variable], f"table_first_{axis}": first,
+            f"table_spacing_{axis}": spacing,
+        },
+    )  # fmt: skip
 
 
 def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tuple[list[Regression], list[Array]]:
@@ -440,5 +487,5 @@ def helicopter(settings: LikelihoodSettings, angles: Sequence[Array], inputs: Se
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
         filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
         regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
-        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, operating_point=operating,
+        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, tables=_tables(), operating_point=operating,
     )  # fmt: skip

@@ -15,7 +15,7 @@ the air's parameters are finite differences of the filter. Records are read in c
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -193,7 +193,7 @@ class Likelihood:
         step = coordinate.step
         if x + step > coordinate.bounds[1]:
             step = -step
-        values = {**coordinate.beside, coordinate.field: coordinate.value(x + step)}
+        values = {**coordinate.beside, **coordinate.assigned(x + step)}
         return self.rig.assign(point.parameters, values), step, coordinate.in_output
 
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
@@ -203,33 +203,44 @@ class Likelihood:
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         return self.rig.filter(record, p, K, point.offsets[i], harmonics, first, last, carry, e, motion)
 
-class _OfLog:
-    """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
+    def columns(
+        self, i: int, point: Point, moves: list, filters_move: bool = True
+    ) -> Iterator[tuple[int, Array, Array, list[dict[int, Array]]]]:
+        """Give the innovations of record ``i`` and their derivatives, chunk by chunk.
 
-    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array):
-        rig, record = likelihood.rig, likelihood.records[i]
+        Without ``filters_move`` the filters stay as they are: the innovations' own image, by which a parameter of the
+        air changes them, would explain whatever stands out of them.
+
+        Yields
+        ------
+        first : int
+            First sample of the chunk.
+        e, motion : Array, shapes (n, a) and (n, 2a)
+            Innovations and the filter's motion.
+        columns : list of dict of int to Array, shapes (n,)
+            Of every axis the derivatives that are not zero: by the coordinates of ``moves`` (:meth:`moved`), then by
+            the air's parameters, then by the log's offsets.
+        """
+        rig, record = self.rig, self.records[i]
         a, P = len(rig.axes), len(moves)
-        self.own = P + SHAPES * a
-        n = self.own + a
-        self.H, self.g, self.information = np.zeros((n, n)), np.zeros(n), np.zeros((a, n))
-        self.length = max(1, round(BLOCK / record.step))
-        self.blocks = np.zeros((-(-record.samples // self.length), a, n))
-        linear = rig.linear(point.parameters)
-        air = physical(point.z)
+        own_parameters = P + SHAPES * a
+        linear, air = rig.linear(point.parameters), physical(point.z)
         transfer = [error_dynamics(record.step, linear[axis], air[:, axis]) for axis in range(a)]
-        recolourings = [self._recolourings(point, linear, axis, moves, rig) for axis in range(a)]
+        recolourings: list[dict] = [
+            _recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)
+        ]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * (1 + P)
         along: list = [None] * (1 + P)
         memory: list[dict[int, Array]] = [{} for _ in range(a)]
-        chunk = CHUNK - CHUNK % self.length
+        chunk = CHUNK - CHUNK % block_length(record)
         for first in range(0, record.samples, chunk):
             last = min(first + chunk, record.samples)
             e, motion = np.empty((last - first, a)), np.empty((last - first, 2 * a))
             other = np.empty_like(e)
-            runs[0] = likelihood.run(i, point, first, last, runs[0], e, motion)
+            runs[0] = self.run(i, point, first, last, runs[0], e, motion)
             columns: list[dict[int, Array]] = [{} for _ in range(a)]
-            torques: list[dict[int, Array]] = [{self.own + axis: np.ones(last - first)} for axis in range(a)]
+            torques: list[dict[int, Array]] = [{own_parameters + axis: np.ones(last - first)} for axis in range(a)]
             for axis in range(a):
                 for j, ((old, new), step) in recolourings[axis].items():
                     own = memory_of_filters.setdefault((axis, j), [])
@@ -238,7 +249,7 @@ class _OfLog:
             along[0] = rig.accelerations(record, point.parameters, motion, first, along[0], base)
             for j, (p, step, in_output) in enumerate(moves):
                 if in_output:
-                    runs[1 + j] = likelihood.run(i, point, first, last, runs[1 + j], other, parameters=p)
+                    runs[1 + j] = self.run(i, point, first, last, runs[1 + j], other, parameters=p)
                     change, into = (other - e) / step, columns
                 else:
                     along[1 + j] = rig.accelerations(record, p, motion, first, along[1 + j], other)
@@ -249,20 +260,29 @@ class _OfLog:
             for axis in range(a):
                 for j, column in _passed(torques[axis], transfer[axis], memory[axis], last - first).items():
                     columns[axis][j] = columns[axis][j] + column if j in columns[axis] else column
-                self._add(axis, columns[axis], e[:, axis], record.weights[first:last, axis], sigma[axis], first)
+            yield first, e, motion, columns
 
-    def _recolourings(self, point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
-        """Give what changes the filter of one axis: the air, and plant parameters that its gains follow."""
-        air, a = physical(point.z), len(rig.axes)
-        now, found = (linear[axis], air[:, axis]), {}
-        for k in range(SHAPES):
-            z = point.z.copy()
-            z[k] += NOISE_STEP
-            found[self.own - SHAPES * a + a * k + axis] = (now, (linear[axis], physical(z)[:, axis])), NOISE_STEP
-        for j, (p, step, in_output) in enumerate(moves):
-            if not in_output and rig.linear(p)[axis] != linear[axis]:
-                found[j] = (now, (rig.linear(p)[axis], air[:, axis])), step
-        return found
+
+def block_length(record: Record) -> int:
+    """Give the samples of a block of :data:`.settings.BLOCK` s."""
+    return max(1, round(BLOCK / record.step))
+
+
+class _OfLog:
+    """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
+
+    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array):
+        rig, record = likelihood.rig, likelihood.records[i]
+        a, P = len(rig.axes), len(moves)
+        self.own = P + SHAPES * a
+        n = self.own + a
+        self.H, self.g, self.information = np.zeros((n, n)), np.zeros(n), np.zeros((a, n))
+        self.length = block_length(record)
+        self.blocks = np.zeros((-(-record.samples // self.length), a, n))
+        for first, e, _, columns in likelihood.columns(i, point, moves):
+            for axis in range(a):
+                weights = record.weights[first : first + len(e), axis]
+                self._add(axis, columns[axis], e[:, axis], weights, sigma[axis], first)
 
     def _add(self, axis: int, columns: dict[int, Array], e: Array, weights: Array, sigma: float, first: int) -> None:
         """Add the part of one axis and chunk."""
@@ -297,3 +317,17 @@ def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: di
     out, zf = lfilter(*transfer, stacked, axis=0, zi=zi)
     memory.update({j: zf[:, position] for position, j in enumerate(keys)})
     return {j: out[:, position] for position, j in enumerate(keys)}
+
+
+def _recolourings(point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
+    """Give what changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
+    air, a = physical(point.z), len(rig.axes)
+    now, found = (linear[axis], air[:, axis]), {}
+    for k in range(SHAPES):
+        z = point.z.copy()
+        z[k] += NOISE_STEP
+        found[len(moves) + a * k + axis] = (now, (linear[axis], physical(z)[:, axis])), NOISE_STEP
+    for j, (p, step, in_output) in enumerate(moves):
+        if not in_output and rig.linear(p)[axis] != linear[axis]:
+            found[j] = (now, (rig.linear(p)[axis], air[:, axis])), step
+    return found

@@ -44,6 +44,8 @@ class Coordinate:
         Whether it acts on what is measured and not through a torque, so that its sensitivity needs runs of the filter.
     beside : mapping of str to float
         Values that other parameters take while this one moves: the shapes of a law that is off.
+    tied : str
+        Another parameter that always has the same value: the end of a curve that closes; empty if there is none.
     """
 
     field: str
@@ -55,10 +57,16 @@ class Coordinate:
     step: float = 0.02
     in_output: bool = False
     beside: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    tied: str = ""
 
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""
         return self.sign * self.centre * exp(self.width * x) if self.sign else self.centre + self.width * x
+
+    def assigned(self, x: float) -> dict[str, float]:
+        """Give what the plant's parameters are at a coordinate, by field."""
+        value = self.value(x)
+        return {self.field: value, self.tied: value} if self.tied else {self.field: value}
 
     def coordinate(self, value: float) -> float:
         """Give the coordinate of a value, moved into the bounds."""
@@ -155,6 +163,37 @@ class Record:
 
 
 @dataclass(frozen=True, eq=False)
+class Tables:
+    """Torques over one variable of the motion, one table an axis, that the plant can take without knowing a law.
+
+    Attributes
+    ----------
+    variables : mapping of str to str
+        What a table may run over, with units.
+    turning : frozenset of str
+        Those of them that count within one turn.
+    held : frozenset of (axis, variable)
+        Tables whose straight line is a term of the plant before.
+    values : callable (record, parameters, motion) -> Array, shape (N, V)
+        The variables along a motion (N, 2a).
+    basis : callable (s) -> Array, shape (n, K)
+        Weights of the table's K torques at s (n,), spacings behind its first value.
+    fields : callable (axis, variable) -> tuple of str
+        Its torques as parameters of the plant; those of one that closes are tied.
+    placed : callable (axis, variable, first, spacing) -> dict of str to float
+        Parameters that switch it on.
+    """
+
+    variables: Mapping[str, str]
+    turning: frozenset[str]
+    held: frozenset[tuple[str, str]]
+    values: Callable[[Record, Parameters, Array], Array]
+    basis: Callable[[Array], Array]
+    fields: Callable[[str, str], tuple[str, ...]]
+    placed: Callable[[str, str, float, float], dict[str, float]]
+
+
+@dataclass(frozen=True, eq=False)
 class Rig:
     """A plant to be identified.
 
@@ -203,6 +242,8 @@ class Rig:
         Whether each axis returns by itself, so that a run of the plant alone means something.
     state : tuple of str
         Fields of the plant's state.
+    tables : Tables
+        Where a torque goes that no entry of the catalogue names.
     operating_point : float
         Input [V] about which the gains are slopes.
     """
@@ -229,6 +270,7 @@ class Rig:
     placed: Callable[[Array, Array], Array]
     stable: Callable[[Parameters], tuple[bool, ...]]
     state: tuple[str, ...]
+    tables: Tables
     operating_point: float = 0.0
 
     @property

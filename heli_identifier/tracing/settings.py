@@ -113,6 +113,29 @@ STEPS_TRIED, STEP_APART = 5, 0.5
 """Instants at which a step in time is tried, the best of a matched filter, and the least distance [s] between them:
 what the filter needs to tell two steps apart."""
 
+# --- what the catalogue cannot name (unknown.py) ---
+
+CURVE_WIDTH = 0.1
+"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: what stops an arm from .1 m beside rest."""
+
+SEEN_AT = 25.0
+"""Rate [Hz] at which curves and periods are searched: ten times the fastest of them; the fit has the log's rate."""
+
+PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
+"""Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
+above an encoder's counts under steady motion look like one."""
+
+UNKNOWN = 22.0
+"""Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
+frequencies. Chance reaches it on one of 100 000 rigs; what is less is a ripple."""
+
+UNKNOWN_TRIED = 12.0
+"""The same from which it is fitted: beside air that follows it, it looks smaller than it is."""
+
+UNKNOWN_SHARE = 0.25
+"""Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
+idealisations, none is exact."""
+
 # --- what a parameter rests on (determination.py) ---
 
 DETERMINED = 0.35

@@ -1,0 +1,299 @@
+r"""What the catalogue cannot name: on each axis a torque over one variable of the motion, or periodic in time.
+
+Both are searched in the same likelihood. The innovations e of a fit and their derivatives A by all that it estimates
+are averaged to :data:`.settings.SEEN_AT`; a further torque Phi x enters them as J = G Phi, G the filter's error
+dynamics, and beside A explains
+
+    S = u' (D + 1)^-1 u / 2  [nats],   k = tr D (D + 1)^-1,   u = -J' M e,   D = J' M J,   M = 1 - A (A'A + 1)^-1 A'
+
+in units of sigma and of the priors' widths; k are its degrees of freedom beside the fitted parameters. Phi of a curve
+are the weights of the torques in the plant's own table; of a period sine and cosine in every log apart, at the
+frequency where the periodogram of e stands out.
+
+The best are fitted, with the air, and the catalogue is selected anew beside them: what stood in their place leaves. One
+stays if the likelihood of named effects alone lacks :data:`.settings.UNKNOWN`, and more than comes from no law being
+exact. A curve is then part of the plant; a period is not, as every log has its own phase.
+
+Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
+section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.special import chdtrc, chdtri, gammaln
+
+from .fit import Fit, covariance, fit
+from .noise import error_dynamics, physical
+from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
+from .rig import Effect, Tables
+from .select import Selection, select
+from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, SEEN_AT, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
+
+Array = NDArray[np.float64]
+TIME, POINTS = "time", 121
+"""The variable of periods, and the points of a drawn curve."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unknown:
+    """A torque that the catalogue does not have.
+
+    ``first`` and ``spacing`` are those of a curve's table [unit of the variable]; of a period 0 and the frequency [Hz].
+    ``weights`` (k,) [rad/s^2] are the table's torques, or of every log sine and cosine; S = ``nats``, k = ``freedom``.
+    """
+
+    axis: str
+    variable: str
+    first: float
+    spacing: float
+    weights: Array
+    covariance: Array
+    nats: float
+    freedom: float
+
+    @property
+    def score(self) -> float:
+        """Half of the chi-squared of one degree of freedom that is as rare as 2 S of k degrees [nats]."""
+        S, k = self.nats, self.freedom
+        if 2.0 * S <= k or (tail := float(chdtrc(k, 2.0 * S))) > 1e-280:
+            return 0.5 * float(chdtri(1.0, tail)) if 2.0 * S > k else 0.0
+        depth = S - (0.5 * k - 1.0) * np.log(S) + gammaln(0.5 * k)  # the tails' leading terms
+        return float(depth - 0.5 * np.log(depth) - gammaln(0.5))
+
+
+class _Seen:
+    """What a fit says about further torques: averaged innovations by axis, and what explains them already."""
+
+    def __init__(self, fitted: Fit):
+        L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
+        moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
+        linear, air = rig.linear(fitted.parameters), physical(point.z)
+        self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
+        self.times, self.variables, self.w, self.e, self.Q = [], [], [], [], []
+        rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
+        for i, record in enumerate(L.records):
+            held, motions = max(1, round(1.0 / (SEEN_AT * record.step))), []
+            for first, e, motion, columns in L.columns(i, point, moves, filters_move=False):
+                motions.append(motion)
+                for a, J in enumerate(columns):
+                    full, at = np.zeros((len(e), P + 3)), [0, 1, *(2 + min(j, P) for j in J)]
+                    full[:, at] = np.column_stack([np.ones(len(e)), e[:, a], *J.values()])
+                    rows[a].append(_means(full * record.weights[first : first + len(e), a, None], held) * held)
+            self.steps.append(held * record.step)
+            self.response.append([error_dynamics(record.step, linear[a], air[:, a], held) for a in range(len(rows))])
+            self.times.append(_means(record.time[:, None], held)[:, 0])
+            self.variables.append(_means(rig.tables.values(record, fitted.parameters, np.concatenate(motions)), held))
+        self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
+        for a, chunks in enumerate(rows):
+            stacked, N, tau = np.concatenate(chunks), self.ends[-1], L.offset_width[a]
+            w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
+            stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
+            A = np.zeros((N + P + logs, P + logs))
+            A[:N, :P], A[N:] = stacked[:, 2:-1], np.diag([1.0] * P + [1.0 / tau] * logs)
+            for i, (first, last) in enumerate(pairwise(self.ends)):
+                A[first:last, P + i] = stacked[first:last, -1]
+            Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
+            e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a] / tau))
+            self.w, self.Q, self.e = [*self.w, w], [*self.Q, Q[:N]], [*self.e, e[:N] - Q[:N] @ (Q.T @ e)]
+
+    def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
+        """Weights of torques (n_i, k) of axis ``a`` under a prior of ``width``, their covariance, S and k."""
+        J = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
+        J = np.concatenate(J) * self.w[a][:, None]
+        known = self.Q[a].T @ J
+        D = width**2 * (J.T @ J - known.T @ known)
+        u = -width * (J.T @ self.e[a])
+        C = np.linalg.inv(D + np.eye(len(D)))
+        return width * (C @ u), width**2 * C, float(0.5 * u @ C @ u), float(np.trace(D @ C))
+
+    def curve(self, a: int, variable: str) -> Unknown:
+        """Curve over one variable, where it has been."""
+        column, knots = list(self.tables.variables).index(variable), self.tables.basis(np.zeros(1)).shape[1]
+        x = [values[:, column] for values in self.variables]
+        low, high = np.quantile(np.concatenate(x)[self.w[a] > 0.0], (0.001, 0.999))
+        if variable in self.tables.turning:
+            low, high = 0.0, 2.0 * np.pi
+        first, spacing = float(low), max(float(high - low), 1e-6) / (knots - 1)
+        torques = [_basis(self.tables, variable, first, spacing, own) for own in x]
+        return Unknown(self.axes[a], variable, first, spacing, *self.explained(a, torques, CURVE_WIDTH))
+
+    def waves(self, a: int, frequency: float) -> Unknown:
+        """Torque of one frequency [Hz], its phase and amplitude free in every log."""
+        waves = [np.exp(2j * np.pi * frequency * t) for t in self.times]
+        both = [np.column_stack((wave.imag, wave.real)) for wave in waves]
+        torques = [np.kron(own, two) for own, two in zip(np.eye(len(both)), both, strict=True)]
+        x, C, S, k = self.explained(a, torques, 10.0 * CURVE_WIDTH)
+        return Unknown(self.axes[a], TIME, 0.0, frequency, x, C, S, k + 1.0)
+
+    def refined(self, a: int, frequency: float) -> Unknown:
+        """Period that explains most within a bin of ``frequency`` [Hz], to .02 of a bin."""
+        for width in np.array([0.25, 0.07, 0.02]) / max(t[-1] for t in self.times):
+            best = max((self.waves(a, frequency + float(k * width)) for k in range(-4, 5)), key=lambda u: u.nats)
+            frequency = best.spacing
+        return best
+
+    def period(self, a: int) -> Unknown:
+        """Period where the periodogram, summed over the logs, stands out most."""
+        longest, step = max(float(t[-1]) for t in self.times), self.steps[0]
+        size = 2 ** int(np.ceil(np.log2(longest / step) + 2))
+        f, power = np.fft.rfftfreq(size, step), np.zeros(size // 2 + 1)
+        for h, first, last in zip(self.steps, self.ends, self.ends[1:], strict=False):
+            own = np.abs(np.fft.rfft(self.e[a][first:last], size)) ** 2 / (last - first)
+            power += np.interp(f, np.fft.rfftfreq(size, h), own)
+        power[(f < max(PERIODIC_BAND[0], PERIODS / longest)) | (f > PERIODIC_BAND[1])] = 0.0
+        return self.refined(a, float(f[power.argmax()]))
+
+
+def _means(values: Array, held: int) -> Array:
+    """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
+    starts = np.arange(0, len(values), held)
+    return np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None]
+
+
+def _basis(tables: Tables, variable: str, first: float, spacing: float, x: Array) -> Array:
+    """Weights (n, k) of a curve's torques where its variable is ``x`` (n,)."""
+    if variable not in tables.turning:
+        return tables.basis((x - first) / spacing)
+    B = tables.basis(np.mod(x - first, 2.0 * np.pi) / spacing)
+    B[:, 0] += B[:, -1]
+    return B[:, :-1]
+
+
+def scan(fitted: Fit) -> list[Unknown]:
+    """Score what a fit and its catalogue lack: of every axis curves, if it has none, and the strongest period."""
+    seen, found = _Seen(fitted), []
+    for a, axis in enumerate(seen.axes):
+        if seen.w[a].any():
+            found.append(seen.period(a))
+            if not set(seen.tables.fields(axis, "")) & set(fitted.fields):
+                found += [seen.curve(a, name) for name in seen.tables.variables]
+    return sorted(found, key=lambda u: -u.score)
+
+
+def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[Selection, tuple[FoundEffect, ...]]:
+    """Search what the catalogue cannot name beside what it names.
+
+    Parameters
+    ----------
+    selection : Selection
+        What the catalogue explains.
+    candidates : sequence of Effect
+        The catalogue.
+
+    Returns
+    -------
+    selection : Selection
+        With curves as tables of the plant and periods as harmonics of the fit, and what is named beside them.
+    effects : tuple of FoundEffect
+        The unknown torques.
+    """
+    found: list[Unknown] = []
+    tried = scan(selection.fit)[:2]
+    while tried and tried[0].score > UNKNOWN_TRIED and len(found) < len(selection.fit.likelihood.rig.axes):
+        after, u = _beside(selection, tried.pop(0), found, candidates)
+        weighed = _weighed(selection, after, u)
+        if weighed.score > UNKNOWN:
+            selection, found = after, [*found, weighed]
+            tried = scan(selection.fit)[:2]
+    return selection, tuple(_described(selection.fit, u) for u in found)
+
+
+def _beside(before: Selection, u: Unknown, found: Sequence[Unknown], candidates: Sequence[Effect]):
+    """Fit with an unknown torque, and select the catalogue anew beside it: selection, and the period refined."""
+    fitted, tables = before.fit, before.fit.likelihood.rig.tables
+    if u.variable == TIME:
+        alone = fit(fitted.likelihood, fitted.fields, _with_waves(fitted, [*found, u]))  # air that does not follow it
+        u = _Seen(_with_waves(alone, found)).refined(fitted.likelihood.rig.axes.index(u.axis), u.spacing)
+        start = fit(fitted.likelihood, fitted.fields, _with_waves(alone, [*found, u]))
+    else:
+        fields = tables.fields(u.axis, u.variable)
+        shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
+        start = fit(fitted.likelihood, (*fitted.fields, *fields), fitted, shapes)
+    return select(before.null, candidates, start), u
+
+
+def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
+    """Let those of some unknown torques that are periods act in the logs of a fit, and no others."""
+    axes, count = fitted.likelihood.rig.axes, len(fitted.likelihood.records)
+    heads = [((axes.index(u.axis), 2.0 * np.pi * u.spacing), u.weights) for u in unknowns if u.variable == TIME]
+    rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
+    harmonics = tuple(np.array(own, dtype=float).reshape(-1, 4) for own in rows)
+    return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
+
+
+def _weighed(before: Selection, after: Selection, u: Unknown) -> Unknown:
+    """Give the unknown torque what the likelihood of named effects alone lacks, or nothing if that is too little."""
+    quadratic, axis = after.last.quadratic, after.fit.likelihood.rig.axes.index(u.axis)
+    phi = np.median(after.last.dispersion[quadratic.information.argmax(0) == axis])
+    more = len(after.findings) - len(before.findings)
+    weighed = replace(u, nats=(before.fit.value - after.fit.value) / float(phi), freedom=max(u.freedom + more, 1.0))
+    named = sum(finding.score.score for finding in after.findings if finding.effect.axis in (u.axis, "rotors"))
+    return weighed if weighed.score > UNKNOWN_SHARE * named else replace(u, nats=0.0)
+
+
+def _described(fitted: Fit, u: Unknown) -> FoundEffect:
+    """State an unknown torque; of a period the mean amplitude over the logs."""
+    family, periodic = f"unknown torque of the {u.axis}", u.variable == TIME
+    if periodic:
+        amplitudes = np.hypot(u.weights[0::2], u.weights[1::2])
+        A, error = float(amplitudes.mean()), float(np.sqrt(np.trace(u.covariance) / 2.0) / len(amplitudes))
+        words = f"periodic in time at {u.spacing:.3f} Hz, amplitude {A:.2g} rad/s^2"
+        shape: CurveShape | PeriodicShape = PeriodicShape(u.spacing, A, error, words)
+        do = "Log the rig at rest, motors off, and look for what turns or blows in that time."
+    else:
+        shape = _curve(fitted, u)
+        do = f"Lead the {u.axis} through all of the {u.variable}, motors off, and feel where the curve bends."
+    return FoundEffect("unknown", u.axis, None, Verdict.UNKNOWN, family, (), shape, u.score, do, not periodic)
+
+
+def _curve(fitted: Fit, u: Unknown) -> CurveShape:
+    """Draw a table's torque where the logs were, less a constant and a line that the model before has itself."""
+    seen, a = _Seen(fitted), fitted.likelihood.rig.axes.index(u.axis)
+    tables, turning = seen.tables, u.variable in seen.tables.turning
+    x = u.first + u.spacing * np.linspace(0.0, tables.basis(np.zeros(1)).shape[1] - 1.0, POINTS)
+    values = np.concatenate(seen.variables)[seen.w[a] > 0.0, list(tables.variables).index(u.variable)]
+    values = u.first + np.mod(values - u.first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
+    visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
+    visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
+    B = _basis(tables, u.variable, u.first, u.spacing, x)
+    trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
+    B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
+    at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
+    y = CURVE_WIDTH * (B @ fitted.x[at])
+    half = 1.96 * CURVE_WIDTH * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
+    there = visits > 0.0
+    x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
+    words = f"a torque of {u.variable}, {_words(u, turning and bool(there.all()), unit, x, y, half)}"
+    return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
+
+
+def _words(u: Unknown, closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
+    """Describe what of a curve is determined: where its band is narrow beside its range."""
+    known = np.ones(len(y), dtype=bool)
+    while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
+        known = less
+    X, Y = x[known], y[known]
+    words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
+    if closed:
+        power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
+        n = int(power.argmax())
+        return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
+    if len(X) < 10:
+        return words
+    away, line = np.abs(Y - np.median(Y)), np.polyfit(X, Y, 1)
+    wide = X[away > 0.5 * away.max()]
+    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # large at an end, it may go on there
+        return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
+    if np.var(Y - np.polyval(line, X)) < 0.1 * np.var(Y):
+        return f"{words}, {('straight', 'like a spring')[bool(line[0] < 0.0 and u.variable == u.axis)]}"
+    if len(inner := X[np.abs(X) <= min(-X[0], X[-1])]) > 0.5 * len(X):
+        own, mirrored = np.interp(inner, X, Y), np.interp(-inner, X, Y)
+        odd = float(np.var(own - mirrored) / (4.0 * np.var(own)))
+        words += ", odd" if odd > 0.8 else ", even" if odd < 0.2 else ""
+    slope = np.abs(np.gradient(Y, X))
+    return words + ", saturating" * bool(slope[[0, 1, -2, -1]].mean() < 0.3 * slope[len(X) // 3 : -len(X) // 3].mean())
