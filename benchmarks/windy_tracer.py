@@ -15,7 +15,7 @@ from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import records_of
 from heli_identifier.tracing.score import Scores
 from heli_identifier.tracing.select import with_shapes
-from heli_identifier.tracing.settings import LikelihoodSettings
+from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.parameters import PlantParameters
 from tests.blind.windy import WindyLog, WindyTruth
 
@@ -87,7 +87,7 @@ def true_plant(truth: WindyTruth) -> PlantParameters:
 
 def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Likelihood:
     """Likelihood of logs, about a plant if one is given."""
-    rig = helicopter(LikelihoodSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
     if plant is not None:
         rig = replace(rig, parameters=plant, estimate=lambda _: plant)
     return Likelihood(rig, records_of(logs, rig, {}))

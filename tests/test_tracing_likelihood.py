@@ -10,7 +10,7 @@ from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import held_factor, record_of, records_of
-from heli_identifier.tracing.settings import HUBER, LikelihoodSettings
+from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
 from tests.blind.battery import Case
 
 
@@ -23,7 +23,7 @@ def logs_of(kind, index=0, count=2, seconds=40.0):
 
 
 def likelihood_of(logs):
-    rig = helicopter(LikelihoodSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
     return Likelihood(rig, records_of(logs, rig, {}))
 
 
@@ -115,7 +115,7 @@ def test_a_resting_axis_counts_nowhere(clean):
     angles = log.angles.copy()
     angles[:, 1] = 0.2
     still = Log("still", 100.0, log.voltages, angles)
-    rig = helicopter(LikelihoodSettings(), [angles], [log.voltages])
+    rig = helicopter(DiagnosisSettings(), [angles], [log.voltages])
     weights = record_of(still, rig).weights
     assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
     assert records_of((still,), rig, {})[0].weights[:, 1].sum() == 0.0
@@ -123,7 +123,7 @@ def test_a_resting_axis_counts_nowhere(clean):
 
 def test_a_passage_that_is_left_out_counts_nowhere_until_the_filter_has_settled(clean):
     log = clean[0][0]
-    rig = helicopter(LikelihoodSettings(), [log.angles], [log.voltages])
+    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
     record = record_of(log, rig, [(10.0, 12.0)])
     inside = (record.time >= 10.0) & (record.time <= 14.0)
     assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
@@ -133,5 +133,5 @@ def test_a_log_faster_than_its_controller_is_read_at_the_controllers_rate(clean)
     log = clean[0][0]
     held = Log("held", 500.0, np.repeat(log.voltages, 5, axis=0), np.repeat(log.angles, 5, axis=0))
     assert held_factor(held) == 5 and held_factor(log) == 1
-    rig = helicopter(LikelihoodSettings(), [held.angles], [held.voltages])
+    rig = helicopter(DiagnosisSettings(), [held.angles], [held.voltages])
     np.testing.assert_array_equal(record_of(held, rig).inputs, log.voltages)

@@ -17,9 +17,7 @@ __all__ = [
     "HeldOutLikelihood",
     "HeldOutSeries",
     "Identification",
-    "LOWEST_FREQUENCY",
     "Likelihood",
-    "LikelihoodSettings",
     "NamedShape",
     "Outcome",
     "ParameterReport",
@@ -36,31 +34,47 @@ __all__ = [
     "helicopter",
     "hold_to",
     "identify_plant",
-    "observer_start",
-    "scan",
+    "instruments",
+    "record_start",
+    "records_of",
+    "select",
     "sign_notes",
 ]
 
-from .determination import ParameterReport
-from .diagnosis.diagnose import diagnose
-from .diagnosis.result import Diagnosis, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
-from .diagnosis.settings import DiagnosisSettings
-from .diagnosis.signs import sign_notes
-from .events.event import Event
-from .events.finding import find_events
+from .diagnose import diagnose
+from .events import Event, find_events
+from .fit import Fit, fit
+from .held_out import Outcome, hold_to
+from .helicopter import BASE, helicopter
+from .helicopter import begin as record_start
 from .identification import Identification, identify_plant
+from .instruments import instruments
 from .likelihood import Likelihood
-from .prediction.fit import BASE, fit
-from .prediction.observer import observer_start
-from .prediction.problem import Problem
-from .prediction.torque import torque_filter
-from .prediction.workers import use_threads
-from .search.candidates import candidates, stepping_at
-from .search.experiments import experiment_for
-from .search.found_effect import CurveShape, EffectShape, FoundEffect, NamedShape, PeriodicShape
-from .search.scan import Scan, scan
-from .search.settings import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
-from .search.verdict import CatalogueVerdict, Verdict, Withdrawal
-from .settings import LikelihoodSettings
-from .validation.figures import AxisError, AxisReport, ErrorFigure
-from .validation.gate import Outcome, hold_to
+from .records import records_of
+from .references import find_references
+from .result import (
+    Agreement,
+    AxisError,
+    AxisReport,
+    CatalogueVerdict,
+    CurveShape,
+    DataEntry,
+    Determination,
+    Diagnosis,
+    EffectCurve,
+    ErrorFigure,
+    FoundEffect,
+    HeldOutLikelihood,
+    HeldOutSeries,
+    NamedShape,
+    ParameterReport,
+    PeriodicShape,
+    RigVerdict,
+    Use,
+    Verdict,
+)
+from .rig import Rig
+from .score import Scores
+from .select import select
+from .settings import DiagnosisSettings
+from .strangers import sign_notes

@@ -1,4 +1,15 @@
-"""From a selection to what a diagnosis states: effects, the catalogue's verdicts, what every parameter rests on."""
+"""From a selection to what a diagnosis states: effects, the catalogue's verdicts, what every parameter rests on.
+
+A likelihood is as good as its model of the air. References move the rig and know nothing of the air, so instruments
+made of them need no such model: they judge what the likelihood says.
+
+* The instruments' interval is narrow and holds the likelihood's value: *determined from outside*.
+* It is narrow and excludes that value: the two contradict each other. The value is *not determined*, and no controller
+  is to be designed on it.
+* There is no reference, or its instruments say little, and the likelihood's interval is narrow: *rests on the noise
+  model*.
+* Else: *not determined*. The value is the likeliest within what is plausible for any rig of this kind.
+"""
 
 from collections.abc import Collection, Mapping, Sequence
 
@@ -7,7 +18,6 @@ from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
 
-from .agreement import left_out_gain
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
@@ -15,9 +25,7 @@ from .result import CatalogueVerdict, Determination, EffectCurve, FoundEffect, N
 from .rig import Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import (
-    CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_SHARE, LEAST_VISIBILITY, NAMED, OUTSIDE_DETERMINED,
-)  # fmt: skip
+from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, NAMED
 
 Array = NDArray[np.float64]
 
@@ -40,27 +48,6 @@ def lag_score(fitted: Fit) -> float:
     H, _ = fitted.quadratic.total
     information = 1.0 / np.linalg.inv(H)[j, j] - 1.0
     return float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
-
-
-def worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
-    """Decide which possible effects enter the plant.
-
-    Returns
-    -------
-    gains : dict of str to float
-        Of every possible effect the rise of the log-likelihood of logs left out in turn [nats].
-    kept : list of str
-        All effects of the plant: what is established, and of the rest what makes unseen logs likelier.
-    """
-    kept = [f.effect.field for f in selection.findings if f.established]
-    gains = {}
-    for finding in selection.findings:
-        name = finding.effect.field
-        if not finding.established:
-            gains[name] = left_out_gain(selection.last, kept, name)
-            if gains[name] > 0.0:
-                kept.append(name)
-    return gains, kept
 
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str, float], in_plant: bool) -> FoundEffect:
@@ -187,55 +174,62 @@ def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tup
 
 
 def parameter_reports(
-    fitted: Fit, C: Array, outside: InstrumentEstimates | None, closed_loop: bool
+    fitted: Fit, covariance: NDArray[np.float64], outside: InstrumentEstimates | None
 ) -> dict[str, ParameterReport]:
-    """State of every base parameter what its value rests on."""
+    """State of every base parameter of a fit what its value rests on.
+
+    Parameters
+    ----------
+    fitted : Fit
+    covariance : NDArray, shape (P, P)
+        Of its coordinates, from :func:`.fit.covariance`.
+    outside : InstrumentEstimates or None
+        None where nothing came from outside.
+    """
     rig, found = fitted.likelihood.rig, {}
-    by_name = {
+    by_instruments: Mapping[str, tuple[float, float, float]] = {
         name: (float(axis.values[k]), float(axis.half_widths[k]), float(axis.shares[k]))
         for axis in (outside.axes if outside else ())
         for k, name in enumerate(axis.parameters)
         if np.isfinite(axis.values[k])
     }
-    for name in rig.base:
-        if name not in fitted.fields:
+    for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=True)):
+        if name not in rig.base:
             continue
-        i = fitted.fields.index(name)
-        c = fitted.coordinates[i]
-        estimate = Estimate(fitted.estimate(name), float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
-        plausible = tuple(sorted((c.value(-1.96), c.value(1.96))))
-        found[name] = _report(name, estimate, by_name.get(name), plausible, closed_loop, name in rig.gains, rig)
+        error = float(fitted.slope(name) * np.sqrt(covariance[i, i]))
+        estimate = Estimate(fitted.estimate(name), error, rig.units[name])
+        low, high = sorted((coordinate.value(-1.96), coordinate.value(1.96)))
+        found[name] = _report(
+            estimate, by_instruments.get(name), (low, high), name in rig.gains, rig.fly.get(name, "")
+        )
     return found
 
 
-def _report(name, estimate, instrument, plausible, closed_loop, is_gain, rig) -> ParameterReport:
+def _report(
+    estimate: Estimate,
+    instrument: tuple[float, float, float] | None,
+    plausible: tuple[float, float],
+    is_gain: bool,
+    fly: str,
+) -> ParameterReport:
     """Decide what one parameter rests on."""
     half = 1.96 * (estimate.standard_error or 0.0)
-    size = abs(estimate.value)
-    narrow = half < (DETERMINED * size if is_gain else 0.25 * (plausible[1] - plausible[0]))
-    by_instrument, share, contradicted = None, None, False
-    if instrument is not None:
-        value, width, share = instrument
-        by_instrument = Estimate(value, width / 1.96, estimate.unit)
-        certain = width < OUTSIDE_DETERMINED * abs(value)
-        contradicted = bool(is_gain and certain and abs(value - estimate.value) > CONTRADICTION * width / 1.96)
-        if contradicted:
-            why = f"references give {value:.3g} ± {width:.2g}, the likelihood {estimate.value:.3g} ± {half:.2g}"
-            return ParameterReport(
-                estimate, Determination.NOT_DETERMINED, share, by_instrument, True, plausible, why, rig.fly.get(name, "")
-            )
-        if certain and narrow:
-            why = f"references alone give {value:.3g} ± {width:.2g}"
-            return ParameterReport(estimate, Determination.OUTSIDE, share, by_instrument, False, plausible, why)
-    if narrow and (not closed_loop or share is None or share > LEAST_SHARE or not is_gain):
-        why = "no reference confirms it: its interval holds if the air's torque is as modelled"
-        return ParameterReport(
-            estimate, Determination.NOISE_MODEL, share, by_instrument, False, plausible, why, rig.fly.get(name, "")
-        )
-    why = f"its interval is ± {half:.2g}" if not narrow else f"references move it by a share of {share:.2g} only"
-    return ParameterReport(
-        estimate, Determination.NOT_DETERMINED, share, by_instrument, False, plausible, why, rig.fly.get(name, "")
-    )
+    allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (plausible[1] - plausible[0]))
+    value, width, share = instrument or (0.0, np.inf, None)
+    by_instrument = Estimate(value, width / 1.96, estimate.unit) if instrument else None
+    sure = width < DETERMINED * abs(value)
+    agrees = abs(value - estimate.value) <= CONTRADICTION * width / 1.96
+    contradicted = bool(is_gain and sure and not agrees)
+    said = f"references alone give {value:.3g} ± {width:.2g}"
+    if contradicted:
+        word, why = Determination.NOT_DETERMINED, f"{said}, the likelihood {estimate.value:.3g} ± {half:.2g}"
+    elif half > allowed:
+        word, why = Determination.NOT_DETERMINED, f"its interval is ± {half:.2g}"
+    elif sure and agrees:
+        word, why, fly = Determination.OUTSIDE, said, ""
+    else:
+        word, why = Determination.NOISE_MODEL, "no reference confirms it: it holds if the air's torque is as modelled"
+    return ParameterReport(estimate, word, share, by_instrument, contradicted, plausible, why, fly)
 
 
 def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:

@@ -37,7 +37,7 @@ from .settings import (
     GROUND_CLEARANCE,
     LAG_WIDTH,
     SHORTEST_LAG,
-    LikelihoodSettings,
+    DiagnosisSettings,
 )
 
 Array = NDArray[np.float64]
@@ -334,7 +334,7 @@ _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "moto
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs can tell."""
 
 
-def _effect(entry: Law, lowest: float, settings: LikelihoodSettings) -> Effect:
+def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
@@ -347,7 +347,8 @@ def _effect(entry: Law, lowest: float, settings: LikelihoodSettings) -> Effect:
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, family_of(entry.field),
         tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
+        {shape.field: shape.name for shape in entry.shapes},
     )  # fmt: skip
 
 
@@ -371,6 +372,36 @@ def _smooth(values: Array, step: float, order: int = 0) -> Array:
     """Give the derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
     length = min(max(int(WINDOW / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
+
+
+def along_smoothed(record: Record, parameters: PlantParameters) -> tuple[Array, Array]:
+    """Accelerations (N, 3) of a plant along the smoothed motion of a record, smoothed alike, and the motion (N, 6)."""
+    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
+    out = np.empty((record.samples, 3))
+    run_accelerations(record, parameters, np.ascontiguousarray(motion), 0, None, out)
+    return _smooth(out, record.step), motion
+
+
+def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
+    """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
+    axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
+    (whole, motion), (without, _) = (along_smoothed(record, p) for p in (parameters, bare))
+    inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
+    y = _smooth(record.angles, record.step, 2)[:, axis] - without[:, axis]
+    variable, unit, x = _variable(record, effect.drawn_against, axis, motion, parameters)
+    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
+
+
+def _variable(record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters):
+    """Name, unit and values of a variable that effects are drawn over."""
+    other = (1, 0, 1)[axis]
+    if kind in ("rate", "other_rate") or kind.endswith("_rate") and kind.removesuffix("_rate") in AXES:
+        of = axis if kind == "rate" else other if kind == "other_rate" else AXES.index(kind.removesuffix("_rate"))
+        return f"{AXES[of]} rate", "rad/s", motion[:, 3 + of]
+    if kind in ("mu_sum", "mu_rate"):
+        total = lagged(record, parameters.T_m + parameters.motor_lag_rotors).sum(1)
+        return ("mu_s", "V", total) if kind == "mu_sum" else ("d mu_s / dt", "V/s", np.gradient(total, record.step))
+    return ("time", "s", record.time) if kind == "time" else (kind, "rad", motion[:, AXES.index(kind)])
 
 
 def lagged(record: Record, time_constant: float) -> Array:
@@ -443,12 +474,12 @@ def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tupl
     ], signals
 
 
-def helicopter(settings: LikelihoodSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
+def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Sequence[Array]) -> Rig:
     """Build the rig for logs of one bench helicopter.
 
     Parameters
     ----------
-    settings : LikelihoodSettings
+    settings : DiagnosisSettings
     angles, inputs : sequence of Array, shapes (N_i, 3) and (N_i, 2)
         Of its logs: the operating point is their mean voltage.
     """
@@ -487,5 +518,6 @@ def helicopter(settings: LikelihoodSettings, angles: Sequence[Array], inputs: Se
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
         filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
         regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
-        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, tables=_tables(), operating_point=operating,
+        simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, tables=_tables(),
+        operating_point=operating,
     )  # fmt: skip

@@ -1,18 +1,20 @@
 """From logs of one rig to the plant that a controller's designer needs: one likelihood, judged by instruments.
 
-events     <- passages in which something else acts            events/finding.py
-rig        <- axes, parameters with priors, effects            helicopter.py
-records    <- samples that count                               records.py
-null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
-set        <- effects by efficient scores and exact refits     select.py, score.py
-plant      <- what is established, and of the rest what makes
-logs likelier that were left out of the fit      agreement.py
-references <- logged, rebuilt from the voltages, or open loop  references.py
-outside    <- instrumental variables                           instruments.py
-reports    <- what every parameter rests on                    determination.py
+    events     <- passages in which something else acts            events.py
+    rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
+    records    <- samples that count                               records.py
+    null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
+    logs       <- zeros of the elevation aligned                   strangers.py
+    set        <- effects by efficient scores and exact refits     select.py, score.py
+    set        <- what the catalogue cannot name                   unknown.py
+    plant      <- what is established, and of the rest what makes
+                  logs likelier that were left out of the fit      select.py
+    references <- logged, rebuilt from the voltages, or open loop  references.py
+    outside    <- instrumental variables                           instruments.py
+    reports    <- what every parameter rests on                    findings.py
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,19 +22,22 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
-from .agreement import Agreement, halves_agree, left_out_gain
-from .determination import ParameterReport, parameter_reports
-from .events.cutting import MARGIN
-from .events.event import Event
-from .events.finding import find_events
+from .events import Event, find_events, passages
+from .findings import parameter_reports
 from .fit import Fit, covariance, fit, with_own_offsets
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .records import records_of
 from .references import References, find_references
-from .select import Selection, select, with_shapes
-from .settings import SETTLING, LikelihoodSettings
+from .result import Agreement, FoundEffect, ParameterReport
+from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
+from .settings import SETTLING, DiagnosisSettings
+from .strangers import aligned
+from .unknown import search_unknown
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the share that is done."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,8 +46,14 @@ class Identification:
 
     Attributes
     ----------
+    logs, beside : tuple of Log
+        As they were used: zeros aligned.
+    left_out : mapping of str to sequence of (start, end)
+        Passages [s] by log that do not count.
     selection : Selection
         The search; its ``null`` is the fit of the simplified model.
+    unknown : tuple of FoundEffect
+        Torques that the catalogue cannot name.
     plant : Fit
         The delivered plant.
     covariance : NDArray, shape (P, P)
@@ -56,12 +67,17 @@ class Identification:
     parameters : mapping of str to ParameterReport
         By the plant's fields.
     events : tuple of Event
-        Passages in which something other than the plant acts; they are left out.
+        Passages in which something other than the plant acts.
     agreement : Agreement or None
         Of disjoint halves of the logs; None for a single log.
+    notes : tuple of str
     """
 
+    logs: tuple[Log, ...]
+    beside: tuple[Log, ...]
+    left_out: Mapping[str, Sequence[tuple[float, float]]]
     selection: Selection
+    unknown: tuple[FoundEffect, ...]
     plant: Fit
     covariance: NDArray[np.float64]
     left_out_gains: Mapping[str, float]
@@ -70,46 +86,72 @@ class Identification:
     parameters: Mapping[str, ParameterReport]
     events: tuple[Event, ...]
     agreement: Agreement | None
+    notes: tuple[str, ...]
 
 
-def identify_plant(logs: Log | Sequence[Log], settings: LikelihoodSettings | None = None) -> Identification:
+def identify_plant(
+    logs: Log | Sequence[Log],
+    settings: DiagnosisSettings | None = None,
+    beside: Sequence[Log] = (),
+    progress: Progress | None = None,
+) -> Identification:
     """Identify the plant of one rig.
 
     Parameters
     ----------
     logs : Log or sequence of Log
         Logs of one rig, in open loop or under any controllers; several rates may be mixed.
-    settings : LikelihoodSettings, optional
+    settings : DiagnosisSettings, optional
         What is given of the rig.
+    beside : sequence of Log, optional
+        Further logs that nothing is fitted to; their events are found and their zeros aligned with the others.
+    progress : callable, optional
 
     Raises
     ------
     LogError
         Nothing is excited, or an axis stands still in a log.
     """
-    used = named_apart((logs,) if isinstance(logs, Log) else tuple(logs))
-    check_excitation(used)
+    count = 1 if isinstance(logs, Log) else len(logs)
+    used = named_apart((*((logs,) if isinstance(logs, Log) else logs), *beside))
+    check_excitation(used[:count])
     check_moving(used)
-    given = settings or LikelihoodSettings()
+    given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
+    tell("looking for passages in which something else acts", 0.05)
     events = find_events(used, given.voltage_limit)
-    left_out = {log.name: [(e.start - MARGIN, e.end + MARGIN) for e in events if e.log == log.name] for log in used}
-    rig = helicopter(given, [log.angles for log in used], [log.voltages for log in used])
-    null = with_own_offsets(fit(Likelihood(rig, records_of(used, rig, left_out)), rig.base))
-    selection = select(null, rig.candidates)
-    gains, kept = _worth_having(selection)
-    plant = _without(selection, [name for name in gains if name not in kept])
+    left_out = {} if given.keep_events else passages(events)
+    tell("fitting the model", 0.1)
+    rig = helicopter(given, [log.angles for log in used[:count]], [log.voltages for log in used[:count]])
+    null, training, kept, notes = aligned(
+        used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
+    )
+    tell("searching the catalogue", 0.3)
+    selection, unknown = search_unknown(select(null, rig.candidates), rig.candidates)
+    gains, dropped = _not_worth_having(selection)
+    plant = _without(selection, dropped)
     C = covariance(plant)
-    references = find_references(used)
-    outside = _outside(plant, used, references)
+    tell("asking the references", 0.6)
+    references = find_references(training)
+    outside = _outside(plant, training, references)
     chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
-        selection, plant, C, gains, references, outside, parameter_reports(plant, C, outside), events,
-        halves_agree(selection.last, chosen),
+        training, kept, left_out, selection, unknown, plant, C, gains, references, outside,
+        parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen), notes,
     )  # fmt: skip
 
 
-def _worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
-    """Gain on left-out logs of every possible effect, and the effects of the plant."""
+def _null(likelihood: Likelihood) -> Fit:
+    """Fit the simplified model; a gain that least squares give as negative is tried with the other sign as well."""
+    found = fit(likelihood, likelihood.rig.base)
+    for name in likelihood.rig.gains:
+        value = likelihood.rig.read(found.parameters, name)
+        if name in found.fields and value < 0.0:
+            found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
+    return with_own_offsets(found)
+
+
+def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
+    """Gain on left-out logs of every possible effect, and those that the plant does without."""
     kept = [finding.effect.field for finding in selection.findings if finding.established]
     gains: dict[str, float] = {}
     for finding in selection.findings:
@@ -117,7 +159,7 @@ def _worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
             gains[finding.effect.field] = left_out_gain(selection.last, kept, finding.effect.field)
             if gains[finding.effect.field] > 0.0:
                 kept.append(finding.effect.field)
-    return gains, kept
+    return gains, [name for name in gains if name not in kept]
 
 
 def _without(selection: Selection, dropped: Sequence[str]) -> Fit:
@@ -125,8 +167,10 @@ def _without(selection: Selection, dropped: Sequence[str]) -> Fit:
     if not dropped:
         return selection.fit
     null, candidates = selection.null, selection.null.likelihood.rig.candidates
+    effects = {effect.field for effect in candidates} | shape_fields(candidates)
+    core = [name for name in selection.fit.fields if name not in effects]
     kept = [finding.effect.field for finding in selection.findings if finding.effect.field not in dropped]
-    return fit(null.likelihood, with_shapes(null.fields, kept, candidates), selection.fit, dict.fromkeys(dropped, 0.0))
+    return fit(null.likelihood, with_shapes(core, kept, candidates), selection.fit, dict.fromkeys(dropped, 0.0))
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

@@ -111,6 +111,10 @@ class Effect:
         Shape that is the instant of a step; empty if there is none.
     certain : bool
         Whether every rig has it and only its size is open.
+    drawn_against : str
+        Variable that its curve is drawn over; empty if it acts through no torque.
+    shape_names : mapping of str to str
+        What the shapes are called in results, by field.
     """
 
     field: str
@@ -125,6 +129,8 @@ class Effect:
     experiment: str = ""
     steps_in_time: str = ""
     certain: bool = False
+    drawn_against: str = ""
+    shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,6 +236,9 @@ class Rig:
         Runs the filter over a part of a record (:func:`heli_identifier.tracing.helicopter.run_filter`).
     accelerations : callable
         Accelerations along a motion (:func:`heli_identifier.tracing.helicopter.run_accelerations`).
+    partial_residual : callable (record, parameters, bare, effect)
+        What an effect's curve is drawn from: axis, variable, its unit, its values, the smoothed acceleration less that
+        of ``bare``, the plant without the effect, and the effect's own.
     regressions : callable (records, lag)
         Equations of motion of the axes for instruments, and the signals (N, s) of every record.
     smoothed : callable (record, parameters)
@@ -264,6 +273,7 @@ class Rig:
     linear: Callable[[Parameters], tuple[tuple[float, float], ...]]
     filter: Callable[..., Any]
     accelerations: Callable[..., Any]
+    partial_residual: Callable[..., tuple[str, str, str, Array, Array, Array]]
     regressions: Callable[..., tuple[Any, list[Array]]]
     smoothed: Callable[[Record, Parameters], Array]
     simulate: Callable[..., Array]

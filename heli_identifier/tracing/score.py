@@ -153,6 +153,15 @@ class Scores:
         part.g = self.quadratic.g[list(logs)].sum(0) + self.quadratic.prior
         return part
 
+    def of_pinned(self, column: int) -> "Scores":
+        """Give the same with a parameter of the nuisance held at zero."""
+        part = copy(self)
+        part.nuisance = [j for j in self.nuisance if j != column]
+        d = np.zeros(len(self.g))
+        d[column] = -self.x[column]
+        part.g = self.g + self.H @ d
+        return part
+
     def redrawn(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Give the same with gradients drawn around a step ``truth`` (n,), as other flights of that plant have them."""
         spread = np.sqrt(self.dispersion)

@@ -1,4 +1,4 @@
-"""Every constant of the likelihood with its reason, and what is given of one rig."""
+"""Every constant of the tracer with its reason, and what is given of one rig."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -146,12 +146,28 @@ CONTRADICTION = 2.6
 """Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
 less than one in a hundred true values lies outside."""
 
+CURVE_BINS = 32
+"""Bins of equal population of an effect's curve."""
+
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
 
 BLOCK = 4.0
 """Length [s] of the blocks whose scores make the dispersion: ten times the correlation time of the air."""
 
+
+# --- logs that do not fit the others (strangers.py) ---
+
+LEAST_ZERO = 0.2
+"""Zero of an elevation [rad] from which on it is another position: half of what an arm on the table lies below the
+horizontal."""
+
+MISTAKE, ALIEN = 20.0, 2.5
+"""Nats by which a mirror image has to be likelier; ratio of a log's innovations to the others' beyond which it is of
+another rig: the air of one room hardly makes a ratio of two."""
+
+CERTAIN_SIGN = 3.0
+"""Standard errors from zero at which a sign is beyond chance: one gain in a thousand is by chance."""
 
 # --- before and after (prediction.py, held_out.py) ---
 
@@ -174,7 +190,7 @@ WHITE_TIME = 1.0
 
 
 @dataclass(frozen=True)
-class LikelihoodSettings:
+class DiagnosisSettings:
     """What is given of a rig.
 
     Attributes
@@ -191,6 +207,9 @@ class LikelihoodSettings:
         What the elevation's encoder reads where the arm is horizontal [rad]; None lets the search estimate it.
     effects : mapping of str to Estimate
         Effects that the model before has, by their field: the coefficient with its standard deviation.
+    keep_events : bool
+        Use also the passages in which something other than the plant acts; by default they are left out. They are
+        listed either way.
     counts : tuple of int
         Counts per turn of the encoders of pitch, elevation, travel.
 
@@ -206,6 +225,7 @@ class LikelihoodSettings:
     elevation_gain: float | None = None
     horizontal: float | None = None
     effects: Mapping[str, Estimate] = field(default_factory=dict)
+    keep_events: bool = False
     counts: tuple[int, int, int] = (4096, 4096, 8192)
 
     def __post_init__(self) -> None:
@@ -213,7 +233,7 @@ class LikelihoodSettings:
         check_given("", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects)
 
     @classmethod
-    def from_rig(cls, configuration: RigConfiguration) -> "LikelihoodSettings":
+    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
         """Make settings of all that a rig's configuration states."""
         c = configuration
         return cls(

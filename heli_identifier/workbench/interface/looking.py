@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.tracing import Identification, LikelihoodSettings, ParameterReport, identify_plant
+from heli_identifier.tracing import Identification, DiagnosisSettings, ParameterReport, identify_plant
 from heli_identifier.workbench.interface import several
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_identifier.workbench.report.small_table import Tabular
@@ -142,7 +142,7 @@ def look(logs: Log | Sequence[Log], *, configuration: RigConfiguration | None = 
         Nothing is excited, or an axis stands still in a log.
     """
     used, known = several(logs), configuration or RigConfiguration()
-    found = identify_plant(used, LikelihoodSettings.from_rig(known))
+    found = identify_plant(used, DiagnosisSettings.from_rig(known))
     rig = found.plant.likelihood.rig
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in used], axis=0)
     counts = np.sqrt(squares / sum(log.samples for log in used)) / rig.resolution

@@ -1,0 +1,219 @@
+"""Logs that do not fit the others: zeroed elsewhere, wired otherwise, of another rig; and signs that none can have.
+
+A constant torque b on an axis of log l changes its innovations by c b, c the answer of the filter's error dynamics to
+one, so that b_l follows from one run of the filter by a robust regression of e on c, whatever the prior of the offsets.
+
+**Zeros.** The encoder counts from where the arm was when the rig was switched on: on the table, or held by hand. A log
+that reads z less than the others needs the voltages of another height:
+
+    eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
+
+Small zeros are offsets of a log, which the fits allow for. An arm that was balanced otherwise looks the same.
+
+**Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.MISTAKE` nats with
+the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed.
+
+**Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
+sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
+
+| k_x | k_y | k_z | then |
+|---|---|---|---|
+| < 0 | > 0 | > 0 | the pitch counts the other way |
+| < 0 | < 0 | > 0 | front and rear are exchanged |
+| > 0 | | < 0 | the elevation counts the other way |
+| < 0 | > 0 | < 0 | pitch and elevation count the other way, or both voltages do |
+| < 0 | < 0 | < 0 | front and rear are exchanged, and the elevation counts the other way |
+
+Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from heli_identifier.online import Estimate
+from heli_identifier.records import Log
+
+from .fit import Fit
+from .noise import error_dynamics, physical
+from .records import record_of
+from .rig import Record
+from .settings import ALIEN, CERTAIN_SIGN, HUBER, LEAST_ZERO, MISTAKE
+
+Array = NDArray[np.float64]
+LeftOut = Mapping[str, Sequence[tuple[float, float]]]
+
+ELEVATION = 1
+
+OUTLYING, FEWEST = 3.5, 3
+"""Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
+can be told to differ from the others."""
+
+LEAST_STIFFNESS = 0.1
+"""Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
+
+ROUNDS, SETTLED = 4, 0.01
+"""Rounds of fit and shift, since the fit to logs of different zeros is wrong; change [rad] that needs no further one."""
+
+
+def aligned(
+    training: Sequence[Log], held_out: Sequence[Log], fitted: Callable[[Sequence[Log]], Fit], left_out: LeftOut
+) -> tuple[Fit, tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
+    """Shift the logs whose elevation was zeroed in another position, and fit the model before.
+
+    Returns
+    -------
+    null : Fit
+    training, held_out : tuple of Log
+    notes : tuple of str
+        What was shifted, one sentence a log.
+    """
+    count, given = len(training), (*training, *held_out)
+    logs, zero = given, np.zeros(len(given))
+    null = fitted(logs[:count])
+    for _ in range(ROUNDS):
+        moved = zero + _zeros(null, logs, left_out)
+        moved = np.where(_outlying(moved), moved, 0.0)
+        if np.allclose(moved, zero, rtol=0.0, atol=SETTLED):
+            break
+        zero = moved
+        logs = tuple(_shifted(log, z) if z else log for log, z in zip(given, zero, strict=True))
+        null = fitted(logs[:count])
+    notes = tuple(
+        f"{log.name}: its elevation reads {abs(z):.2f} rad {'less' if z > 0.0 else 'more'} than that of the other logs "
+        "at like voltages, as if its encoder had been zeroed in another position or the arm balanced otherwise; it was "
+        "shifted by that much"
+        for log, z in zip(logs, zero, strict=True)
+        if z
+    )
+    return null, logs[:count], logs[count:], notes
+
+
+def _zeros(null: Fit, logs: Sequence[Log], left_out: LeftOut) -> Array:
+    """Zero of each log's elevation [rad] against the others'."""
+    rig = null.likelihood.rig
+    stiffness = rig.linear(null.parameters)[ELEVATION][1]
+    if stiffness < LEAST_STIFFNESS or len(logs) < FEWEST:
+        return np.zeros(len(logs))
+    b = np.array([own_offsets(null, record_of(log, rig, left_out.get(log.name, ())))[0][ELEVATION] for log in logs])
+    if np.isfinite(b).sum() < FEWEST:
+        return np.zeros(len(logs))
+    return np.nan_to_num((np.nanmedian(b) - b) / stiffness)
+
+
+def _outlying(zero: Array) -> NDArray[np.bool_]:
+    """Which of the logs' zeros (L,) [rad] were set in another position than those of the others."""
+    spread = float(np.median(np.abs(zero - np.median(zero)))) / 0.6745
+    return np.asarray(np.abs(zero - np.median(zero)) > max(LEAST_ZERO, OUTLYING * spread), dtype=bool)
+
+
+def _shifted(log: Log, zero: float) -> Log:
+    angles = log.angles.copy()
+    angles[:, ELEVATION] += zero
+    return replace(log, angles=angles)
+
+
+def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
+    """Constant torques (a,) [rad/s^2] of one log under a plant, whatever their prior, and its innovations (N, a) [rad].
+
+    An axis on which nothing counts has nan.
+    """
+    likelihood = replace(fitted.likelihood, records=(record,))
+    axes = len(likelihood.rig.axes)
+    point = replace(fitted.point, offsets=np.zeros((1, axes)), harmonics=())
+    (e,) = likelihood.innovations(point)
+    b, air, linear = np.full(axes, np.nan), physical(point.z), likelihood.rig.linear(point.parameters)
+    for axis in range(axes):
+        w = record.weights[:, axis]
+        if not w.any():
+            continue
+        c = lfilter(*error_dynamics(record.step, linear[axis], air[:, axis]), np.ones(record.samples))
+        b[axis], huber = 0.0, w
+        for _ in range(10):
+            b[axis] = -(huber * c * e[:, axis]).sum() / (huber * c * c).sum()
+            left = np.abs(e[:, axis] + c * b[axis])
+            scale = np.median(left[w > 0]) / 0.6745
+            huber = w * np.minimum(1.0, HUBER * scale / np.maximum(left, 1e-12))
+        e[:, axis] += c * b[axis]
+    return b, e
+
+
+def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple[str, ...]:
+    """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
+    rig, notes = fitted.likelihood.rig, []
+    records = [record_of(log, rig, left_out.get(log.name, ())) for log in logs]
+    as_read = [_misfit(fitted, record) for record in records]
+    scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
+    usual = float(np.median(scales))
+    for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
+        mirrored = {what: F - _misfit(fitted, other)[0] for what, other in _mirrors(rig, record)}
+        what = max(mirrored, key=lambda name: mirrored[name])
+        if mirrored[what] > MISTAKE:
+            notes.append(f"the log {log.name} does not belong to the others: it fits with {what}")
+        elif scale > ALIEN * usual:
+            notes.append(
+                f"the log {log.name} does not belong to the others: its innovations are {scale / usual:.1f} times theirs"
+            )
+    return tuple(f"{note}. Mend it in heli.toml or leave it out, and run this again" for note in notes)
+
+
+def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
+    """Data's part of F [nats] of one log with its own offsets and scales, and these scales (a,) [rad]."""
+    F, sigma = fitted.likelihood.of_axes([own_offsets(fitted, record)[1]], [record])
+    return float(F.sum()), np.where(record.weights.any(0), sigma, np.nan)
+
+
+def _mirrors(rig, record: Record) -> list[tuple[str, Record]]:
+    """Give a record as it would be with the usual mistakes undone."""
+    found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
+    for i, axis in enumerate(rig.axes):
+        signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
+        found.append((f"the sign of its {axis} changed", replace(record, angles=record.angles * signs)))
+    return [
+        (what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found
+    ]
+
+
+def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
+    """Warn of gains that are significantly negative, and name what to change in the rig's configuration.
+
+    Parameters
+    ----------
+    estimates : mapping of str to Estimate
+        Of the model before, by the paper's symbols.
+    """
+    pitch, elevation, travel = (_sign(estimates[name]) for name in ("k_x", "k_z", "k_y"))
+    negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
+    if not negative:
+        return ()
+    causes, remedies = [], []
+    if pitch < 0 and travel < 0:
+        causes, remedies = ["front and rear are exchanged"], ["swap_rotors = true under [log]"]
+    elif pitch < 0 and travel > 0:
+        causes, remedies = ["the pitch counts the other way"], ["pitch = -1 under [log.signs]"]
+    elif pitch < 0:
+        causes = ["the pitch counts the other way or front and rear are exchanged"]
+        remedies = ["pitch = -1 under [log.signs] or swap_rotors = true under [log]"]
+    if elevation < 0:
+        causes.append("the elevation counts the other way")
+        remedies.append("elevation = -1 under [log.signs]")
+    cause, advice = " and ".join(causes), f"set {' and '.join(remedies)} of heli.toml (`heli init` writes one)"
+    if pitch < 0 and elevation < 0 and travel >= 0:
+        cause += ", or both voltages do"
+        advice += " (for the voltages v_front = -1 and v_rear = -1)"
+    gains = " and ".join(f"{name} = {estimates[name].value:.3g} {estimates[name].unit}" for name in negative)
+    are = "are" if len(negative) > 1 else "is"
+    return (
+        f"WRONG SIGN: {gains} {are} negative, so {cause}; do not trust this result but {advice}, "
+        "or take the entry away if it stands there already, and run it again",
+    )
+
+
+def _sign(estimate: Estimate) -> int:
+    """Give -1 or 1 where a sign is beyond chance, else 0."""
+    if abs(estimate.value) <= CERTAIN_SIGN * (estimate.standard_error or 0.0):
+        return 0
+    return 1 if estimate.value > 0.0 else -1
