@@ -2,7 +2,8 @@
 
 The plant's coordinates x, the air's z and the offsets b of the logs move together. A step is at most
 :data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. Once a step brings nothing more, the air
-of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls.
+of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls. A first fit begins
+with the first :data:`.settings.COARSE` s of flight.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from .likelihood import Likelihood, Point, Quadratic
 from .noise import SHAPES, kalman, physical
 from .rig import Coordinate, Parameters
-from .settings import AIR_SCAN, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN, SCANNED
+from .settings import AIR_SCAN, AIR_SCANS, COARSE, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN
 
 Array = NDArray[np.float64]
 
@@ -30,8 +31,8 @@ class Fit:
         Parameters that were estimated, P of them.
     x : Array, shape (P,)
     point : Point
-    e : list of Array, shapes (N_i, a)
-        Innovations [rad].
+    e, motion : list of Array, shapes (N_i, a) and (N_i, 2a)
+        Innovations [rad], and the filter's motion [rad], [rad/s].
     sigma : Array, shape (a,)
         Their scales [rad].
     value : float
@@ -46,6 +47,7 @@ class Fit:
     x: Array
     point: Point
     e: list[Array]
+    motion: list[Array]
     sigma: Array
     value: float
     quadratic: Quadratic
@@ -131,15 +133,20 @@ class _Search:
         return replace(self.point, parameters=parameters, z=z, offsets=offsets)
 
     def measure(self) -> None:
-        self.e = self.likelihood.innovations(self.point)
+        self.e, self.motion = self.likelihood.filtered(self.point)
         of_axes, self.sigma = self.likelihood.of_axes(self.e)
         self.value = float(of_axes.sum()) + self.likelihood.priors(self.x, self.point)
 
     def linearise(self) -> None:
-        self.quadratic = self.likelihood.linearise(self.point, self.coordinates, self.x, self.sigma)
+        self.quadratic = self.likelihood.linearise(
+            self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
+        )
 
-    def step(self) -> float:
-        """Take one Gauss-Newton step; give the fall of F."""
+    def step(self) -> bool:
+        """Take one Gauss-Newton step; give whether F fell by more than :data:`.settings.CONVERGED`.
+
+        Where the quadratic form promises less, the point stays and its quadratic form is that of the fit.
+        """
         self.linearise()
         H, g = self.quadratic.total
         P, z = len(self.x), self.point.z
@@ -147,27 +154,26 @@ class _Search:
         high = np.concatenate((self.high - self.x, np.full(z.size, 1.0)))
         s, fixed = bounded_step(H, g, low, high)
         self.at_bound = fixed[:P]
+        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_offsets < CONVERGED:
+            return False
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
-        before = self.x, self.point, self.e, self.sigma, self.value
+        before = self.x, self.point, self.e, self.motion, self.sigma, self.value
         for _ in range(HALVINGS):
             taken = share * s
-            offsets = before[1].offsets + np.array(
-                [share * c - D @ taken for c, D in self.quadratic.back]
-            )
+            offsets = before[1].offsets + np.array([share * c - D @ taken for c, D in self.quadratic.back])
             self.x = np.clip(before[0] + taken[:P], self.low, self.high)
             self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
             self.measure()
-            if self.value < before[4]:
-                return before[4] - self.value
+            if self.value < before[5]:
+                return before[5] - self.value > CONVERGED
             share *= 0.5
-        self.x, self.point, self.e, self.sigma, self.value = before
-        return 0.0
+        self.x, self.point, self.e, self.motion, self.sigma, self.value = before
+        return False
 
     def scan_air(self) -> bool:
         """Move the air of every axis to the best of a coarse grid; give whether F fell by enough to go on."""
-        z, records = self.point.z, self.likelihood.records
-        some = 1 + int(np.searchsorted(np.cumsum([r.time[-1] for r in records]), SCANNED))
-        few, e = records[:some], self.e[:some]
+        z, few = self.point.z, self.likelihood.beginning(COARSE)
+        e = self.e[: len(few)]
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         chosen = z.copy()
         for move in AIR_SCAN:
@@ -179,12 +185,12 @@ class _Search:
             chosen[:, better] = tried[:, better]
         if (chosen == z).all():
             return False
-        before = self.point, self.e, self.sigma, self.value
+        before = self.point, self.e, self.motion, self.sigma, self.value
         self.point = replace(self.point, z=chosen)
         self.measure()
-        if self.value < before[3] - SCAN_GAIN:
+        if self.value < before[4] - SCAN_GAIN:
             return True
-        self.point, self.e, self.sigma, self.value = before
+        self.point, self.e, self.motion, self.sigma, self.value = before
         return False
 
 
@@ -210,24 +216,33 @@ def fit(
     rig = likelihood.rig
     if start is None:
         first = rig.estimate(likelihood.records)
-        coordinates = [rig.coordinate(name, first) for name in fields]
-        point = Point(first, np.zeros((SHAPES, len(rig.axes))), np.zeros((len(likelihood.records), len(rig.axes))))
-        x = np.array([c.coordinate(rig.read(first, c.field)) for c in coordinates]).clip(-2.5, 2.5)
-    else:
-        point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
-        coordinates = [rig.coordinate(name, point.parameters) for name in fields]
-        x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
+        some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
+        calm = Point(first, np.zeros((SHAPES, a)), np.zeros((len(some), a)))
+        start = _searched(replace(likelihood, records=some), fields, first, calm)
+        if len(some) == count:
+            return start
+        offsets = np.vstack((start.point.offsets, np.zeros((count - len(some), a))))
+        start = replace(start, point=replace(start.point, offsets=offsets))
+    point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
+    return _searched(likelihood, fields, point.parameters, point)
+
+
+def _searched(likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point) -> Fit:
+    """Fit from a point; ``at`` are the parameters by which priors with a sign choose theirs."""
+    rig, scans = likelihood.rig, 0
+    coordinates = [rig.coordinate(name, at) for name in fields]
+    x = np.array([c.coordinate(rig.read(at, c.field)) for c in coordinates])
     search = _Search(likelihood, coordinates, x, point)
-    scans = 0
     for _ in range(ITERATIONS):
-        if search.step() < CONVERGED:
-            if scans == (2 if start is None else 1) or not search.scan_air():
+        if not search.step():
+            if scans == AIR_SCANS or not search.scan_air():
                 break
             scans += 1
-    search.linearise()
+    else:
+        search.linearise()
     return Fit(
-        likelihood, tuple(coordinates), search.x, search.point, search.e, search.sigma, search.value,
-        search.quadratic, search.at_bound,
+        likelihood, tuple(coordinates), search.x, search.point, search.e, search.motion, search.sigma,
+        search.value, search.quadratic, search.at_bound,
     )  # fmt: skip
 
 

@@ -305,7 +305,7 @@ def _regression(record: Record, time_constant: float) -> tuple[list[Array], list
 def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[float, float]]) -> Coordinate:
     """Prior of a field; ``given`` are centre and width of effects of which more is known than their range."""
     if field in _FULL_THRUST:
-        sign = 1.0 if field == "k_z" else copysign(1.0, getattr(start, field))
+        sign = copysign(1.0, getattr(start, field))
         return Coordinate(field, _FULL_THRUST[field] / start.v_max, GAIN_WIDTH, sign=sign)
     if field in _LINEAR:
         width, lower = _LINEAR[field]
@@ -506,7 +506,7 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
 
     lowest = min(float(a[:, 1].min()) for a in angles)
     return Rig(
-        axes=AXES, base=base, gains=GAINS,
+        axes=AXES, base=base, gains=GAINS, lifting=GAINS[:2],
         units={row.field: row.unit for row in BY_FIELD.values()},
         resolution=2.0 * pi / np.array(settings.counts, dtype=float),
         parameters=parameters,

@@ -141,9 +141,9 @@ def identify_plant(
 
 
 def _null(likelihood: Likelihood) -> Fit:
-    """Fit the simplified model; a gain that least squares give as negative is tried with the other sign as well."""
+    """Fit the simplified model; where air under a controller may have turned a sign, the other one is tried as well."""
     found = fit(likelihood, likelihood.rig.base)
-    for name in likelihood.rig.gains:
+    for name in likelihood.rig.lifting:
         value = likelihood.rig.read(found.parameters, name)
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)

@@ -9,14 +9,15 @@ log with standard deviation tau. F is a negative log posterior in nats; everythi
 difference of F or its quadratic form.
 
 Sensitivities: a further acceleration a_k of an axis along the filter's own motion changes its innovations through the
-error dynamics of the filter, a linear filter, five times cheaper than a run of the plant for every parameter. Those to
-the air's parameters are finite differences of the filter. Records are read in chunks, so memory does not grow.
+error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so accelerations and these
+sensitivities are taken at :data:`.settings.SEEN_AT`, as means over blocks of samples. Those to the air's parameters are
+finite differences of the filter at the log's rate. Records are read in chunks, so memory grows with the log alone.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,7 +26,7 @@ from scipy.signal import lfilter
 
 from .noise import SHAPES, error_dynamics, gains, physical, recoloured
 from .rig import Coordinate, Parameters, Record, Rig
-from .settings import BLOCK, CHUNK, HUBER, OFFSET
+from .settings import BLOCK, CHUNK, HUBER, OFFSET, SEEN_AT
 
 Array = NDArray[np.float64]
 
@@ -72,6 +73,8 @@ class Quadratic:
         Information of each axis alone, before anything is eliminated.
     back : list of (Array, Array)
         Per log what gives its offsets from a step of the parameters: b+ - b = c - D s.
+    by_offsets : float
+        Fall of F [nats] that the offsets alone still promise.
     prior : Array, shape (n,)
         Gradient of the priors, x and z themselves; their Hessian is the unit matrix.
     """
@@ -81,6 +84,7 @@ class Quadratic:
     blocks: list[Array]
     information: Array
     back: list[tuple[Array, Array]]
+    by_offsets: float
     prior: Array
 
     @cached_property
@@ -105,14 +109,20 @@ class Likelihood:
     records: tuple[Record, ...]
     offset_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
 
-    def innovations(self, point: Point) -> list[Array]:
-        """Give the innovations of every record, shapes (N_i, a) [rad]."""
-        found = []
+    def filtered(self, point: Point) -> tuple[list[Array], list[Array]]:
+        """Give the innovations (N_i, a) [rad] of every record and the filter's motion (N_i, 2a) [rad], [rad/s]."""
+        found, motions = [], []
         for i, record in enumerate(self.records):
-            e = np.empty_like(record.angles)
-            self.run(i, point, 0, record.samples, None, e)
+            e, motion = np.empty_like(record.angles), np.empty((record.samples, 2 * len(self.rig.axes)))
+            self.run(i, point, 0, record.samples, None, e, motion)
             found.append(e)
-        return found
+            motions.append(motion)
+        return found, motions
+
+    def beginning(self, seconds: float) -> tuple[Record, ...]:
+        """Give the first records that hold so much flight [s]."""
+        lengths = np.cumsum([record.time[-1] for record in self.records])
+        return self.records[: 1 + int(np.searchsorted(lengths, seconds))]
 
     def of_axes(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
         """Give the data's part of F axis by axis, and the scales that minimise it.
@@ -164,7 +174,14 @@ class Likelihood:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.offset_width) ** 2).sum()))
 
-    def linearise(self, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array) -> Quadratic:
+    def linearise(
+        self,
+        point: Point,
+        coordinates: Sequence[Coordinate],
+        x: Array,
+        sigma: Array,
+        filtered: tuple[Sequence[Array], Sequence[Array]],
+    ) -> Quadratic:
         """Give the quadratic form of F around a point.
 
         Parameters
@@ -176,17 +193,20 @@ class Likelihood:
             Where they are.
         sigma : Array, shape (a,)
             Scales at the point.
+        filtered : (innovations, motions)
+            Of :meth:`filtered` at the point.
         """
         moves = [self.moved(point, coordinate, x[i]) for i, coordinate in enumerate(coordinates)]
-        parts = [_OfLog(self, i, point, moves, sigma) for i in range(len(self.records))]
+        parts = [_OfLog(self, i, point, moves, sigma, e, m) for i, (e, m) in enumerate(zip(*filtered, strict=True))]
         n = len(x) + SHAPES * len(self.rig.axes)
-        H, g, blocks, back = np.zeros((len(parts), n, n)), np.zeros((len(parts), n)), [], []
+        H, g, blocks, back, fall = np.zeros((len(parts), n, n)), np.zeros((len(parts), n)), [], [], 0.0
         for i, part in enumerate(parts):
-            H[i], g[i], own, solved = part.eliminated(point.offsets[i], self.offset_width)
+            H[i], g[i], own, solved, promised = part.eliminated(point.offsets[i], self.offset_width)
             blocks.append(own)
             back.append(solved)
+            fall += promised
         information = np.sum([part.information[:, :n] for part in parts], axis=0)
-        return Quadratic(H, g, blocks, information, back, np.concatenate((x, point.z.ravel())))
+        return Quadratic(H, g, blocks, information, back, fall, np.concatenate((x, point.z.ravel())))
 
     def moved(self, point: Point, coordinate: Coordinate, x: float) -> tuple[Parameters, float, bool]:
         """Parameters with one coordinate moved by its finite difference, the difference, and whether it is a run."""
@@ -204,109 +224,133 @@ class Likelihood:
         return self.rig.filter(record, p, K, point.offsets[i], harmonics, first, last, carry, e, motion)
 
     def columns(
-        self, i: int, point: Point, moves: list, filters_move: bool = True
-    ) -> Iterator[tuple[int, Array, Array, list[dict[int, Array]]]]:
-        """Give the innovations of record ``i`` and their derivatives, chunk by chunk.
+        self, i: int, point: Point, moves: list, e: Array, motion: Array, filters_move: bool = True
+    ) -> Iterator[tuple[slice, list[dict[int, Array]], list[dict[int, Array]]]]:
+        """Give the derivatives of the innovations ``e`` of record ``i``, chunk by chunk.
 
         Without ``filters_move`` the filters stay as they are: the innovations' own image, by which a parameter of the
         air changes them, would explain whatever stands out of them.
 
         Yields
         ------
-        first : int
-            First sample of the chunk.
-        e, motion : Array, shapes (n, a) and (n, 2a)
-            Innovations and the filter's motion.
-        columns : list of dict of int to Array, shapes (n,)
-            Of every axis the derivatives that are not zero: by the coordinates of ``moves`` (:meth:`moved`), then by
-            the air's parameters, then by the log's offsets.
+        rows : slice
+            Samples of the chunk.
+        fast, slow : list of dict of int to Array, shapes (n,) and (m,)
+            Of every axis the derivatives that are not zero, by the coordinates of ``moves`` (:meth:`moved`), then by the
+            air's parameters, then by the log's offsets: what is to be taken at every sample, and means over blocks of
+            :func:`held_samples`. The derivative is the sum of both.
         """
         rig, record = self.rig, self.records[i]
-        a, P = len(rig.axes), len(moves)
-        own_parameters = P + SHAPES * a
+        a, P, held = len(rig.axes), len(moves), held_samples(record)
+        offsets = P + SHAPES * a
         linear, air = rig.linear(point.parameters), physical(point.z)
-        transfer = [error_dynamics(record.step, linear[axis], air[:, axis]) for axis in range(a)]
+        transfer = [error_dynamics(record.step, linear[axis], air[:, axis], held) for axis in range(a)]
         recolourings: list[dict] = [
             _recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)
         ]
         memory_of_filters: dict[tuple[int, int], list] = {}
-        runs: list = [None] * (1 + P)
+        runs: list = [None] * P
         along: list = [None] * (1 + P)
         memory: list[dict[int, Array]] = [{} for _ in range(a)]
-        chunk = CHUNK - CHUNK % block_length(record)
+        slower = _slower(record, held)
+        chunk = CHUNK - CHUNK % block_length(record) if CHUNK > block_length(record) else block_length(record)
         for first in range(0, record.samples, chunk):
-            last = min(first + chunk, record.samples)
-            e, motion = np.empty((last - first, a)), np.empty((last - first, 2 * a))
-            other = np.empty_like(e)
-            runs[0] = self.run(i, point, first, last, runs[0], e, motion)
-            columns: list[dict[int, Array]] = [{} for _ in range(a)]
-            torques: list[dict[int, Array]] = [{own_parameters + axis: np.ones(last - first)} for axis in range(a)]
+            rows = slice(first, min(first + chunk, record.samples))
+            own, moved = e[rows], np.ascontiguousarray(motion[rows][::held])
+            fast: list[dict[int, Array]] = [{} for _ in range(a)]
+            slow: list[dict[int, Array]] = [{} for _ in range(a)]
+            torques: list[dict[int, Array]] = [{offsets + axis: np.ones(len(moved))} for axis in range(a)]
             for axis in range(a):
                 for j, ((old, new), step) in recolourings[axis].items():
-                    own = memory_of_filters.setdefault((axis, j), [])
-                    columns[axis][j] = (recoloured(e[:, axis], record.step, old, new, own) - e[:, axis]) / step
-            base = np.empty_like(e)
-            along[0] = rig.accelerations(record, point.parameters, motion, first, along[0], base)
+                    state = memory_of_filters.setdefault((axis, j), [])
+                    fast[axis][j] = (recoloured(own[:, axis], record.step, old, new, state) - own[:, axis]) / step
+            base, other = np.empty((len(moved), a)), np.empty((len(moved), a))
+            along[0] = rig.accelerations(slower, point.parameters, moved, first // held, along[0], base)
             for j, (p, step, in_output) in enumerate(moves):
                 if in_output:
-                    runs[1 + j] = self.run(i, point, first, last, runs[1 + j], other, parameters=p)
-                    change, into = (other - e) / step, columns
+                    shown = np.empty_like(own)
+                    runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, parameters=p)
+                    change, into = means((shown - own) / step, held), slow
                 else:
-                    along[1 + j] = rig.accelerations(record, p, motion, first, along[1 + j], other)
+                    along[1 + j] = rig.accelerations(slower, p, moved, first // held, along[1 + j], other)
                     change, into = (other - base) / step, torques
                 for axis in range(a):
                     if change[:, axis].any():  # ends at the first that is not zero
                         into[axis][j] = change[:, axis]
             for axis in range(a):
-                for j, column in _passed(torques[axis], transfer[axis], memory[axis], last - first).items():
-                    columns[axis][j] = columns[axis][j] + column if j in columns[axis] else column
-            yield first, e, motion, columns
+                for j, column in _passed(torques[axis], transfer[axis], memory[axis], len(moved)).items():
+                    slow[axis][j] = slow[axis][j] + column if j in slow[axis] else column
+            yield rows, fast, slow
+
+
+def held_samples(record: Record) -> int:
+    """Count the samples of which sensitivities to torques are a mean."""
+    return max(1, round(1.0 / (SEEN_AT * record.step)))
 
 
 def block_length(record: Record) -> int:
-    """Give the samples of a block of :data:`.settings.BLOCK` s."""
-    return max(1, round(BLOCK / record.step))
+    """Count the samples of a block of :data:`.settings.BLOCK` s, a multiple of :func:`held_samples`."""
+    held = held_samples(record)
+    return held * max(1, round(BLOCK / (held * record.step)))
+
+
+def means(values: Array, held: int) -> Array:
+    """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
+    starts = np.arange(0, len(values), held)
+    return np.asarray(np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None])
+
+
+def _slower(record: Record, held: int) -> Record:
+    """Record at a lower rate, its inputs averaged: what accelerations are computed from."""
+    inputs = np.ascontiguousarray(means(record.inputs, held))
+    return replace(record, step=held * record.step, time=np.ascontiguousarray(record.time[::held]), inputs=inputs)
 
 
 class _OfLog:
     """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
 
-    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array):
-        rig, record = likelihood.rig, likelihood.records[i]
-        a, P = len(rig.axes), len(moves)
-        self.own = P + SHAPES * a
+    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array, e: Array, motion: Array):
+        record, a = likelihood.records[i], len(likelihood.rig.axes)
+        self.own = len(moves) + SHAPES * a
         n = self.own + a
-        self.H, self.g, self.information = np.zeros((n, n)), np.zeros(n), np.zeros((a, n))
-        self.length = block_length(record)
+        self.of_axes, self.g = np.zeros((a, n, n)), np.zeros(n)
+        self.held, self.length = held_samples(record), block_length(record)
         self.blocks = np.zeros((-(-record.samples // self.length), a, n))
-        for first, e, _, columns in likelihood.columns(i, point, moves):
+        for rows, fast, slow in likelihood.columns(i, point, moves, e, motion):
             for axis in range(a):
-                weights = record.weights[first : first + len(e), axis]
-                self._add(axis, columns[axis], e[:, axis], weights, sigma[axis], first)
+                u = e[rows, axis] / sigma[axis]
+                w = record.weights[rows, axis] * np.minimum(1.0, HUBER / np.maximum(np.abs(u), 1e-12))
+                self._add(axis, fast[axis], slow[axis], u, w, sigma[axis], rows.start // self.length)
+        self.H, self.information = self.of_axes.sum(0), np.diagonal(self.of_axes, axis1=1, axis2=2)
 
-    def _add(self, axis: int, columns: dict[int, Array], e: Array, weights: Array, sigma: float, first: int) -> None:
+    def _add(self, axis: int, fast: dict, slow: dict, u: Array, w: Array, sigma: float, block: int) -> None:
         """Add the part of one axis and chunk."""
-        at = np.array(sorted(columns))
-        J = np.column_stack([columns[j] for j in at]) / sigma
-        u = e / sigma
-        w = weights * np.minimum(1.0, HUBER / np.maximum(np.abs(u), 1e-12))
-        weighted = J * w[:, None]
-        self.H[np.ix_(at, at)] += weighted.T @ J
-        self.information[axis, at] += (weighted * J).sum(0)
-        scores = weighted * u[:, None]
-        self.g[at] += scores.sum(0)
-        starts = np.arange(0, len(e), self.length)
-        block = first // self.length
-        self.blocks[block : block + len(starts), axis, at] -= np.add.reduceat(scores, starts, axis=0)
+        f, s, starts = np.array(sorted(fast)), np.array(sorted(slow)), np.arange(0, len(u), self.held)
+        F, S = (np.column_stack([own[j] for j in sorted(own)]) / sigma for own in (fast, slow))
+        wF, wS = F * w[:, None], S * np.add.reduceat(w, starts)[:, None]
+        cross = np.add.reduceat(wF, starts, axis=0).T @ S
+        H = self.of_axes[axis]
+        H[np.ix_(f, f)] += wF.T @ F
+        H[np.ix_(f, s)] += cross
+        H[np.ix_(s, f)] += cross.T
+        H[np.ix_(s, s)] += wS.T @ S
+        for at, scores, length in (
+            (f, wF * u[:, None], self.length),
+            (s, S * np.add.reduceat(w * u, starts)[:, None], self.length // self.held),
+        ):
+            self.g[at] += scores.sum(0)
+            sums = np.add.reduceat(scores, np.arange(0, len(scores), length), axis=0)
+            self.blocks[block : block + len(sums), axis, at] -= sums
 
-    def eliminated(self, offsets: Array, width: Array) -> tuple[Array, Array, Array, tuple[Array, Array]]:
-        """Hessian, gradient and block scores of the parameters alone, and what gives the offsets of a step."""
+    def eliminated(self, offsets: Array, width: Array) -> tuple[Array, Array, Array, tuple[Array, Array], float]:
+        """Hessian, gradient, block scores of the parameters alone; what gives offsets of a step, and what they promise."""
         p, b = slice(0, self.own), slice(self.own, None)
         inner = np.linalg.inv(self.H[b, b] + np.diag(1.0 / width**2))
         g_b = self.g[b] + offsets / width**2
         D = inner @ self.H[b, p]
         blocks = self.blocks[:, :, p] - np.einsum("mab,bp->map", self.blocks[:, :, b], D)
-        return self.H[p, p] - self.H[p, b] @ D, self.g[p] - g_b @ D, blocks, (-inner @ g_b, D)
+        fall = 0.5 * float(g_b @ inner @ g_b)
+        return self.H[p, p] - self.H[p, b] @ D, self.g[p] - g_b @ D, blocks, (-inner @ g_b, D), fall
 
 
 def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: dict[int, Array], count: int) -> dict:

@@ -210,6 +210,8 @@ class Rig:
         Parameters that every fit estimates.
     gains : tuple of str
         Those of them that a controller's designer needs, one an axis.
+    lifting : tuple of str
+        Gains that are positive on every rig that is wired as its model says.
     units : mapping of str to str
         Unit of every parameter.
     resolution : Array, shape (a,)
@@ -260,6 +262,7 @@ class Rig:
     axes: tuple[str, ...]
     base: tuple[str, ...]
     gains: tuple[str, ...]
+    lifting: tuple[str, ...]
     units: Mapping[str, str]
     resolution: Array
     parameters: Parameters

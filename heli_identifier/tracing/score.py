@@ -127,7 +127,9 @@ class Scores:
         further = [c for e in candidates if e.field not in fitted.fields for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
         self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
-        self.quadratic = fitted.likelihood.linearise(fitted.point, self.coordinates, self.x, fitted.sigma)
+        self.quadratic = fitted.likelihood.linearise(
+            fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
+        )
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)
         self.low, self.high = np.full(len(self.g), -np.inf), np.full(len(self.g), np.inf)

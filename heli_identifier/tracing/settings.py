@@ -44,8 +44,8 @@ HUBER = 3.0
 LARGEST_STEP = 1.5
 """Largest step of a parameter in widths of its prior: the model is trusted no farther."""
 
-CONVERGED = 0.02
-"""Fall of the objective [nats] below which the fit has converged: a tenth of a standard error is .005."""
+CONVERGED = 0.01
+"""Fall of the objective [nats] below which the fit has converged: a seventh of a standard error."""
 
 ITERATIONS, HALVINGS = 30, 6
 """Most Gauss-Newton steps of a fit, and most halvings of one step."""
@@ -61,8 +61,11 @@ AIR_SCAN = tuple(
 that swirls, with and without torque at rest. Gauss-Newton alone stays in local optima of the air on two thirds of the
 rigs in calm air."""
 
-SCANNED = 60.0
-"""Length of flight [s] that the scan looks at: the air is the same in all logs, and the scan gives a start only."""
+AIR_SCANS = 2
+"""Most scans of one fit."""
+
+COARSE = 60.0
+"""Length of flight [s] that a scan and the beginning of a first fit look at: the air is the same in all logs."""
 
 SCAN_GAIN = 0.5
 """Fall of F [nats] that makes a fit go on from another air."""
@@ -118,9 +121,6 @@ what the filter needs to tell two steps apart."""
 CURVE_WIDTH = 0.1
 """Width [rad/s^2] of the prior of a torque in the table of an unknown curve: what stops an arm from .1 m beside rest."""
 
-SEEN_AT = 25.0
-"""Rate [Hz] at which curves and periods are searched: ten times the fastest of them; the fit has the log's rate."""
-
 PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
 """Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
 above an encoder's counts under steady motion look like one."""
@@ -148,6 +148,10 @@ less than one in a hundred true values lies outside."""
 
 CURVE_BINS = 32
 """Bins of equal population of an effect's curve."""
+
+SEEN_AT = 25.0
+"""Rate [Hz] at which sensitivities to torques are taken and unknown torques are searched: ten times the fastest motion
+of a bench. Innovations keep the log's rate."""
 
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""

@@ -28,11 +28,12 @@ from scipy.signal import lfilter
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
+from .likelihood import held_samples, means
 from .noise import error_dynamics, physical
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Effect, Tables
 from .select import Selection, select
-from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, SEEN_AT, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
+from .settings import CURVE_WIDTH, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE, UNKNOWN_TRIED
 
 Array = NDArray[np.float64]
 TIME, POINTS = "time", 121
@@ -77,17 +78,21 @@ class _Seen:
         self.times, self.variables, self.w, self.e, self.Q = [], [], [], [], []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
-            held, motions = max(1, round(1.0 / (SEEN_AT * record.step))), []
-            for first, e, motion, columns in L.columns(i, point, moves, filters_move=False):
-                motions.append(motion)
-                for a, J in enumerate(columns):
-                    full, at = np.zeros((len(e), P + 3)), [0, 1, *(2 + min(j, P) for j in J)]
-                    full[:, at] = np.column_stack([np.ones(len(e)), e[:, a], *J.values()])
-                    rows[a].append(_means(full * record.weights[first : first + len(e), a, None], held) * held)
+            held = held_samples(record)
+            for chunk, _, slow in L.columns(i, point, moves, fitted.e[i], fitted.motion[i], filters_move=False):
+                first = np.arange(0, chunk.stop - chunk.start, held)
+                for a, J in enumerate(slow):
+                    w = record.weights[chunk, a]
+                    full, at = np.zeros((len(first), P + 3)), [2 + min(j, P) for j in J]
+                    full[:, 0] = np.add.reduceat(w, first)
+                    full[:, 1] = np.add.reduceat(w * fitted.e[i][chunk, a], first)
+                    full[:, at] = np.column_stack(list(J.values())) * full[:, :1]
+                    rows[a].append(full)
             self.steps.append(held * record.step)
             self.response.append([error_dynamics(record.step, linear[a], air[:, a], held) for a in range(len(rows))])
-            self.times.append(_means(record.time[:, None], held)[:, 0])
-            self.variables.append(_means(rig.tables.values(record, fitted.parameters, np.concatenate(motions)), held))
+            self.times.append(means(record.time[:, None], held)[:, 0])
+            variables = rig.tables.values(record, fitted.parameters, fitted.motion[i])
+            self.variables.append(means(variables, held))
         self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
         for a, chunks in enumerate(rows):
             stacked, N, tau = np.concatenate(chunks), self.ends[-1], L.offset_width[a]
@@ -147,12 +152,6 @@ class _Seen:
             power += np.interp(f, np.fft.rfftfreq(size, h), own)
         power[(f < max(PERIODIC_BAND[0], PERIODS / longest)) | (f > PERIODIC_BAND[1])] = 0.0
         return self.refined(a, float(f[power.argmax()]))
-
-
-def _means(values: Array, held: int) -> Array:
-    """Means over blocks of ``held`` samples (n, k); the last block may be shorter."""
-    starts = np.arange(0, len(values), held)
-    return np.add.reduceat(values, starts, axis=0) / np.diff([*starts, len(values)])[:, None]
 
 
 def _basis(tables: Tables, variable: str, first: float, spacing: float, x: Array) -> Array:
