@@ -135,7 +135,7 @@ def _judge(found: Identification) -> Judge | None:
         return None
 
     def judge(parameters) -> tuple[float, int]:
-        judged = outside.judge([rig.smoothed(record, parameters) for record in records])
+        judged = outside.judge([rig.measured(record, parameters) for record in records])
         return sum(own.chi2 for own in judged), sum(own.freedom for own in judged)
 
     return judge

@@ -25,7 +25,7 @@ from .result import CatalogueVerdict, Determination, EffectCurve, FoundEffect, N
 from .rig import Effect
 from .score import Score
 from .select import Finding, Selection
-from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, NAMED
+from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, MATTERS, NAMED
 
 Array = NDArray[np.float64]
 
@@ -218,7 +218,7 @@ def _report(
     value, width, share = instrument or (0.0, np.inf, None)
     by_instrument = Estimate(value, width / 1.96, estimate.unit) if instrument else None
     sure = width < DETERMINED * abs(value)
-    agrees = abs(value - estimate.value) <= CONTRADICTION * width / 1.96
+    agrees = abs(value - estimate.value) <= max(CONTRADICTION * width / 1.96, MATTERS * abs(value))
     contradicted = bool(is_gain and sure and not agrees)
     said = f"references alone give {value:.3g} ± {width:.2g}"
     if contradicted:

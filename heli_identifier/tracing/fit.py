@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.optimize import lsq_linear
 
 from .likelihood import Likelihood, Point, Quadratic
 from .noise import SHAPES, kalman, physical
 from .rig import Coordinate, Parameters
-from .settings import AIR_SCAN, AIR_SCANS, COARSE, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, SCAN_GAIN
+from .settings import AIR_SCAN, AIR_SCANS, COARSE, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, ROUGHLY, SCAN_GAIN
 
 Array = NDArray[np.float64]
 
@@ -94,7 +96,7 @@ class Fit:
 
 
 def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Minimise g.s + s.H.s/2 under low <= s <= high by an active set.
+    """Minimise g.s + s.H.s/2 under low <= s <= high, H positive definite.
 
     Returns
     -------
@@ -102,16 +104,11 @@ def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, ND
     fixed : NDArray of bool, shape (n,)
         Where a bound holds.
     """
-    fixed, s = np.zeros(len(g), dtype=bool), np.zeros(len(g))
-    for _ in range(len(g)):
-        free = ~fixed
-        s[free] = np.linalg.solve(H[np.ix_(free, free)], -(g[free] + H[np.ix_(free, fixed)] @ s[fixed]))
-        outside = free & ((s < low - 1e-12) | (s > high + 1e-12))
-        if not outside.any():
-            break
-        s = np.clip(s, low, high)
-        fixed |= outside
-    return s, fixed
+    root = np.linalg.cholesky(H)
+    s = -cho_solve((root, True), g)
+    if ((s < low) | (s > high)).any():
+        s = lsq_linear(root.T, -solve_triangular(root, g, lower=True), (low, high), method="bvls").x
+    return s, (s <= low) | (s >= high)
 
 
 class _Search:
@@ -142,8 +139,8 @@ class _Search:
             self.point, self.coordinates, self.x, self.sigma, (self.e, self.motion)
         )
 
-    def step(self) -> bool:
-        """Take one Gauss-Newton step; give whether F fell by more than :data:`.settings.CONVERGED`.
+    def step(self, least: float) -> bool:
+        """Take one Gauss-Newton step; give whether F fell by more than ``least`` [nats].
 
         Where the quadratic form promises less, the point stays and its quadratic form is that of the fit.
         """
@@ -154,7 +151,7 @@ class _Search:
         high = np.concatenate((self.high - self.x, np.full(z.size, 1.0)))
         s, fixed = bounded_step(H, g, low, high)
         self.at_bound = fixed[:P]
-        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_offsets < CONVERGED:
+        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_offsets < least:
             return False
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
         before = self.x, self.point, self.e, self.motion, self.sigma, self.value
@@ -165,7 +162,7 @@ class _Search:
             self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
             self.measure()
             if self.value < before[5]:
-                return before[5] - self.value > CONVERGED
+                return before[5] - self.value > least
             share *= 0.5
         self.x, self.point, self.e, self.motion, self.sigma, self.value = before
         return False
@@ -218,23 +215,23 @@ def fit(
         first = rig.estimate(likelihood.records)
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         calm = Point(first, np.zeros((SHAPES, a)), np.zeros((len(some), a)))
-        start = _searched(replace(likelihood, records=some), fields, first, calm)
-        if len(some) == count:
-            return start
+        start = _searched(replace(likelihood, records=some), fields, first, calm, ROUGHLY)
         offsets = np.vstack((start.point.offsets, np.zeros((count - len(some), a))))
         start = replace(start, point=replace(start.point, offsets=offsets))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
     return _searched(likelihood, fields, point.parameters, point)
 
 
-def _searched(likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point) -> Fit:
-    """Fit from a point; ``at`` are the parameters by which priors with a sign choose theirs."""
+def _searched(
+    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float = CONVERGED
+) -> Fit:
+    """Fit from a point until F falls by less than ``least``; ``at`` are the parameters that tell the signs of gains."""
     rig, scans = likelihood.rig, 0
     coordinates = [rig.coordinate(name, at) for name in fields]
     x = np.array([c.coordinate(rig.read(at, c.field)) for c in coordinates])
     search = _Search(likelihood, coordinates, x, point)
     for _ in range(ITERATIONS):
-        if not search.step():
+        if not search.step(least):
             if scans == AIR_SCANS or not search.scan_air():
                 break
             scans += 1

@@ -364,28 +364,30 @@ _FLY: Mapping[str, str] = {
 DAMPING = (0.1, 0.1)
 """Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
 
-WINDOW = 0.6
-"""Length [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz."""
+WINDOW, MOTION_WINDOW = 0.6, 0.2
+"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a rate at 2 Hz."""
 
 
-def _smooth(values: Array, step: float, order: int = 0) -> Array:
+def _smooth(values: Array, step: float, order: int = 0, window: float = WINDOW) -> Array:
     """Give the derivative of ``order`` of a signal (N, ...) by local cubics (Savitzky and Golay 1964)."""
-    length = min(max(int(WINDOW / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
+    length = min(max(int(window / step) | 1, 5), (len(values) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
 
 
-def along_smoothed(record: Record, parameters: PlantParameters) -> tuple[Array, Array]:
-    """Accelerations (N, 3) of a plant along the smoothed motion of a record, smoothed alike, and the motion (N, 6)."""
-    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
+def measured_accelerations(record: Record, parameters: PlantParameters) -> Array:
+    """Accelerations (N, 3) [rad/s^2] of a plant at the measured angles and voltages, rates from cubics over .2 s."""
+    motion = np.column_stack([_smooth(record.angles, record.step, order, MOTION_WINDOW) for order in (0, 1)])
     out = np.empty((record.samples, 3))
     run_accelerations(record, parameters, np.ascontiguousarray(motion), 0, None, out)
-    return _smooth(out, record.step), motion
+    out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
+    return out
 
 
 def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
     """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
     axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
-    (whole, motion), (without, _) = (along_smoothed(record, p) for p in (parameters, bare))
+    whole, without = (_smooth(measured_accelerations(record, p), record.step) for p in (parameters, bare))
+    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
     inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
     y = _smooth(record.angles, record.step, 2)[:, axis] - without[:, axis]
     variable, unit, x = _variable(record, effect.drawn_against, axis, motion, parameters)
@@ -453,8 +455,13 @@ def _tables() -> Tables:
     )  # fmt: skip
 
 
-def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tuple[list[Regression], list[Array]]:
-    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda')."""
+def _regressions(
+    records: Sequence[Record], parameters: PlantParameters, bare: PlantParameters
+) -> tuple[list[Regression], list[Array]]:
+    """Equations of motion for instruments, in the signals (nu_f + nu_r, nu_f - nu_r, theta, eps, lambda').
+
+    What effects and tables of the plant add to the model before counts as known.
+    """
     lag = parameters.T_m + parameters.motor_lag_rotors
     signals = []
     for record in records:
@@ -468,8 +475,9 @@ def _regressions(records: Sequence[Record], parameters: PlantParameters) -> tupl
          Term("k_z", lambda s: s[:, 0] * np.cos(s[:, 2]))),
         (Term("a_wy", lambda s: -s[:, 4], 0, DAMPING), Term("k_y", lambda s: s[:, 0] * np.sin(s[:, 2]))),
     )  # fmt: skip
+    known = [measured_accelerations(r, parameters) - measured_accelerations(r, bare) for r in records]
     return [
-        Regression(axis, [record.angles[:, i] for record in records], own)
+        Regression(axis, [record.angles[:, i] for record in records], own, [added[:, i] for added in known])
         for i, (axis, own) in enumerate(zip(AXES, terms, strict=True))
     ], signals
 
@@ -504,6 +512,10 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         value = float(getattr(p, field))
         return value * _slopes(p, operating)[GAINS.index(field)] if field in GAINS else value
 
+    def bare(p: PlantParameters) -> PlantParameters:
+        off = dict.fromkeys((e.field for e in CATALOGUE if e.field != LAG_FIELD and e.field not in given), 0.0)
+        return assign(p, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
+
     lowest = min(float(a[:, 1].min()) for a in angles)
     return Rig(
         axes=AXES, base=base, gains=GAINS, lifting=GAINS[:2],
@@ -517,7 +529,7 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         begin=begin,
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
         filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
-        regressions=_regressions, smoothed=lambda record, p: along_smoothed(record, p)[0],
+        regressions=lambda records, p: _regressions(records, p, bare(p)), measured=measured_accelerations,
         simulate=run_alone, placed=placed, stable=_stable, state=PlantState._fields, tables=_tables(),
         operating_point=operating,
     )  # fmt: skip

@@ -25,7 +25,7 @@ from scipy.signal import lfilter, savgol_filter
 
 from heli_identifier.errors import LogError
 
-from .fit import Fit
+from .fit import Fit, fit
 from .noise import SHAPES, gains, kalman, physical
 from .result import ErrorFigure
 from .rig import Parameters, Record, Rig
@@ -54,8 +54,14 @@ class Model:
 
     @classmethod
     def of(cls, fitted: Fit) -> "Model":
-        """Take plant and noise from a fit; the encoder's resolution is the noise where no sample of an axis counted."""
+        """Take plant and noise from a fit; the encoder's resolution is the noise where no sample of an axis counted.
+
+        A torque that is periodic in time is no part of the plant, as its phase in another log is not known: the air is
+        fitted once more without it.
+        """
         likelihood = fitted.likelihood
+        if fitted.point.harmonics:
+            fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
         counted = sum(record.weights.sum(0) for record in likelihood.records) > 0
         r = np.where(counted, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
         return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.offset_width)

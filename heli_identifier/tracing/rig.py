@@ -243,8 +243,8 @@ class Rig:
         of ``bare``, the plant without the effect, and the effect's own.
     regressions : callable (records, lag)
         Equations of motion of the axes for instruments, and the signals (N, s) of every record.
-    smoothed : callable (record, parameters)
-        Accelerations (N, a) [rad/s^2] of a plant along the measured motion, smoothed.
+    measured : callable (record, parameters)
+        Accelerations (N, a) [rad/s^2] of a plant along the measured motion.
     simulate : callable (inputs, step, start, parameters, torque=None)
         Angles (N, a) [rad] of the plant alone, or under further torques (N, a) [rad/s^2].
     placed : callable (carry, motion)
@@ -278,7 +278,7 @@ class Rig:
     accelerations: Callable[..., Any]
     partial_residual: Callable[..., tuple[str, str, str, Array, Array, Array]]
     regressions: Callable[..., tuple[Any, list[Array]]]
-    smoothed: Callable[[Record, Parameters], Array]
+    measured: Callable[[Record, Parameters], Array]
     simulate: Callable[..., Array]
     placed: Callable[[Array, Array], Array]
     stable: Callable[[Parameters], tuple[bool, ...]]

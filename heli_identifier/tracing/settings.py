@@ -44,8 +44,8 @@ HUBER = 3.0
 LARGEST_STEP = 1.5
 """Largest step of a parameter in widths of its prior: the model is trusted no farther."""
 
-CONVERGED = 0.01
-"""Fall of the objective [nats] below which the fit has converged: a seventh of a standard error."""
+CONVERGED, ROUGHLY = 0.01, 1.0
+"""Fall of the objective [nats] below which a fit has converged, a seventh of a standard error, and its beginning."""
 
 ITERATIONS, HALVINGS = 30, 6
 """Most Gauss-Newton steps of a fit, and most halvings of one step."""
@@ -145,6 +145,10 @@ another parameter, over half of its plausible interval."""
 CONTRADICTION = 2.6
 """Standard errors of the instruments beyond which they exclude the likelihood's value. Both rest on the same logs, so
 less than one in a hundred true values lies outside."""
+
+MATTERS = 0.05
+"""Share of a gain below which instruments contradict nothing: their derivatives are good to some per cent, and half a
+decibel matters to no controller."""
 
 CURVE_BINS = 32
 """Bins of equal population of an effect's curve."""
