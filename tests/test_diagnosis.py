@@ -4,22 +4,15 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import LogError
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
 from heli_identifier.records.data_set import read_logs
-from heli_identifier.tracing.diagnosis.curves import accelerations_along
-from heli_identifier.tracing.diagnosis.diagnose import diagnose
-from heli_identifier.tracing.diagnosis.result import RigVerdict
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.prediction.smoothed_state import smoothed_motion
-from heli_identifier.tracing.search.verdict import Verdict
+from heli_identifier.tracing import Determination, RigVerdict, Use, Verdict, diagnose
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import TABLE_2, checked
-from heli_plant.simplified_model import simplified_accelerations
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.online_record import H
-from tests.simulated import drive, exact, noisy
+from tests.simulated import drive, noisy
 
 pytestmark = pytest.mark.slow
 
@@ -41,23 +34,39 @@ def diagnosed():
 
 
 @pytest.mark.parametrize("rig", TRUTH)
-def test_the_effect_that_the_rig_holds_is_found_alone_within_15_per_cent(diagnosed, rig):
+def test_the_effect_that_the_rig_holds_is_found_alone(diagnosed, rig):
     result, (name, axis, size) = diagnosed[rig], TRUTH[rig]
     assert result.verdict == RigVerdict.EFFECTS_SHOWN
     (found,) = result.effects
     assert (found.name, found.axis, found.verdict, found.alternatives) == (name, axis, Verdict.SHOWN, ())
-    # the project's bar; the interval is tighter
+    # the project's bar is 15 %; the interval is tighter, and four standard errors hold the truth
     assert found.coefficient.value == pytest.approx(size, rel=0.15)
-    assert result.withdrawn == ()
-    for estimate in found.agreement.values():
-        assert estimate.value == pytest.approx(size, rel=0.15)
-    assert set(found.agreement) == {2.0, 8.0}
+    assert abs(found.coefficient.value - size) < 4.0 * found.coefficient.standard_error
 
 
 def test_a_rig_that_holds_nothing_is_accused_of_nothing(diagnosed):
     result = diagnosed["rig-c"]
-    assert (result.verdict, result.effects, result.withdrawn) == (RigVerdict.MODEL_ADEQUATE, (), ())
-    assert result.plant_after == result.plant_before
+    assert (result.verdict, result.effects) == (RigVerdict.MODEL_ADEQUATE, ())
+    # what is only possible is no finding, and logs that were left out want it
+    assert all(found.left_out_gain > 0.0 for found in result.possible if found.in_plant)
+
+
+@pytest.mark.parametrize("rig", RIGS)
+def test_the_gains_of_a_calm_rig_in_open_loop_are_determined_and_fit_for_a_controller(diagnosed, rig):
+    result = diagnosed[rig]
+    assert (result.closed_loop, result.references) == (False, "voltages")
+    for name, axis in (("k_x", "pitch"), ("k_z", "elevation"), ("k_y", "travel")):
+        report = result.parameters[name]
+        assert report.determination is Determination.OUTSIDE and not report.contradicted
+        assert abs(report.instrument.value - report.estimate.value) < 0.05 * abs(report.estimate.value)
+        assert result.axes[axis].use is Use.CONTROL
+
+
+@pytest.mark.parametrize("rig", TRUTH)
+def test_held_out_logs_are_likelier_under_the_corrected_plant(diagnosed, rig):
+    held_out = diagnosed[rig].held_out
+    assert held_out.gain.low > 0.0
+    assert held_out.after * held_out.seconds - held_out.before * held_out.seconds == pytest.approx(held_out.gain.value)
 
 
 @pytest.mark.parametrize("rig", TRUTH)
@@ -106,10 +115,9 @@ def test_parameters_are_those_of_the_plant_that_is_delivered(diagnosed, rig):
         (result.plant_after, result.parameters_after),
     ):
         checked(plant)
-        assert set(listed) == {*BASE, "T_m"}
+        assert set(listed) == {*ModelParameters._fields, "T_m"}
         for name, estimate in listed.items():
-            assert estimate.value == getattr(plant, name)
-            assert (estimate.standard_error is None) is (name == "T_m")
+            assert estimate.value == pytest.approx(getattr(plant, name), abs=1e-12)
     # each rig's parameters differ from Table 2 by up to 20 %; theta0 is that of the table
     for name in ("a_th", "k_x", "a_e", "k_z", "k_y"):
         share = getattr(result.plant_after, name) / getattr(TABLE_2, name)
@@ -131,11 +139,10 @@ def test_the_free_run_can_be_repeated_from_what_is_delivered(diagnosed, rig):
 
 
 @pytest.mark.parametrize("rig", RIGS)
-def test_residuals_of_the_held_out_log_are_white_once_the_effect_is_in_the_model(diagnosed, rig):
+def test_innovations_on_the_held_out_log_are_of_the_size_that_the_plant_says(diagnosed, rig):
     (series,) = diagnosed[rig].series
-    assert series.residual_after.shape[0] == series.white_after.shape[0] + 25
-    # unit variance: 2200 samples, 1.5 %, and the whitener's own sampling error
-    np.testing.assert_allclose(series.white_after.std(axis=0), 1.0, atol=0.15)
+    # scale of one log against that of three: 9000 samples know theirs to 1 %, the air of another flight to a few
+    np.testing.assert_allclose(series.residual_after[500:].std(axis=0), 1.0, atol=0.1)
 
 
 def test_the_friction_is_drawn_as_a_step_of_its_size(diagnosed):
@@ -177,41 +184,18 @@ def test_progress_only_grows(diagnosed):
     assert all(0.0 <= share <= 1.0 for share in shares)
 
 
-def test_an_effect_of_the_training_logs_alone_is_withdrawn_and_that_is_said():
-    moved = TABLE_2._replace(moving_mass_elevation=0.01, moving_mass_time=33.0)
+def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said():
+    """Held-out logs decide nothing: what the training logs hold is shown, and the note says that it does not carry over."""
+    moved = TABLE_2._replace(moving_mass_elevation=0.05, moving_mass_time=33.0)
     records = [noisy(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
-    records.append(noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
-    result = diagnose(records[:2], held_out=records[2])
-    assert result.verdict == RigVerdict.MODEL_ADEQUATE
-    assert result.effects == ()
-    reasons = {(name, axis): why for name, axis, why in result.withdrawn}
-    assert "held-out" in reasons["moving_mass", "elevation"]
-    assert result.plant_after.moving_mass_elevation == 0.0
-    (verdict,) = [v for v in result.catalogue if v.name == "moving_mass"]
-    assert verdict.verdict == Verdict.NOT_SHOWN
-    assert verdict.withdrawn
+    result = diagnose(records, held_out=noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
+    assert [(found.name, found.axis) for found in result.effects] == [("moving_mass", "elevation")]
+    assert result.held_out.gain.high < 0.0
+    assert any("less likely under the corrected plant" in note for note in result.notes)
 
 
-def test_accelerations_along_a_record_are_those_that_moved_it():
-    record, start = exact(TABLE_2, drive(30.0, 4))
-    states, _ = simulate(record.voltages, H, start, TABLE_2)
-    found, mu = accelerations_along(record, TABLE_2)
-    np.testing.assert_allclose(mu[:, 0], states[:, 6] - states[:, 7], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(mu[:, 1], states[:, 6] + states[:, 7], rtol=0.0, atol=1e-9)
-    true = [simplified_accelerations(*s[[0, 1, 3, 4, 5]], s[6] - s[7], s[6] + s[7], TABLE_2) for s in states]
-    inner = slice(100, -100)
-    # only the smoothed angles and rates are between the two, which keep .99 of themselves at 1 Hz
-    error = np.sqrt(np.mean((found - true)[inner] ** 2, axis=0))
-    assert np.all(error < 0.01 * np.std(true, axis=0))
-    # the smoothed measured acceleration is the same but for .03 of it at .5 Hz, .11 at 1 Hz and .4 at 2 Hz
-    measured = smoothed_motion(record, 2)
-    assert np.all(np.std((found - measured)[inner], axis=0) < 0.15 * np.std(true, axis=0))
-
-
-def test_a_log_too_short_for_the_lowest_filter_frequency_is_refused_with_the_bound():
+def test_a_log_too_short_is_refused_with_the_bound():
     records = [noisy(TABLE_2, drive(20.0, seed), seed, name=f"log{seed}") for seed in (1, 2)]
-    short = noisy(TABLE_2, drive(9.0, 3), 3, name="short")
-    settings = DiagnosisSettings(bandwidth=1.0)
-    needs = "short: lasts .* s, but a diagnosis needs 12 s: the filter at 1 rad/s settles in 10 s"
-    with pytest.raises(LogError, match=rf"{needs}.*in Python with DiagnosisSettings\(bandwidth="):
-        diagnose([*records, short], held_out=records[1], settings=settings)
+    short = noisy(TABLE_2, drive(7.0, 3), 3, name="short")
+    with pytest.raises(LogError, match=r"log short lasts 7 s; a diagnosis needs 8 s a log"):
+        diagnose([*records, short], held_out=records[1])

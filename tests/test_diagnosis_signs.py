@@ -8,14 +8,11 @@ from typer.testing import CliRunner
 
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.records import demo_logs, read_log
-from heli_identifier.tracing.diagnosis.conclusions import parameter_estimates
-from heli_identifier.tracing.diagnosis.signs import sign_notes
-from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem, reduce_log
-from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing import identify_plant, sign_notes
+from heli_identifier.tracing.diagnose import _base
+from heli_identifier.tracing.fit import covariance
 from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.commands.summary import print_diagnosis
-from heli_plant.parameters import PlantParameters
 from tests.diagnosis_example import example
 
 TRAINING = demo_logs("rig-c")[0]
@@ -32,9 +29,9 @@ MIRRORED = {
 
 
 def fitted(log):
-    """Estimates of the null model from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
-    problem = Problem((reduce_log(log),), 4.0)
-    return parameter_estimates(fit(problem, first_estimate(problem.records, PlantParameters())))
+    """Estimates of the model before from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
+    null = identify_plant(log).selection.null
+    return _base(null, covariance(null))
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,9 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import Log
-from heli_identifier.tracing.diagnosis.diagnose import diagnose
-from heli_identifier.tracing.diagnosis.result import RigVerdict
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.events.cutting import MARGIN, cut, shortest_piece, without_events
-from heli_identifier.tracing.events.event import Event
-from heli_identifier.tracing.events.finding import find_events
+from heli_identifier.tracing import DiagnosisSettings, RigVerdict, diagnose, find_events
+from heli_identifier.tracing.events import Event, passages, seconds_used
+from heli_identifier.tracing.settings import SETTLING
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from tests.blind.field.draw import draw_field_rig
 from tests.blind.field.generator import fly_log
@@ -97,39 +94,14 @@ def event_at(log, start, end):
     return Event(log.name, "pitch", start, end, log.start + start, log.start + end, "force", 1.0)
 
 
-def test_pieces_hold_everything_outside_of_the_margins_under_the_log_s_own_time():
-    log = replace(flown("open_clean", 11)[0][0], start=5.0)
-    before, behind = cut(log, [event_at(log, 30.0, 31.0)], 5.0)
-    assert (before.name, before.start, behind.start) == (log.name, 5.0, pytest.approx(36.0 + MARGIN, abs=2 * log.step))
-    assert behind.name == f"{log.name} from {behind.start:.4g} s"
-    assert before.duration == pytest.approx(30.0 - MARGIN, abs=2 * log.step)
-    assert before.duration + behind.duration == pytest.approx(log.duration - 1.0 - 2 * MARGIN, abs=4 * log.step)
-    np.testing.assert_array_equal(behind.angles, log.angles[-behind.samples :])
-
-
-def test_pieces_that_are_too_short_are_left_out():
+def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then_needs_to_settle():
     log = flown("open_clean", 11)[0][0]
-    (piece,) = cut(log, [event_at(log, 3.0, 4.0)], 5.0)
-    assert piece.start == pytest.approx(4.0 + MARGIN, abs=2 * log.step)
-    assert cut(log, [event_at(log, 0.0, 90.0)], 5.0) == []
-
-
-def test_cut_logs_hold_no_event_any_more_and_clean_ones_stay_as_they_are():
-    logs, touches = flown("open_touched", 11)
-    clean = replace(flown("open_clean", 11)[0][0], name="clean")
-    found = without_events(logs[:4], (*logs[4:], clean), VOLTAGE_LIMIT, 2.0)
-    assert len(found.events) == sum(map(len, touches))
-    assert len(found.notes) == len(logs)
-    assert found.held_out[-1] is clean
-    assert all(piece.duration >= shortest_piece(2.0) for piece in (*found.training, *found.held_out))
-    assert find_events((*found.training, *found.held_out), VOLTAGE_LIMIT) == ()
-
-
-def test_logs_of_which_events_leave_nothing_are_used_as_they_are():
-    logs, _ = flown("open_touched", 11)
-    found = without_events(logs, (), VOLTAGE_LIMIT, 0.11)  # an observer that takes 91 s to settle
-    assert found.training == logs
-    assert "as they are" in found.notes[-1]
+    event = event_at(log, 30.0, 31.0)
+    ((start, end),) = passages([event])[log.name]
+    assert start < 30.0 - 0.2 and end > 31.0 + 0.2  # the edges of an event are known to .2 s
+    used = seconds_used(log, passages([event]))
+    assert used == pytest.approx(log.duration - SETTLING - (end - start) - SETTLING, abs=3 * log.step)
+    assert seconds_used(log, passages([event_at(log, 0.0, 90.0)])) == 0.0
 
 
 def test_logs_too_short_for_a_regression_hold_no_event():
@@ -146,7 +118,7 @@ def test_a_diagnosis_cuts_events_out_lists_them_and_keeps_them_if_asked():
     found = diagnose(training, held_out=held_out)
     assert [(event.log, event.axis) for event in found.events] == put_in
     assert (found.verdict, found.effects) == (RigVerdict.MODEL_ADEQUATE, ())
-    assert {series.log.name.partition(" from ")[0] for series in found.series} == {held_out[0].name}
+    assert [series.log.name for series in found.series] == [held_out[0].name]
     assert all(series.events for series in found.series)
     assert [row["axis"] for row in diagnosis_document(found, {})["events"]] == [axis for _, axis in put_in]
     kept = diagnose(training, held_out=held_out, settings=DiagnosisSettings(keep_events=True))
@@ -155,12 +127,9 @@ def test_a_diagnosis_cuts_events_out_lists_them_and_keeps_them_if_asked():
 
 
 @pytest.mark.slow
-def test_a_log_of_which_nothing_remains_is_asked_whether_it_belongs():
-    """A push leaves it 55 s, where a filter of .15 rad/s needs 69 s; its pitch counts the other way."""
-    logs, _ = flown("open_touched", 11)
+def test_a_mirrored_log_is_said_not_to_belong():
+    logs, _ = flown("open_clean", 11)
     flipped = replace(logs[0], angles=logs[0].angles * np.array([-1.0, 1.0, 1.0]))
-    training, held_out = (logs[1], flipped), logs[3:4]
-    assert without_events(training, held_out, VOLTAGE_LIMIT, 0.15).left_out == (flipped,)
-    found = diagnose(training, held_out=held_out, settings=DiagnosisSettings(bandwidth=0.15))
-    strangers = {own.log: own.why for own in found.logs if not own.belongs}
-    assert strangers == {flipped.name: "the sign of its pitch is flipped"}
+    found = diagnose((logs[1], logs[2]), held_out=flipped)
+    (note,) = [note for note in found.notes if "does not belong" in note]
+    assert note.startswith(f"the log {flipped.name} does not belong to the others: it fits with the sign of its pitch")

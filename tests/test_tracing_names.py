@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.agreement import halves_agree, left_out_gain
+from heli_identifier.tracing.select import halves_agree, left_out_gain
 from heli_identifier.tracing.fit import fit, with_own_offsets
 from heli_identifier.tracing.noise import error_dynamics, physical
 from heli_identifier.tracing.score import Scores, step_times

@@ -105,7 +105,7 @@ def diagnose(
             *_parameter_notes(found),
             *_unexpected_notes(settings.effects, after),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
-            *_held_out_notes(nats),
+            *_held_out_notes(nats, after),
         ),
         seconds=perf_counter() - began,
         events=found.events,
@@ -233,9 +233,9 @@ def _voltage_notes(logs: Sequence[Log], limit: float) -> list[str]:
     ]
 
 
-def _held_out_notes(nats: HeldOutLikelihood) -> list[str]:
-    """Say that the held-out logs prefer the model before, where they do beyond chance."""
-    if nats.gain.high >= 0.0:
+def _held_out_notes(nats: HeldOutLikelihood, after: Fit) -> list[str]:
+    """Say that the held-out logs prefer the model before, where they do beyond chance and no torque is periodic."""
+    if nats.gain.high >= 0.0 or after.point.harmonics:
         return []
     return [
         f"the held-out logs are less likely under the corrected plant than under the model before, by "

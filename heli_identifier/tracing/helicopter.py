@@ -374,23 +374,26 @@ def _smooth(values: Array, step: float, order: int = 0, window: float = WINDOW) 
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0))
 
 
-def measured_accelerations(record: Record, parameters: PlantParameters) -> Array:
-    """Accelerations (N, 3) [rad/s^2] of a plant at the measured angles and voltages, rates from cubics over .2 s."""
-    motion = np.column_stack([_smooth(record.angles, record.step, order, MOTION_WINDOW) for order in (0, 1)])
+def measured_accelerations(record: Record, parameters: PlantParameters, window: float | None = None) -> Array:
+    """Accelerations (N, 3) [rad/s^2] of a plant along the measured motion, smoothed over ``window`` [s]."""
+    motion = _motion(record, window or MOTION_WINDOW)
     out = np.empty((record.samples, 3))
-    run_accelerations(record, parameters, np.ascontiguousarray(motion), 0, None, out)
+    run_accelerations(record, parameters, motion, 0, None, out)
     out[1:] = 0.5 * (out[1:] + out[:-1])  # from the middles of the steps to their ends
     return out
+
+
+def _motion(record: Record, window: float) -> Array:
+    return np.column_stack([_smooth(record.angles, record.step, order, window) for order in (0, 1)])
 
 
 def _partial_residual(record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect):
     """Give what a curve of an effect is drawn from (:class:`.rig.Rig`); effects of the rotors show on the elevation."""
     axis = AXES.index("elevation" if effect.axis not in AXES else effect.axis)
-    whole, without = (_smooth(measured_accelerations(record, p), record.step) for p in (parameters, bare))
-    motion = np.column_stack([_smooth(record.angles, record.step, order) for order in (0, 1)])
+    whole, without = (measured_accelerations(record, p, WINDOW) for p in (parameters, bare))
     inner = slice(round(1.0 / record.step), -round(1.0 / record.step))
-    y = _smooth(record.angles, record.step, 2)[:, axis] - without[:, axis]
-    variable, unit, x = _variable(record, effect.drawn_against, axis, motion, parameters)
+    y = (_smooth(record.angles, record.step, 2) - _smooth(without, record.step))[:, axis]
+    variable, unit, x = _variable(record, effect.drawn_against, axis, _motion(record, WINDOW), parameters)
     return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner, axis]
 
 

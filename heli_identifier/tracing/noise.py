@@ -6,7 +6,7 @@ A second-order process in continuous time drives every axis beside the plant. Wi
 
 and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy
 rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w, as
-air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of its spectrum; psi between mixes a
+air that swirls round a closed room does, with the damping ratio sqrt(f/c)/2; psi = pi/2 takes the torque at rest out of its spectrum; psi between mixes a
 fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the colour of the air is estimated and
 not assumed: a wrong colour biases the gains of a rig under a controller, and narrow intervals stay around the wrong
 values.
@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg import expm, solve_discrete_are
 from scipy.signal import lfilter
 
-from .settings import MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
+from .settings import LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,7 @@ def physical(z: Array) -> Array:
     """Give (rho, c, f, psi), shape (4, a), of the coordinates z (4, a), standard normal before any log is seen."""
     found = NOISE_CENTRE + NOISE_WIDTH[:, None] * z
     found[:3] = np.exp(found[:3])
+    found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
     found[3] = MOST_ROTATED * np.tanh(found[3] / MOST_ROTATED)
     return np.asarray(found)
 

@@ -23,6 +23,10 @@ at rest lies two widths off."""
 MOST_ROTATED = 1.3
 """Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
 
+LEAST_DAMPING = 0.2
+"""Least damping ratio of air that swirls: it has died out after two turns. Less, and a torque that is periodic in time
+would pass for air."""
+
 OFFSET = 0.1
 """Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
 

@@ -222,7 +222,9 @@ def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     heads = [((axes.index(u.axis), 2.0 * np.pi * u.spacing), u.weights) for u in unknowns if u.variable == TIME]
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
     harmonics = tuple(np.array(own, dtype=float).reshape(-1, 4) for own in rows)
-    return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
+    point = replace(fitted.point, harmonics=harmonics)
+    e, motion = fitted.likelihood.filtered(point)
+    return replace(fitted, point=point, e=e, motion=motion)
 
 
 def _weighed(before: Selection, after: Selection, u: Unknown) -> Unknown:
