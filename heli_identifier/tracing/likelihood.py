@@ -9,9 +9,10 @@ log with standard deviation tau. F is a negative log posterior in nats; everythi
 difference of F or its quadratic form.
 
 Sensitivities: a further acceleration a_k of an axis along the filter's own motion changes its innovations through the
-error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so accelerations and these
-sensitivities are taken at :data:`.settings.SEEN_AT`, as means over blocks of samples. Those to the air's parameters are
-finite differences of the filter at the log's rate. Records are read in chunks, so memory grows with the log alone.
+error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are
+taken at :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a
+later one knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased.
+Those to the air's parameters are finite differences of the filter at the log's rate. Records are read in chunks, so memory grows with the log alone.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
@@ -237,8 +238,8 @@ class Likelihood:
             Samples of the chunk.
         fast, slow : list of dict of int to Array, shapes (n,) and (m,)
             Of every axis the derivatives that are not zero, by the coordinates of ``moves`` (:meth:`moved`), then by the
-            air's parameters, then by the log's offsets: what is to be taken at every sample, and means over blocks of
-            :func:`held_samples`. The derivative is the sum of both.
+            air's parameters, then by the log's offsets: what is to be taken at every sample, and what is held over blocks
+            of :func:`held_samples`. The derivative is the sum of both.
         """
         rig, record = self.rig, self.records[i]
         a, P, held = len(rig.axes), len(moves), held_samples(record)
@@ -270,7 +271,7 @@ class Likelihood:
                 if in_output:
                     shown = np.empty_like(own)
                     runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, parameters=p)
-                    change, into = means((shown - own) / step, held), slow
+                    change, into = ((shown - own) / step)[::held], slow
                 else:
                     along[1 + j] = rig.accelerations(slower, p, moved, first // held, along[1 + j], other)
                     change, into = (other - base) / step, torques
@@ -284,7 +285,7 @@ class Likelihood:
 
 
 def held_samples(record: Record) -> int:
-    """Count the samples of which sensitivities to torques are a mean."""
+    """Count the samples over which sensitivities to torques are held."""
     return max(1, round(1.0 / (SEEN_AT * record.step)))
 
 

@@ -153,9 +153,9 @@ def recoloured(
 def error_dynamics(h: float, linear: tuple[float, float], air: Array, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
-    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x.
-    ``air`` are rho, c, f, psi of the axis. With accelerations that are ``held`` over several samples it is that to the
-    innovations' means over these.
+    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x. With
+    accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
+    ``air`` are rho, c, f, psi of the axis.
 
     Returns
     -------
@@ -164,12 +164,11 @@ def error_dynamics(h: float, linear: tuple[float, float], air: Array, held: int 
     """
     K, A, _, _ = kalman(h, *map(float, (*linear, *air)))
     M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
-    B, C, D = np.array([0.5 * h * h, h, 0.0, 0.0]), np.array([1.0, 0.0, 0.0, 0.0]), 0.0
+    B = np.array([0.5 * h * h, h, 0.0, 0.0])
     if held > 1:
-        powers = [np.linalg.matrix_power(M, i) for i in range(held)]
-        sums = np.cumsum([power @ B for power in powers], axis=0)
-        M, B, D, C = M @ powers[-1], sums[-1], float(sums[:-1, 0].sum() / held), np.sum(powers, axis=0)[0] / held
+        B = np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0)
+        M = np.linalg.matrix_power(M, held)
     a = np.poly(M)
     # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
-    b = np.poly(M - np.outer(B, C)) - a
-    return np.asarray(-(b + D * a) if held > 1 else -b, dtype=float), np.asarray(a, dtype=float)
+    b = np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])) - a
+    return np.asarray(-b, dtype=float), np.asarray(a, dtype=float)
