@@ -19,7 +19,7 @@ MODULES = {
     "loop": "benchmarks.loop",
     "simulation": "benchmarks.simulation",
     "adaptation": "benchmarks.adaptation",
-    "selection": "benchmarks.selection",
+    "fit": "benchmarks.fit",
     "campaign": "benchmarks.campaign_speed",
     "cost": "benchmarks.cost",
     "memory": "benchmarks.memory",

@@ -8,19 +8,18 @@ from datetime import UTC, datetime
 import numpy as np
 
 from benchmarks.blind_figures import (
+    BASE,
     TOLD_NEEDED,
     Bar,
     Share,
     bars,
     coverage_share,
     is_miss,
-    prediction_ratios,
     quantiles,
     share,
     testable,
     told,
 )
-from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.workbench.campaign.row import Row
 from heli_identifier.workbench.campaign.summary import false_entries, named_first, right
 from tests.blind.battery import Case
@@ -51,15 +50,12 @@ def section(rows: Rows, kinds: Mapping[str, Case], command: str) -> str:
         _table(("what", "found", "of", "asked", "met"), [_bar_line(bar) for bar in bars(dict(rows))]),
         "### By kind",
         f"*Told*: median score of a test that is told which effect to look for, and how many rigs it would find "
-        f"(above {TOLD_NEEDED:g}); only those are judged in the group of weak effects. *Ratio*: 1 s prediction error "
-        "after, over that of the true structure with fitted parameters, held-out log, worst of the three axes.",
+        f"(above {TOLD_NEEDED:g} nats); only those are judged in the group of weak effects. *Nats*: what the held-out "
+        "log gains by the correction, median.",
         _table(
-            ("group", "kind", "rigs", "told", "named first", "with a false one", "as it is", "ratio"),
+            ("group", "kind", "rigs", "told", "named first", "with a false one", "as it is", "nats"),
             _kind_lines(rows, kinds),
         ),
-        "### 1 s prediction after, over that of the true structure with fitted parameters",
-        _table(("group", "rigs", "pitch", "elevation", "travel"), _ratio_lines(rows)),
-        "Median and, after the slash, 95 % quantile over the rigs.",
         "### 95 % intervals by parameter",
         _table(("parameter", "holds the truth", "where the structure is right"), _coverage_lines(everything)),
         f"One diagnosis on one core: median {seconds[0]:.1f} s, 95 % quantile {seconds[1]:.1f} s, "
@@ -84,11 +80,9 @@ def _miss(row: Row) -> str:
         + (f", ambiguous with {', '.join(e['alternatives'])})" if e["alternatives"] else ")")
         for e in row["effects"] or ()
     ]
-    withdrawn = [f"{e['name']} {e['axis']}: {e['why']}" for e in row["withdrawn"] or ()]
     return (
         f"{row['rig']}: true {'; '.join(true) or 'nothing'} (told {told(row):.1f}) | found "
         f"{row['error'] or '; '.join(found) or 'nothing'}"
-        + (f" | withdrawn {'; '.join(withdrawn)}" if withdrawn else "")
     )
 
 
@@ -104,7 +98,7 @@ def _kind_lines(rows: Rows, kinds: Mapping[str, Case]) -> list[tuple[str, ...]]:
             own = [row for row in members if kinds[row["rig"]].kind == kind]
             judged = testable(own) if group == "weak" else own
             scores = quantiles([told(row) for row in own], 0.5)[0]
-            ratio = quantiles(prediction_ratios(own).max(axis=1, initial=0.0), 0.5)[0]
+            nats = quantiles([row["held_out_nats"] for row in own if row["error"] is None], 0.5)[0]
             lines.append(
                 (
                     group, kind, str(len(own)),
@@ -112,19 +106,9 @@ def _kind_lines(rows: Rows, kinds: Mapping[str, Case]) -> list[tuple[str, ...]]:
                     _count(share(judged, named_first)) if group not in ("clean", "unknown") else "",
                     _count(share(judged, false_entries)),
                     _count(share(judged, right)),
-                    f"{ratio:.3f}" if np.isfinite(ratio) else "",
+                    f"{nats:.0f}" if np.isfinite(nats) else "",
                 )
             )  # fmt: skip
-    return lines
-
-
-def _ratio_lines(rows: Rows) -> list[tuple[str, ...]]:
-    lines = []
-    for group, members in rows.items():
-        ratios = prediction_ratios(members)
-        if len(ratios):
-            cells = ("{:.3f} / {:.3f}".format(*quantiles(column, 0.5, 0.95)) for column in ratios.T)
-            lines.append((group, str(len(ratios)), *cells))
     return lines
 
 

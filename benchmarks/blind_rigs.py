@@ -2,8 +2,8 @@
 
 from collections.abc import Collection, Mapping
 
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
@@ -61,7 +61,7 @@ def truth(kind: str, rig: BlindTruth) -> Truth:
     unknown = rig.unknown
     return Truth(
         kind,
-        {symbol: getattr(rig.base, symbol) for symbol in BASE},
+        {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields},
         tuple(_true_effect(held) for held in rig.effects),
         TrueUnknown(unknown.axis, unknown.variable) if unknown else None,
     )

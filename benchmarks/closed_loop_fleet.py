@@ -1,65 +1,26 @@
 """Measured rigs under a controller: the on-line identifier's 95 % intervals beside those of the off-line fit.
 
-Usage: python -m benchmarks.closed_loop_fleet [--from SECONDS] [--bare] RIG...    rigs as for benchmarks.deals
+Usage: python -m benchmarks.closed_loop_fleet [--from SECONDS] RIG...    rigs as for benchmarks.halves
 
-On line: `heli identify` with prediction errors, all logs together. Off line: maximum likelihood on whitened innovations
-(:mod:`heli_identifier.tracing.prediction`), the motors' lag free, in two ways: one fit of all logs, whose intervals
-leave out that a rig's parameters differ from log to log, and a fit of every log, combined as `heli identify` combines
-(:func:`heli_identifier.workbench.identify.identification.combined`). A pair of intervals overlaps where no value would
-have to be rejected by one of them.
-
-The off-line fit estimates a constant torque on the travel along; ``--bare`` leaves it out. The term mu_s sin(pitch),
-with the pitch's zero off by some hundredths of a radian, makes .03 to .13 rad/s^2 of it on every rig of this make. The
-whitening of prediction errors takes slow torques out of the innovations (D = s + gamma). The autoregression of the
-off-line fit reaches back one second and leaves a part, for which k_y answers if nothing else does.
+On line: `heli identify` with prediction errors, all logs together. Off line: the plant that a diagnosis delivers. A pair
+of intervals overlaps where no value would have to be rejected by one of them.
 """
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 from threadpoolctl import threadpool_limits
 
 import heli_identifier as hi
-from benchmarks.deals import rig_logs
+from benchmarks.halves import rig_logs
 from benchmarks.tables import table
 from heli_identifier.online import PREDICTION_ERROR, Estimate
-from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.fit import BASE, fit
-from heli_identifier.tracing.prediction.problem import Problem, reduce_log
-from heli_identifier.tracing.prediction.start import first_estimate
-from heli_plant.parameter_table import BY_FIELD
-from heli_plant.parameters import TABLE_2
+from heli_identifier.tracing import identify_plant
 
-FIELDS = (*BASE, "T_m")
-CONSTANT = "constant_torque_travel"
-FIRST_LAG = 0.12
-"""Where the off-line fit begins with the motors' lag [s]."""
-
-Estimates = Mapping[str, Estimate]
-
-
-def off_line(logs: Sequence[Log], free: Sequence[str]) -> Estimates:
-    """Fit all logs at once."""
-    problem = Problem(tuple(reduce_log(log) for log in logs))
-    start = first_estimate(problem.records, TABLE_2._replace(T_m=FIRST_LAG))
-    found = fit(problem, start, free)
-    return {name: found.estimate(name) for name in FIELDS}
-
-
-def log_by_log(logs: Sequence[Log], free: Sequence[str]) -> Estimates:
-    """Fit every log; combine by inverse variances with the Birge ratio, as `heli identify` does."""
-    fits = [off_line([log], free) for log in logs]
-    found = {}
-    for name in FIELDS:
-        values = np.array([one[name].value for one in fits])
-        weights = np.array([one[name].standard_error for one in fits], dtype=float) ** -2.0
-        mean = float(weights @ values / weights.sum())
-        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
-        found[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(ratio, 1.0), BY_FIELD[name].unit)
-    return found
+FIELDS = ("k_x", "k_z", "k_y", "a_wx", "a_wz", "a_wy", "a_th", "a_e")
+"""Gains as slopes at the mean voltage, dampings and stiffnesses."""
 
 
 def overlap(a: Estimate, b: Estimate) -> bool:
@@ -75,28 +36,18 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_loop_fleet")
     parser.add_argument("rigs", nargs="+", metavar="RIG")
     parser.add_argument("--from", dest="start", type=float, default=0.0, help="leave out what is earlier [s]")
-    parser.add_argument("--bare", action="store_true", help="no constant torque of the travel in the off-line fit")
     asked = parser.parse_args(arguments)
-    free = FIELDS if asked.bare else (*FIELDS, CONSTANT)
-    counts = {"one fit of all logs": [0, 0], "fits of every log": [0, 0]}
-    head = ("parameter", "on line", *counts, "overlap")
+    counts: list[bool] = []
     for rig in asked.rigs:
         logs = rig_logs(rig, asked.start)
         with threadpool_limits(1):
-            found = hi.identify(logs, method=PREDICTION_ERROR)
-            others = dict(zip(counts, (off_line(logs, free), log_by_log(logs, free)), strict=True))
-        rows = []
-        for name in FIELDS:
-            own, met = found.estimates[name], []
-            for title, other in others.items():
-                met.append(overlap(own, other[name]))
-                counts[title][0] += met[-1]
-                counts[title][1] += 1
-            cells = [cell(one[name]) for one in (found.estimates, *others.values())]
-            rows.append((name, *cells, ", ".join("yes" if one else "no" for one in met)))
-        print(f"{Path(rig).name}, {len(logs)} logs\n\n{table(head, rows)}\n", flush=True)
-    for title, (overlapping, pairs) in counts.items():
-        print(f"{title}: {overlapping} of {pairs} intervals overlap, {100.0 * overlapping / pairs:.0f} %")
+            online = hi.identify(logs, method=PREDICTION_ERROR).estimates
+            offline = {name: report.estimate for name, report in identify_plant(logs).parameters.items()}
+        pairs = [(name, online[name], offline[name]) for name in FIELDS]
+        counts += [overlap(a, b) for _, a, b in pairs]
+        rows = [(name, cell(a), cell(b), "yes" if overlap(a, b) else "no") for name, a, b in pairs]
+        print(f"{Path(rig).name}, {len(logs)} logs\n\n{table(('parameter', 'on line', 'off line', 'overlap'), rows)}\n")
+    print(f"{sum(counts)} of {len(counts)} intervals overlap")
 
 
 if __name__ == "__main__":

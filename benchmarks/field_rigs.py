@@ -4,8 +4,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from benchmarks.blind_rigs import SHAPE_NAMES
+from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import CATALOGUE, effect
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
@@ -94,7 +94,7 @@ def half_truth(rig: FieldTruth, numbers: Collection[int]) -> FieldHalfTruth:
     strength = {held.name: held.coefficient for held in rig.effects}
     return FieldHalfTruth(
         kind=rig.kind,
-        parameters={symbol: getattr(rig.base, symbol) for symbol in BASE},
+        parameters={symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields},
         effects=tuple(_true_effect(held) for held in rig.effects if held not in beyond),
         unknown=TrueUnknown(beyond[0].axis, _VARIABLES[beyond[0].name]) if len(beyond) == 1 else None,
         beyond=beyond,

@@ -7,14 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from benchmarks.blind_measures import told_scores
 from heli_identifier.records import Log
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.helicopter import family_of, helicopter
 from heli_identifier.tracing.identification import Identification, identify_plant
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import records_of
-from heli_identifier.tracing.score import Scores
-from heli_identifier.tracing.select import with_shapes
 from heli_identifier.tracing.settings import DiagnosisSettings
 from heli_plant.parameters import PlantParameters
 from tests.blind.windy import WindyLog, WindyTruth
@@ -95,12 +94,8 @@ def _likelihood(logs: Sequence[Log], plant: PlantParameters | None = None) -> Li
 
 def scores_told(training: Sequence[Log], effects: Sequence[str]) -> dict[str, float]:
     """Score of each effect, by "name/axis", in a fit that is told the structure [nats]."""
-    likelihood = _likelihood(training)
-    candidates = likelihood.rig.candidates
-    fields = [effect.replace("/", "_") for effect in effects]
-    fitted = fit(likelihood, with_shapes(list(likelihood.rig.base), fields, candidates))
-    found = Scores(fitted, candidates).scores(fields)
-    return {effect: found[field].score for effect, field in zip(effects, fields, strict=True)}
+    found = told_scores(training, [effect.replace("/", "_") for effect in effects])
+    return {effect: found[effect.replace("/", "_")] for effect in effects if effect.replace("/", "_") in found}
 
 
 def log_likelihood(plant: PlantParameters, logs: Sequence[Log]) -> float:

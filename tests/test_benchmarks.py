@@ -1,15 +1,11 @@
-"""Benchmarks: what is computed of the times, what stands in the page, and what a selection is judged by."""
+"""Benchmarks: what is computed of the times, and what stands in the page."""
 
-import json
-import subprocess
-import sys
 from importlib import import_module
 from math import inf, nan
 
 import numpy as np
 import pytest
 
-from benchmarks import selection_peers
 from benchmarks.__main__ import HEAD, MODULES
 from benchmarks.adaptation import disagreement, padasip_omega, record, regressions, replay_omega
 from benchmarks.campaign_speed import efficiency
@@ -19,7 +15,6 @@ from benchmarks.loop import figures_of
 from benchmarks.machine import processor
 from benchmarks.page import assembled, section_of
 from benchmarks.printed import Printed
-from benchmarks.selection import tally
 from benchmarks.simulation import bars as simulation_bars
 from benchmarks.soak_run import CASES, GAIN_LIMIT
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
@@ -28,8 +23,6 @@ from heli_identifier.online import IdentifierSettings
 from heli_identifier.workbench.identify.replay import replay
 from heli_plant.effects import CATALOGUE
 from tests.faults.case import ROOT
-
-FRICTION, DRAG, CABLE = ("dry_friction", "pitch"), ("quadratic_drag", "pitch"), ("cable_stiffness", "travel")
 
 
 # --- times -------------------------------------------------------------------------------------------------------
@@ -183,37 +176,6 @@ def test_replay_and_padasip_are_the_same_recursion_where_the_gain_is_unbounded()
     # both are exact least squares; rounding grows with the condition of Gamma, here below 1e6 at 1e-16 a step
     assert disagreement(replay_omega(replay(*log, settings)), theirs) < 1e-8
     assert disagreement(theirs * np.where(np.arange(11) == 0, 1.1, 1.0), theirs) > 1e-3
-
-
-# --- selection ---------------------------------------------------------------------------------------------------
-
-
-def test_a_selection_is_right_if_it_holds_the_truth_and_nothing_else():
-    true = [frozenset({FRICTION}), frozenset({FRICTION, CABLE}), frozenset()]
-    counted = tally([frozenset({FRICTION, DRAG}), frozenset({FRICTION, CABLE}), frozenset()], true)
-    assert (counted.found, counted.true, counted.false, counted.right, counted.rigs) == (3, 3, 1, 2, 3)
-
-
-def test_the_criterion_prefers_the_true_terms_on_a_path():
-    random = np.random.default_rng(0)
-    X = np.linalg.qr(random.standard_normal((4000, 5)))[0]
-    y = 20.0 * X[:, 1] - 15.0 * X[:, 3] + random.standard_normal(4000)
-    paths = [np.zeros(5), *(np.where(np.isin(range(5), terms), X.T @ y, 0.0) for terms in ([1], [1, 3], [0, 1, 3]))]
-    squares = [float(np.sum((y - X @ path) ** 2)) for path in paths]
-    # a term enters for more than log 4000 = 8.3; the true ones bring 400 and 225, a false one a chi-squared of 1
-    assert selection_peers.best_on_path(paths, squares, 4000).tolist() == [1, 3]
-
-
-@pytest.mark.parametrize("method", ["ssr_tuned", "frols_tuned"])
-def test_tuned_peers_find_two_strong_terms_among_few(method, tmp_path):
-    pytest.importorskip("pysindy")
-    random = np.random.default_rng(1)
-    X = np.linalg.qr(random.standard_normal((2000, 6)))[0]
-    y = 40.0 * X[:, 2] - 30.0 * X[:, 4] + random.standard_normal(2000)
-    np.savez(tmp_path / "rig.npz", X=X, y=y)
-    command = [sys.executable, selection_peers.__file__, method, str(tmp_path / "rig.npz")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert {2, 4} <= set(json.loads(done.stdout)[0]["chosen"])
 
 
 # --- cost --------------------------------------------------------------------------------------------------------

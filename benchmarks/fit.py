@@ -1,0 +1,146 @@
+"""The fit alone beside general tools: CasADi's single shooting with Gauss-Newton, and scipy's least_squares.
+
+Four logs of 90 s at 100 Hz of the blind generator, the eleven parameters of the simplified model. The general tools
+minimise the errors of a simulation over the whole log, which needs no noise model: they do less. Each starts where our
+fit starts and ends at its own tolerance. Times are of one core, after compilation.
+"""
+
+from collections.abc import Callable, Sequence
+from time import process_time
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from threadpoolctl import threadpool_limits
+
+from benchmarks.machine import measured_at
+from benchmarks.tables import seconds, table
+from heli_identifier.online import ModelParameters
+from heli_identifier.records import Log
+from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, records_of
+from heli_plant.parameters import PlantParameters
+from tests.blind.generator import simulate_log
+from tests.blind.kinds import draw_rig
+from tests.blind.signals import multisines
+
+Array = NDArray[np.float64]
+H, LOGS, SECONDS, ROUNDS = 0.01, 4, 90.0, 3
+NAMES = ModelParameters._fields
+
+
+def made() -> tuple[PlantParameters, list[Log]]:
+    """Make a clean rig's logs."""
+    rig = draw_rig(np.random.SeedSequence(11), "clean")
+    logs = []
+    for number in range(LOGS):
+        samples = simulate_log(rig, multisines(SECONDS, np.random.default_rng(number)), number)
+        logs.append(Log(f"log{number}", 1.0 / H, samples[:, 1:3], samples[:, 3:]))
+    return rig.base, logs
+
+
+def shooting(likelihood: Likelihood, start: PlantParameters) -> Array:
+    """Fit by least squares of simulation errors, derivatives by finite differences of the compiled plant."""
+    rig = likelihood.rig
+    x0 = np.array([getattr(start, name) for name in NAMES])
+    width = np.maximum(np.abs(x0), 0.05)
+
+    def errors(x: Array) -> Array:
+        p = start._replace(**dict(zip(NAMES, (float(v) for v in x * width), strict=True)))
+        parts = [rig.simulate(r.inputs, r.step, r.start, p) - r.angles for r in likelihood.records]
+        return np.nan_to_num(np.concatenate(parts).ravel(), nan=1e3, posinf=1e3, neginf=-1e3)
+
+    return least_squares(errors, x0 / width, method="trf", x_scale="jac").x * width
+
+
+def casadi_shooting(likelihood: Likelihood, start: PlantParameters) -> Array:
+    """Fit the same by CasADi: RK4 as a mapped function, Gauss-Newton with its exact Jacobian, step halving."""
+    import casadi as ca
+
+    p, x, u = ca.MX.sym("p", len(NAMES)), ca.MX.sym("x", 8), ca.MX.sym("u", 2)
+    k = dict(zip(NAMES, ca.vertsplit(p), strict=True))
+    h, T = H, start.T_m
+
+    def slope(x):
+        th, e, _, wx, wz, wy, f, r = ca.vertsplit(x)
+        diff, total = f - r, f + r
+        return ca.vertcat(
+            wx, wz, wy,
+            -k["a_wx"] * wx - k["a_th"] * ca.sin(th - k["theta0"]) + k["k_x"] * diff,
+            -k["a_wz"] * wz - k["a_e"] * e - k["a_1"] - k["a_lt"] * wx * wy + k["k_z"] * total * ca.cos(th),
+            -k["a_wy"] * wy + k["k_y"] * total * ca.sin(th),
+            (u[0] - f) / T, (u[1] - r) / T,
+        )  # fmt: skip
+
+    a = slope(x)
+    b = slope(x + 0.5 * h * a)
+    c = slope(x + 0.5 * h * b)
+    d = slope(x + h * c)
+    step = ca.Function("step", [x, u, p], [x + h / 6.0 * (a + 2.0 * b + 2.0 * c + d)])
+    residuals = []
+    for record in likelihood.records:
+        run = step.mapaccum(record.samples - 1)
+        angles = run(record.start[:8], record.inputs[:-1].T, p)[:3, :]
+        residuals.append(ca.vec(angles - record.angles[1:].T))
+    r = ca.vertcat(*residuals)
+    both = ca.Function("both", [p], [r, ca.jacobian(r, p)])
+    value = ca.Function("value", [p], [r])
+    x0 = np.array([getattr(start, name) for name in NAMES])
+    error = value(x0).full().ravel()
+    for _ in range(50):
+        error, J = both(x0)
+        error, J = error.full().ravel(), J.full()
+        move = -np.linalg.lstsq(J, error, rcond=None)[0]
+        share, now = 1.0, error @ error
+        while share > 1e-3:
+            tried = value(x0 + share * move).full().ravel()
+            if np.isfinite(tried).all() and tried @ tried < now:
+                break
+            share *= 0.5
+        x0 = x0 + share * move
+        if now - tried @ tried < 1e-8 * now:
+            break
+    return x0
+
+
+def timed(run: Callable[[], Array]) -> tuple[float, Array]:
+    """Processor time [s], median of some runs, and what was found."""
+    times, found = [], np.empty(0)
+    for _ in range(ROUNDS):
+        began = process_time()
+        found = run()
+        times.append(process_time() - began)
+    return float(np.median(times)), found
+
+
+def section(busy: float) -> str:
+    """Measure, and give the section of the page."""
+    truth, logs = made()
+    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    likelihood = Likelihood(rig, records_of(logs, rig, {}))
+    start = rig.estimate(likelihood.records)
+    fields = [name for name in rig.base if name in NAMES]
+    true = np.array([getattr(truth, name) for name in NAMES])
+
+    def ours() -> Array:
+        found = fit(likelihood, fields)
+        return np.array([getattr(found.parameters, name) for name in NAMES])
+
+    contenders: Sequence[tuple[str, Callable[[], Array]]] = (
+        ("this project: likelihood, air and offsets", ours),
+        ("scipy least_squares on simulation errors", lambda: shooting(likelihood, start)),
+        ("CasADi single shooting, Gauss-Newton", lambda: casadi_shooting(likelihood, start)),
+    )
+    with threadpool_limits(1):
+        ours()
+        found = [(name, *timed(run)) for name, run in contenders]
+    gains = [NAMES.index(name) for name in ("k_x", "k_z", "k_y")]
+    rows = [
+        (name, seconds(time), f"{time / found[0][1]:.1f}", f"{np.abs(x[gains] / true[gains] - 1.0).max():.2%}")
+        for name, time, x in found
+    ]
+    samples = sum(record.samples for record in likelihood.records)
+    return (
+        f"## The fit alone\n\n{measured_at(busy)}\n\n{len(fields)} parameters, {samples} samples, processor time of one "
+        f"core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
+        + table(("fit", "time", "over ours", "gains off by"), rows)
+    )
