@@ -81,7 +81,14 @@ def main(arguments: Sequence[str]) -> None:
             ]
             shown = ", ".join(sorted(families(found))) or "nothing"
             rows.append(
-                (f"{name} {'ab'[half]}", found.references, *cells, shown, f"{nats[-1]:.0f}", f"{process_time() - began:.1f}")
+                (
+                    f"{name} {'ab'[half]}",
+                    found.references,
+                    *cells,
+                    shown,
+                    f"{nats[-1]:.0f}",
+                    f"{process_time() - began:.1f}",
+                )
             )
             print(" | ".join(rows[-1]), flush=True)
         if len(halves) == 2:

@@ -196,7 +196,9 @@ def fits() -> Iterator[Row]:
         point = replace(own.point, parameters=rig.assign(own.parameters, values), z=z)
         return float(likelihood.of_axes(likelihood.filtered(point)[0])[0].sum()) + likelihood.priors(x, point)
 
-    limits = [*zip((lower - own.x) / width[:P], (upper - own.x) / width[:P], strict=True)] + [(-9.0, 9.0)] * (len(H) - P)
+    limits = [*zip((lower - own.x) / width[:P], (upper - own.x) / width[:P], strict=True)] + [(-9.0, 9.0)] * (
+        len(H) - P
+    )
     first = np.clip(np.full(len(H), 0.3), *np.array(limits).T)
     other = scipy.optimize.minimize(objective, first, method="L-BFGS-B", bounds=limits, options={"eps": 1e-3})
     yield "fit by likelihood, two logs of 60 s", "scipy L-BFGS-B", float(np.abs(other.x[:P]).max()), "standard errors"

@@ -3,10 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-
-from heli_identifier.online.estimate import Estimate
-from heli_identifier.online.excitation import paper_excitation, voltages
-from heli_identifier.records import Log
 from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.prediction.observer import observer_start
@@ -15,6 +11,10 @@ from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, V
 from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, NaiveError, rms_figures
 from heli_identifier.tracing.validation.log_values import LogValues
 from heli_identifier.tracing.validation.prediction import free_run, stable_axes
+
+from heli_identifier.online.estimate import Estimate
+from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.records import Log
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameter_table import BY_FIELD

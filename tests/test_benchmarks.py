@@ -24,7 +24,6 @@ from heli_identifier.workbench.identify.replay import replay
 from heli_plant.effects import CATALOGUE
 from tests.faults.case import ROOT
 
-
 # --- times -------------------------------------------------------------------------------------------------------
 
 

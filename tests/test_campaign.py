@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 from heli_identifier.workbench.campaign import (
     FolderRig,
     GeneratedRig,

@@ -4,17 +4,17 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.fit import fit
+from heli_identifier.tracing.prediction.problem import Problem, reduce_log
+from heli_identifier.tracing.prediction.start import first_estimate
+from heli_identifier.tracing.validation.prediction import prediction_errors
 
 from benchmarks.blind_figures import Share, bars, is_miss, prediction_ratios
 from benchmarks.blind_measures import measured
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
 from benchmarks.page import markers, write_section
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.prediction.fit import fit
-from heli_identifier.tracing.prediction.problem import Problem, reduce_log
-from heli_identifier.tracing.prediction.start import first_estimate
-from heli_identifier.tracing.validation.prediction import prediction_errors
 from heli_identifier.workbench.campaign import TrueEffect, TrueUnknown, Truth
 from heli_identifier.workbench.campaign.results import complete
 from heli_identifier.workbench.campaign.row import error_column, truth_columns

@@ -12,11 +12,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
+from heli_identifier.tracing.prediction.workers import parallel, use_threads
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.prediction.workers import parallel, use_threads
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
 from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
 from heli_identifier.workbench.campaign.row import diagnosed

@@ -127,6 +127,6 @@ def test_an_effect_far_from_what_the_configuration_expects_of_it_is_named(logs):
     """Dry friction of the pitch is .025 rad/s^2 on this rig; .1 is expected to .01."""
     given = {"dry_friction_pitch": Estimate(0.1, 0.01, "rad/s^2")}
     result = diagnose(logs[0], held_out=logs[1], settings=DiagnosisSettings(effects=given))
-    assert any(
-        "expects dry_friction_pitch = 0.1 ± 0.01, but the logs give 0.02" in note for note in result.notes
-    ), result.notes
+    assert any("expects dry_friction_pitch = 0.1 ± 0.01, but the logs give 0.02" in note for note in result.notes), (
+        result.notes
+    )

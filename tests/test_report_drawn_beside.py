@@ -6,8 +6,8 @@ import sys
 from textwrap import dedent
 
 import pytest
-
 from heli_identifier.workbench.report.drawn_beside import drawn_beside
+
 from heli_identifier.workbench.report.page import report_page
 from tests.diagnosis_example import example
 

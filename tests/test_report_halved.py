@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from heli_identifier.workbench.report.halved import halved
 
 pytestmark = [

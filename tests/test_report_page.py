@@ -6,14 +6,14 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-from heli_identifier.online.estimate import Estimate
 from heli_identifier.tracing.diagnosis.conclusions import acts_in
 from heli_identifier.tracing.prediction.fit import BASE
 from heli_identifier.tracing.search.verdict import Verdict
 from heli_identifier.tracing.validation.figures import AxisError, ErrorFigure
 from heli_identifier.tracing.validation.plants import FittedPlant
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from heli_identifier.online.estimate import Estimate
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.select import halves_agree, left_out_gain
 from heli_identifier.tracing.fit import fit, with_own_offsets
 from heli_identifier.tracing.noise import error_dynamics, physical
 from heli_identifier.tracing.score import Scores, step_times
-from heli_identifier.tracing.select import select
+from heli_identifier.tracing.select import halves_agree, left_out_gain, select
 from tests.test_tracing_likelihood import likelihood_of, logs_of
 
 

@@ -140,7 +140,9 @@ def test_score_is_that_of_one_degree_of_freedom_as_rare():
         return Unknown("pitch", "pitch", 0.0, 1.0, np.empty(0), np.empty((0, 0)), nats, freedom)
 
     for nats, freedom in ((30.0, 19.0), (12.0, 7.0), (200.0, 21.0)):
-        assert chi2.logsf(2.0 * unknown(nats, freedom).score, 1) == pytest.approx(chi2.logsf(2.0 * nats, freedom), rel=1e-6)
+        assert chi2.logsf(2.0 * unknown(nats, freedom).score, 1) == pytest.approx(
+            chi2.logsf(2.0 * nats, freedom), rel=1e-6
+        )
     # beyond the smallest number the tails' leading terms go on: right to the next term, k/2 of some hundred nats
     assert unknown(700.0, 20.0).score == pytest.approx(unknown(640.0, 20.0).score + 60.0, abs=2.0)
     assert unknown(5.0, 20.0).score == 0.0

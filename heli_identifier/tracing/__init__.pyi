@@ -22,11 +22,14 @@ __all__ = [
     "Outcome",
     "ParameterReport",
     "PeriodicShape",
+    "Point",
     "Rig",
     "RigVerdict",
     "Scores",
     "Use",
     "Verdict",
+    "around",
+    "coordinates_of",
     "diagnose",
     "find_events",
     "find_references",
@@ -37,19 +40,21 @@ __all__ = [
     "instruments",
     "record_start",
     "records_of",
+    "run_alone",
     "select",
     "sign_notes",
 ]
 
 from .diagnose import diagnose
 from .events import Event, find_events
-from .fit import Fit, fit
+from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to
-from .helicopter import BASE, helicopter
+from .helicopter import BASE, helicopter, run_alone
 from .helicopter import begin as record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
-from .likelihood import Likelihood
+from .likelihood import Likelihood, Point
+from .noise import coordinates_of
 from .records import records_of
 from .references import find_references
 from .result import (

@@ -142,7 +142,15 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         why = f"its standard error of {error:.2g} {effect.unit} could not show even {largest:g} {effect.unit}"
     else:
         return CatalogueVerdict(
-            effect.name, effect.axis, Verdict.NOT_SHOWN, estimate, score, visibility, _bound(effect, estimate), asked, ""
+            effect.name,
+            effect.axis,
+            Verdict.NOT_SHOWN,
+            estimate,
+            score,
+            visibility,
+            _bound(effect, estimate),
+            asked,
+            "",
         )
     return CatalogueVerdict(
         effect.name, effect.axis, Verdict.NOT_TESTABLE, estimate, score, visibility, None, why, effect.experiment
@@ -164,10 +172,7 @@ def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tup
     selected = [f.effect.field for f in selection.findings]
     names = [name for name in around.effects if name in among and name in selection.scores]
     columns = [selection.scores[name].column for name in names]
-    i = [j for j in around.inside(selected) if j not in columns]
-    G = around.H[np.ix_(columns, columns)] - around.H[np.ix_(columns, i)] @ np.linalg.solve(
-        around.H[np.ix_(i, i)], around.H[np.ix_(i, columns)]
-    )
+    G = around.signatures(columns, selected)
     scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
     labels = tuple((around.effects[name].name, around.effects[name].axis) for name in names)
     return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
@@ -199,9 +204,7 @@ def parameter_reports(
         error = float(fitted.slope(name) * np.sqrt(covariance[i, i]))
         estimate = Estimate(fitted.estimate(name), error, rig.units[name])
         low, high = sorted((coordinate.value(-1.96), coordinate.value(1.96)))
-        found[name] = _report(
-            estimate, by_instruments.get(name), (low, high), name in rig.gains, rig.fly.get(name, "")
-        )
+        found[name] = _report(estimate, by_instruments.get(name), (low, high), name in rig.gains, rig.fly.get(name, ""))
     return found
 
 

@@ -17,7 +17,18 @@ from scipy.optimize import lsq_linear
 from .likelihood import Likelihood, Point, Quadratic
 from .noise import SHAPES, kalman, physical
 from .rig import Coordinate, Parameters
-from .settings import AIR_SCAN, AIR_SCANS, COARSE, CONVERGED, HALVINGS, ITERATIONS, LARGEST_STEP, OFFSET_PRIOR, ROUGHLY, SCAN_GAIN
+from .settings import (
+    AIR_SCAN,
+    AIR_SCANS,
+    COARSE,
+    CONVERGED,
+    HALVINGS,
+    ITERATIONS,
+    LARGEST_STEP,
+    OFFSET_PRIOR,
+    ROUGHLY,
+    SCAN_GAIN,
+)
 
 Array = NDArray[np.float64]
 
@@ -241,6 +252,18 @@ def _searched(
         likelihood, tuple(coordinates), search.x, search.point, search.e, search.motion, search.sigma,
         search.value, search.quadratic, search.at_bound,
     )  # fmt: skip
+
+
+def around(likelihood: Likelihood, fields: Sequence[str], point: Point) -> Fit:
+    """Take a plant and its air as known; ``fields`` are the parameters that a fit would estimate."""
+    rig = likelihood.rig
+    coordinates = tuple(rig.coordinate(name, point.parameters) for name in fields)
+    x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
+    e, motion = likelihood.filtered(point)
+    F, sigma = likelihood.of_axes(e)
+    quadratic = likelihood.linearise(point, coordinates, x, sigma, (e, motion))
+    value = float(F.sum()) + likelihood.priors(x, point)
+    return Fit(likelihood, coordinates, x, point, e, motion, sigma, value, quadratic, np.zeros(len(x), dtype=bool))
 
 
 def with_own_offsets(fitted: Fit) -> Fit:

@@ -1,17 +1,17 @@
 """From logs of one rig to the plant that a controller's designer needs: one likelihood, judged by instruments.
 
-    events     <- passages in which something else acts            events.py
-    rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
-    records    <- samples that count                               records.py
-    null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
-    logs       <- zeros of the elevation aligned                   strangers.py
-    set        <- effects by efficient scores and exact refits     select.py, score.py
-    set        <- what the catalogue cannot name                   unknown.py
-    plant      <- what is established, and of the rest what makes
-                  logs likelier that were left out of the fit      select.py
-    references <- logged, rebuilt from the voltages, or open loop  references.py
-    outside    <- instrumental variables                           instruments.py
-    reports    <- what every parameter rests on                    findings.py
+events     <- passages in which something else acts            events.py
+rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
+records    <- samples that count                               records.py
+null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
+logs       <- zeros of the elevation aligned                   strangers.py
+set        <- effects by efficient scores and exact refits     select.py, score.py
+set        <- what the catalogue cannot name                   unknown.py
+plant      <- what is established, and of the rest what makes
+              logs likelier that were left out of the fit      select.py
+references <- logged, rebuilt from the voltages, or open loop  references.py
+outside    <- instrumental variables                           instruments.py
+reports    <- what every parameter rests on                    findings.py
 """
 
 from collections.abc import Callable, Mapping, Sequence

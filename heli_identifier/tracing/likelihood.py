@@ -310,7 +310,9 @@ def _slower(record: Record, held: int) -> Record:
 class _OfLog:
     """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
 
-    def __init__(self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array, e: Array, motion: Array):
+    def __init__(
+        self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array, e: Array, motion: Array
+    ):
         record, a = likelihood.records[i], len(likelihood.rig.axes)
         self.own = len(moves) + SHAPES * a
         n = self.own + a

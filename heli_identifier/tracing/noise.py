@@ -42,6 +42,14 @@ def physical(z: Array) -> Array:
     return np.asarray(found)
 
 
+def coordinates_of(rho: Array, c: Array) -> Array:
+    """Coordinates z (4, a) of an Ornstein-Uhlenbeck torque of level rho (a,) [1/s^2] and rate c (a,) [1/s]."""
+    z = np.zeros((SHAPES, len(rho)))
+    for row, values in enumerate((rho, c)):
+        z[row] = (np.log(values) - NOISE_CENTRE[row]) / NOISE_WIDTH[row]
+    return z
+
+
 @lru_cache(maxsize=4096)
 def kalman(
     h: float, damping: float, stiffness: float, rho: float, c: float, f: float, psi: float

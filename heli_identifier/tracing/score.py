@@ -198,6 +198,12 @@ class Scores:
                     chosen += self.of_field[shape]
         return sorted(set(chosen))
 
+    def signatures(self, columns: Sequence[int], selected: Collection[str]) -> Array:
+        """Information (n, n) of some columns beside what is in a model."""
+        i = [j for j in self.inside(selected) if j not in columns]
+        across = self.H[np.ix_(i, columns)]
+        return np.asarray(self.H[np.ix_(columns, columns)] - across.T @ np.linalg.solve(self.H[np.ix_(i, i)], across))
+
     def chosen_column(self, name: str) -> int:
         """Column of an effect; of several shapes the one with the best score where it was entered."""
         columns = self.of_field[name]

@@ -127,9 +127,7 @@ def shape_fields(candidates: Sequence[Effect]) -> set[str]:
 def with_shapes(core: Sequence[str], selected: Sequence[str], candidates: Sequence[Effect]) -> list[str]:
     """Parameters of a model: its core, its effects and their shapes."""
     by_field = {effect.field: effect for effect in candidates}
-    shapes = [
-        shape for name in selected for shape in (*by_field[name].shapes, by_field[name].steps_in_time) if shape
-    ]
+    shapes = [shape for name in selected for shape in (*by_field[name].shapes, by_field[name].steps_in_time) if shape]
     return list(dict.fromkeys((*core, *selected, *shapes)))
 
 

@@ -172,9 +172,7 @@ def _mirrors(rig, record: Record) -> list[tuple[str, Record]]:
     for i, axis in enumerate(rig.axes):
         signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
         found.append((f"the sign of its {axis} changed", replace(record, angles=record.angles * signs)))
-    return [
-        (what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found
-    ]
+    return [(what, replace(other, start=rig.begin(other.angles, other.inputs, other.step))) for what, other in found]
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:

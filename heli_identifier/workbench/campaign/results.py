@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.tracing import BASE
-from heli_identifier.workbench.campaign.row import STAGES, Row, error_column
+from heli_identifier.workbench.campaign.row import BASE, STAGES, Row, error_column
 from heli_plant.effects import AXES
 
 if TYPE_CHECKING:
@@ -71,8 +70,10 @@ def schema() -> "pyarrow.Schema":
         "error": text,
         "verdict": text,
         "effects": pa.list_(_struct(effect)),
-        "predictive": pa.list_(_struct({"name": text, "axis": text, "stability": number})),
-        "withdrawn": pa.list_(_struct({"name": text, "axis": text, "why": text})),
+        "possible": pa.list_(_struct({"name": text, "axis": text, "score": number, "in_plant": pa.bool_()})),
+        "closed_loop": pa.bool_(),
+        "held_out_nats": number,
+        **{f"{axis}_use": text for axis in AXES},
         **{column: number for symbol in BASE for column in (symbol, f"{symbol}_se")},
         **{error_column(axis, stage): number for axis in AXES for stage in STAGES},
         "seconds": number,

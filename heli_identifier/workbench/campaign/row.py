@@ -10,23 +10,20 @@ import traceback
 from time import perf_counter
 from typing import Any
 
+from threadpoolctl import threadpool_limits
+
 from heli_identifier.errors import IdentifierError
-from heli_identifier.tracing import (
-    BASE,
-    Diagnosis,
-    DiagnosisSettings,
-    FoundEffect,
-    NamedShape,
-    PeriodicShape,
-    diagnose,
-    use_threads,
-)
+from heli_identifier.online import ModelParameters
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, NamedShape, PeriodicShape, diagnose
 from heli_identifier.workbench.campaign.rig import Rig, Truth
 from heli_identifier.workbench.campaign.sources import Source, named_function
 from heli_plant.effects import AXES
 
 Row = dict[str, Any]
 """Values by column; a missing column is null."""
+
+BASE = ModelParameters._fields
+"""Parameters of the simplified model, by the paper's symbols."""
 
 STAGES = ("before", "after", "noise_floor")
 
@@ -41,14 +38,18 @@ def diagnosis_columns(diagnosis: Diagnosis) -> Row:
     row: Row = {
         "verdict": diagnosis.verdict.value,
         "effects": [_effect(found) for found in diagnosis.effects],
-        "predictive": [{"name": e.name, "axis": e.axis, "stability": e.stability} for e in diagnosis.predictive],
-        "withdrawn": [{"name": name, "axis": axis, "why": why} for name, axis, why in diagnosis.withdrawn],
+        "possible": [
+            {"name": e.name, "axis": e.axis, "score": e.score, "in_plant": e.in_plant} for e in diagnosis.possible
+        ],
+        "closed_loop": diagnosis.closed_loop,
+        "held_out_nats": diagnosis.held_out.gain.value,
         "seconds": diagnosis.seconds,
     }
     for symbol in BASE:
         estimate = diagnosis.parameters_after[symbol]
         row[symbol], row[f"{symbol}_se"] = estimate.value, estimate.standard_error
     for axis in AXES:
+        row[f"{axis}_use"] = diagnosis.axes[axis].use.value
         for stage in STAGES:
             row[error_column(axis, stage)] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
     return row
@@ -102,26 +103,23 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
         The row without its key. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one
         bad rig does not end the campaign.
     """
-    use_threads(1)  # a cluster has one worker per core, so more threads would only compete
     began = perf_counter()
     row: Row = {"rig": source.rig}
     try:
         rig = source.load()
         row |= truth_columns(rig.truth)
-        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=_of_rig(settings, rig))
-        row |= diagnosis_columns(diagnosis)
-        if measure:
-            row["measures"] = dict(named_function(measure)(rig, diagnosis))
+        with threadpool_limits(1):  # a cluster has one worker per core, so more threads would only compete
+            diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=_of_rig(settings, rig))
+            row |= diagnosis_columns(diagnosis)
+            if measure:
+                row["measures"] = dict(named_function(measure)(rig, diagnosis))
     except Exception as error:
         row |= {"error": _error_text(error), "seconds": perf_counter() - began}
     return row
 
 
 def _of_rig(settings: DiagnosisSettings, rig: Rig) -> DiagnosisSettings:
-    own = rig.configuration
-    if own is None:
-        return settings
-    return DiagnosisSettings.from_rig(own, settings.bandwidth, settings.agreement)
+    return settings if rig.configuration is None else DiagnosisSettings.from_rig(rig.configuration)
 
 
 def _error_text(error: Exception) -> str:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import BASE, RigVerdict
-from heli_identifier.workbench.campaign.row import Row
+from heli_identifier.tracing import RigVerdict
+from heli_identifier.workbench.campaign.row import BASE, Row
 
 UNKNOWN = "unknown"
 """Name of an entry for a torque that is no effect of the catalogue."""

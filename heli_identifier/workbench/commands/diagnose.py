@@ -41,7 +41,7 @@ def diagnose(
     json: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Find what the model lacks, add it, judge it on held-out logs, and build the corrected plant.
+    """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu.
@@ -98,23 +98,20 @@ def diagnosed(
     """Diagnose a rig and write the results into ``folder``."""
     from dataclasses import replace
 
-    from heli_identifier.workbench.report.drawn_beside import drawn_beside
+    from fmu_src.master import waiting_child
+    from heli_identifier.tracing import DiagnosisSettings
+    from heli_identifier.workbench.delivery.provenance import from_command_line
+    from heli_identifier.workbench.delivery.result_folder import write_results
+    from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
 
-    with drawn_beside() as draw:
-        from fmu_src.master import waiting_child
-        from heli_identifier.tracing import DiagnosisSettings
-        from heli_identifier.workbench.delivery.provenance import from_command_line
-        from heli_identifier.workbench.delivery.result_folder import write_results
-        from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
-
-        with waiting_child() as child:  # what runs units takes half a second to import
-            found = diagnose_logs(
-                training,
-                held_out=held_out,
-                settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
-                progress=lambda what, share: progress(what, 0.85 * share),
-            )
-            diagnosis = replace(found, provenance=from_command_line())
-            progress("building and running the corrected unit", 0.9)
-            write_results(diagnosis, diagnosis.provenance, configuration.name, folder, draw, child)
+    with waiting_child() as child:  # what runs units takes half a second to import
+        found = diagnose_logs(
+            training,
+            held_out=held_out,
+            settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
+            progress=lambda what, share: progress(what, 0.85 * share),
+        )
+        diagnosis = replace(found, provenance=from_command_line())
+        progress("building and running the corrected unit", 0.9)
+        write_results(diagnosis, diagnosis.provenance, configuration.name, folder, child)
     return diagnosis

@@ -185,16 +185,16 @@ def _played(
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     from heli_identifier.records import read_log, write_log
-    from heli_identifier.tracing import observer_start
     from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.delivery.result_folder import START
+    from heli_identifier.workbench.interface.simulation import started
 
     log = read_log(path, found_configuration(config).format, start, end)
     print_notes([log])
     with draft_folder() as folder:
         played: dict[str, Any] = {"player.log.path": str(write_log(log, folder / "log.csv"))}
         if "plant" in units:
-            state = observer_start(log)._asdict()
+            state = started(log)._asdict()
             played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
         if "identifier" in units:
             played["identifier.sample.time"] = log.step

@@ -9,20 +9,23 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import AxisError, AxisReport, CatalogueVerdict, Diagnosis, FoundEffect, Verdict
+from heli_identifier.tracing import (
+    AxisError,
+    AxisReport,
+    CatalogueVerdict,
+    Diagnosis,
+    ErrorFigure,
+    FoundEffect,
+    ParameterReport,
+    Verdict,
+)
 from heli_identifier.workbench.report.rounding import is_known
 
 SCHEMA = "heli-diagnosis/1"
-FIGURES = {
-    "prediction_1s_rad": "prediction_1s",
-    "prediction_2s_rad": "prediction_2s",
-    "free_run_rad": "free_run",
-    "acceleration": "acceleration",
-}
-"""Keys of an error in the document, and the fields of :class:`AxisError` they stand for."""
+FIGURES = ("ahead_100ms", "ahead_200ms", "prediction_1s", "prediction_2s", "free_run", "closed_loop_3s")
+"""Fields of :class:`AxisError`; in the document with the ending _rad."""
 
-
-STAGES = ("before", "shown", "after", "everything", "noise_floor")
+STAGES = ("before", "after", "noise_floor")
 """Stages of an error in the document, and the fields of :class:`AxisReport` they stand for."""
 
 
@@ -39,8 +42,8 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
         {
             "schema": SCHEMA,
             "verdict": diagnosis.verdict.value,
-            "effects": [_effect(effect) for effect in (*diagnosis.effects, *diagnosis.predictive)],
-            "possible": [{**asdict(entry), "alternatives": _names(entry.alternatives)} for entry in diagnosis.possible],
+            "effects": [_effect(effect) for effect in diagnosis.effects],
+            "possible": [_effect(effect) for effect in diagnosis.possible],
             "not_testable": [
                 {"name": entry.name, "axis": entry.axis, "why": entry.why, "experiment": entry.experiment}
                 for entry in diagnosis.catalogue
@@ -50,25 +53,29 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
                 "before": {name: estimate_entry(value) for name, value in diagnosis.parameters_before.items()},
                 "after": {name: estimate_entry(value) for name, value in diagnosis.parameters_after.items()},
             },
+            "determinations": {name: _determination(report) for name, report in diagnosis.parameters.items()},
+            "use": {axis: {"use": report.use.value, "why": report.why} for axis, report in diagnosis.axes.items()},
+            "closed_loop": diagnosis.closed_loop,
+            "references": diagnosis.references,
             "error": {axis: _axis(report) for axis, report in diagnosis.axes.items()},
+            "held_out": {
+                "seconds": diagnosis.held_out.seconds,
+                "before_nats_per_s": diagnosis.held_out.before,
+                "after_nats_per_s": diagnosis.held_out.after,
+                "gain_nats": asdict(diagnosis.held_out.gain),
+                "instruments": {
+                    stage: {"chi2": chi2, "degrees_of_freedom": freedom}
+                    for stage, (chi2, freedom) in diagnosis.held_out.chi2.items()
+                },
+            },
+            "agreement": asdict(diagnosis.agreement) if diagnosis.agreement else None,
             "data": [asdict(entry) for entry in diagnosis.data],
             "settings": diagnosis.settings,
             "seconds": diagnosis.seconds,
-            "withdrawn": [entry._asdict() for entry in diagnosis.withdrawn],
             "catalogue": [_catalogue_entry(entry) for entry in diagnosis.catalogue],
             "events": [
                 {"log": event.log, "axis": event.axis, "from_s": event.start_in_file, "to_s": event.end_in_file}
                 for event in diagnosis.events
-            ],
-            "logs": [
-                {
-                    "log": log.log,
-                    "offsets": {name: estimate_entry(value) for name, value in log.offsets.items()},
-                    "gain": estimate_entry(log.gain),
-                    "belongs": log.belongs,
-                    "why": log.why,
-                }
-                for log in diagnosis.logs
             ],
             "notes": diagnosis.notes,
             "provenance": provenance,
@@ -110,17 +117,14 @@ def _effect(effect: FoundEffect) -> dict[str, Any]:
         "standard_error": coefficient.standard_error if coefficient else None,
         "unit": coefficient.unit if coefficient else None,
         "verdict": effect.verdict.value,
-        "evidence": effect.evidence.value,
-        "stability": effect.stability,
-        "worth": effect.worth,
-        "by_likelihood": estimate_entry(effect.by_likelihood) if effect.by_likelihood else None,
+        "family": effect.family,
         "in_plant": effect.in_plant,
+        "left_out_gain": effect.left_out_gain,
         "alternatives": _names(effect.alternatives),
         "together": effect.together,
         "shape": effect.shape.to_dict(),
         "interval": coefficient.interval if coefficient else None,
         "score": effect.score,
-        "agreement": {f"{bandwidth:g} rad/s": estimate_entry(value) for bandwidth, value in effect.agreement.items()},
         "experiment": effect.experiment,
     }
 
@@ -129,29 +133,38 @@ def _names(entries: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
     return [{"name": name, "axis": axis} for name, axis in entries]
 
 
-def _axis(report: AxisReport) -> dict[str, Any]:
-    stages: dict[str, AxisError | None] = {name: getattr(report, name) for name in STAGES}
+def _determination(report: ParameterReport) -> dict[str, Any]:
     return {
-        **{stage: {key: _value(error, field) for key, field in FIGURES.items()} for stage, error in stages.items()},
-        "intervals": {
-            stage: {key: _interval(error, field) for key, field in FIGURES.items()} for stage, error in stages.items()
-        },
-        "naive": {
-            "angle_stays_1s_rad": report.angle_stays.prediction_1s.value,
-            "rate_stays_1s_rad": report.rate_stays.prediction_1s.value,
-        },
-        "whiteness_p": report.whiteness_p,
-        "input_correlation": report.input_correlation,
+        **estimate_entry(report.estimate),
+        "determination": report.determination.value,
+        "outside_share": report.outside_share,
+        "instrument": estimate_entry(report.instrument) if report.instrument else None,
+        "contradicted": report.contradicted,
+        "plausible": report.plausible,
+        "why": report.why,
+        "experiment": report.experiment,
     }
 
 
-def _value(error: AxisError | None, field: str) -> float | None:
-    figure = getattr(error, field, None)
+def _axis(report: AxisReport) -> dict[str, Any]:
+    stages: dict[str, AxisError] = {name: getattr(report, name) for name in STAGES}
+    return {
+        **{name: {f"{f}_rad": _value(getattr(error, f)) for f in FIGURES} for name, error in stages.items()},
+        "intervals": {
+            name: {f"{f}_rad": _interval(getattr(error, f)) for f in FIGURES} for name, error in stages.items()
+        },
+        "naive": {"angle_stays_1s_rad": report.angle_stays.value, "rate_stays_1s_rad": report.rate_stays.value},
+        "whiteness_p": report.whiteness_p,
+        "air": {"deviation_rad_s2": report.air, "rate_per_s": report.air_rate},
+        "encoder_noise_rad": report.encoder_noise,
+    }
+
+
+def _value(figure: ErrorFigure | None) -> float | None:
     return figure.value if figure is not None and is_known(figure) else None
 
 
-def _interval(error: AxisError | None, field: str) -> tuple[float, float] | None:
-    figure = getattr(error, field, None)
+def _interval(figure: ErrorFigure | None) -> tuple[float, float] | None:
     return (figure.low, figure.high) if figure is not None and is_known(figure) else None
 
 

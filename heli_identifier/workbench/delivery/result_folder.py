@@ -1,7 +1,6 @@
 """What a diagnosis leaves in its folder: JSON, report and corrected unit, consistent or not there at all."""
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,6 @@ from heli_identifier.records import write_log
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
-from heli_identifier.workbench.report.drawn_beside import Draw, drawn_here
 from heli_plant.effects import AXES
 
 SAME = 1e-9
@@ -31,12 +29,7 @@ START = {
 
 
 def write_results(
-    diagnosis: Diagnosis,
-    provenance: Mapping[str, Any],
-    rig: str,
-    folder: Path,
-    draw: Draw = drawn_here,
-    child: Any = None,
+    diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, folder: Path, child: Any = None
 ) -> None:
     """Write the four files of a diagnosis into ``folder``.
 
@@ -47,8 +40,6 @@ def write_results(
     rig : str
         What the report calls the rig.
     folder : Path
-    draw : callable, optional
-        Gives the text of the report, from these three; drawn here by default.
     child : fmu_src.master.Child, optional
         Process that waits to run the corrected unit; by default one is started.
 
@@ -57,13 +48,12 @@ def write_results(
     IdentifierError
         The corrected unit does not reach the reported free run.
     """
+    from heli_identifier.workbench.report.page import report_page  # late: what draws takes .4 s to import
+
     parameters = corrected_parameters(diagnosis, provenance)
-    with ThreadPoolExecutor(1) as beside:  # the unit runs in a process of its own while the report is drawn
-        checked = beside.submit(_build_corrected, diagnosis, parameters, folder, child)
-        page = draw(diagnosis, provenance, rig)
-        checked.result()
+    _build_corrected(diagnosis, parameters, folder, child)
     parameters.write(folder / "parameters.json")
-    write_atomically(folder / "report.html", page)
+    write_atomically(folder / "report.html", report_page(diagnosis, provenance, rig))
     write_atomically(folder / "diagnosis.json", document_text(diagnosis_document(diagnosis, provenance)))
 
 

@@ -1,8 +1,7 @@
 """Experiments to choose from, and the log that each would give: simulated, with process noise and encoders.
 
 The excitations are multisines of three bands, levels and strengths, and the paper's own. The process noise is a
-first-order Gauss-Markov torque on each axis. It acts through the linearised axes, which is accurate enough for its
-spectrum.
+first-order Gauss-Markov torque on each axis.
 """
 
 from collections.abc import Iterator
@@ -13,10 +12,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
-from heli_identifier.tracing import torque_filter
+from heli_identifier.tracing import run_alone
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
-from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
 
 STEP = 0.01
@@ -30,9 +28,6 @@ BASES = (0.0, 0.6, 1.25, 2.5)
 
 STRENGTHS = (0.25, 0.6, 1.2)
 """Root-mean-square values [V] of the signals on the difference and on the sum."""
-
-_NO_CORRECTION = 1e-3
-"""Bandwidth [rad/s] of an observer that corrects nothing within a record: its torque filter is the axis itself."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +81,10 @@ def rehearsed(
     """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
     noise = noise or ProcessNoise()
     start = rest_state(parameters, float(signal[0].sum()))
-    angles = simulate(signal, STEP, start, parameters)[1]
     random = np.random.default_rng(0)
     kept = float(np.exp(-STEP / noise.correlation_time))
-    for axis in range(3):
-        white = random.standard_normal(len(signal)) * noise.deviation * np.sqrt(1.0 - kept * kept)
-        torque = lfilter([1.0], [1.0, -kept], white)
-        numerator, denominator = torque_filter(axis, parameters, _NO_CORRECTION, STEP)
-        angles[:, axis] += lfilter(numerator, denominator, torque) / _NO_CORRECTION**2
+    white = random.standard_normal((len(signal), 3)) * noise.deviation * np.sqrt(1.0 - kept * kept)
+    torque = lfilter([1.0], [1.0, -kept], white, axis=0)
+    angles = run_alone(signal, STEP, np.array(start, dtype=float), parameters, torque)
     widths = 2.0 * np.pi / np.array(EncoderCounts())
     return np.round(angles / widths) * widths

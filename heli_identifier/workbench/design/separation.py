@@ -1,9 +1,9 @@
 """How well an experiment would show an effect, and how well it would separate two.
 
-On the simulated record the signatures of the effects are computed as in a diagnosis: whitened, with the signatures of
-the fitted parameters projected out. The length of a signature is the inverse standard error of its coefficient. The
-separable share of each of two signatures is sqrt(1 - rho^2) with rho their correlation: each standard error grows by
-its inverse if both effects are in question.
+On the simulated record the signatures of the effects are computed as in a diagnosis: what each would change in the
+innovations of a filter that knows plant and air, with the signatures of the fitted parameters projected out. The length
+of a signature is the inverse standard error of its coefficient. The separable share of each of two signatures is
+sqrt(1 - rho^2) with rho their correlation: each standard error grows by its inverse if both effects are in question.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,8 +13,24 @@ import numpy as np
 
 from heli_identifier.errors import require_range
 from heli_identifier.records import Log
-from heli_identifier.tracing import Problem, Scan, candidates, fit, scan, stepping_at
-from heli_identifier.workbench.design.rehearsal import STEP, Proposal, proposals, rehearsed, rehearsed_voltages
+from heli_identifier.tracing import (
+    DiagnosisSettings,
+    Likelihood,
+    Point,
+    Scores,
+    around,
+    coordinates_of,
+    helicopter,
+    records_of,
+)
+from heli_identifier.workbench.design.rehearsal import (
+    STEP,
+    ProcessNoise,
+    Proposal,
+    proposals,
+    rehearsed,
+    rehearsed_voltages,
+)
 from heli_plant.effects import Effect
 from heli_plant.parameters import PlantParameters
 
@@ -47,7 +63,7 @@ class Outlook:
     standard_errors : tuple of float
         Of each coefficient, in its unit, if only this effect is added to the model.
     correlation : float
-        Of the two signatures, the largest over the shapes of the effects; 0 for a single effect.
+        Of the two signatures, of the shapes that show most; 0 for a single effect.
     largest_pitch, largest_elevation : float
         Largest angle reached [rad].
     """
@@ -80,35 +96,32 @@ def outlook(
     pitch, elevation = (float(np.abs(angles[:, i]).max()) for i in (0, 1))
     if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
         return None
-    record = Log("rehearsal", 1.0 / STEP, signal, angles)
-    here = fit(Problem((record,)), parameters, iterations=0)
-    off = parameters._replace(**{effect.field: 0.0 for effect in effects})
-    fields = {effect.field for effect in effects}
-    moves = [c for c in candidates((record,), off) if c.effect.field in fields]
-    if any(effect.name == "moving_mass" for effect in effects):
-        moves += stepping_at((duration / 3.0, duration / 2.0), off)
-    scanned = scan(here, moves)
-    rows = [_rows(scanned, effect) for effect in effects]
-    best = [max(own, key=lambda i: -scanned.standard_errors[i]) for own in rows]
+    scores = _scores(Log("rehearsal", 1.0 / STEP, signal, angles), parameters, effects)
+    found = scores.scores((), among=[effect.field for effect in effects])
+    own = [found[effect.field] for effect in effects]
+    G = scores.signatures([score.column for score in own], ())
+    rho = G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]) if len(own) > 1 else 0.0
     return Outlook(
         proposal,
         duration,
-        tuple(float(scanned.visibility[i]) for i in best),
-        tuple(float(scanned.standard_errors[i]) for i in best),
-        _correlation(scanned, rows),
+        tuple(score.visibility for score in own),
+        tuple(score.standard_error for score in own),
+        abs(float(rho)),
         pitch,
         elevation,
     )
 
 
-def _rows(scanned: Scan, effect: Effect) -> list[int]:
-    return [i for i, candidate in enumerate(scanned.candidates) if candidate.effect.field == effect.field]
-
-
-def _correlation(scanned: Scan, rows: Sequence[Sequence[int]]) -> float:
-    if len(rows) < 2:
-        return 0.0
-    return float(np.abs(scanned.directions[:, rows[0]].T @ scanned.directions[:, rows[1]]).max())
+def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) -> Scores:
+    """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
+    fields, noise = {effect.field for effect in effects}, ProcessNoise()
+    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
+    rho, c = noise.deviation / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / noise.correlation_time)
+    likelihood = Likelihood(rig, records_of((log,), rig, {}))
+    off = parameters._replace(**dict.fromkeys(fields, 0.0))
+    point = Point(off, coordinates_of(rho, c), np.zeros((1, len(rig.axes))))
+    base = [name for name in rig.base if name not in fields]
+    return Scores(around(likelihood, base, point), [effect for effect in rig.effects if effect.field in fields])
 
 
 def designs(

@@ -28,7 +28,9 @@ def fleet_document(fleet: Fleet, provenance: Mapping[str, Any]) -> dict[str, Any
                     "rig": rig,
                     "verdict": found.verdict.value,
                     "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
-                    "predictive": [{"name": effect.name, "axis": effect.axis} for effect in found.predictive],
+                    "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
+                    "use": {axis: report.use.value for axis, report in found.axes.items()},
+                    "held_out_nats": found.held_out.gain.value,
                     "prediction_1s_rad": {
                         axis: {"before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value}
                         for axis, report in found.axes.items()

@@ -153,6 +153,8 @@ def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
         "logs": ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
         "verdict": diagnosis.verdict.value,
         "named": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.effects]) or "nothing",
-        "predictive": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive]) or "nothing",
+        "possible": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.possible]) or "nothing",
+        "use": "; ".join(f"{axis}: {report.use}" for axis, report in diagnosis.axes.items()),
+        "nats": f"{diagnosis.held_out.gain.value:+.0f}",
         "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
     }

@@ -24,22 +24,24 @@ class Diagnosis(TracedDiagnosis):
     ----------
     provenance : mapping
         Command, date, system and versions of the packages that took part. The other attributes are those of
-        :class:`heli_identifier.tracing.diagnosis.result.Diagnosis`.
+        :class:`heli_identifier.tracing.result.Diagnosis`.
     """
 
     provenance: Mapping[str, Any] = field(default_factory=lambda: from_python("diagnose"))
 
     def summary(self) -> str:
         """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
-        from heli_identifier.workbench.report.sentences import verdict_sentence, withdrawn_sentence
+        from heli_identifier.workbench.report.sentences import held_out_sentence, possible_sentence, verdict_sentence
         from heli_identifier.workbench.report.small_table import text_table
-        from heli_identifier.workbench.report.tables import ERROR_COLUMNS, error_rows
+        from heli_identifier.workbench.report.tables import ERROR_COLUMNS, GAIN_COLUMNS, error_rows, gain_rows
 
         return "\n".join(
             [
                 verdict_sentence(self),
-                text_table(ERROR_COLUMNS, [tuple(row.values()) for row in error_rows(self.axes)]),
-                *(withdrawn_sentence(entry) for entry in self.withdrawn),
+                *filter(None, [possible_sentence(self)]),
+                text_table(GAIN_COLUMNS, [tuple(row.values()) for row in gain_rows(self)]),
+                held_out_sentence(self),
+                text_table(ERROR_COLUMNS, [tuple(row.values()) for row in error_rows(self)]),
                 *self.notes,
             ]
         )
@@ -93,7 +95,7 @@ def diagnose(
     settings: DiagnosisSettings | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Diagnosis:
-    """Find what the simplified model of one rig lacks, and judge the corrected model on held-out logs.
+    """Find what the simplified model of one rig lacks, and compare the corrected model with it on held-out logs.
 
     Parameters
     ----------
@@ -102,8 +104,7 @@ def diagnose(
     held_out : Log or sequence of Log
         Further logs of the same rig. They take no part in fit and search; the errors before and after are theirs.
     settings : DiagnosisSettings, optional
-        What is given of the rig, and how strict the search is; ``DiagnosisSettings.from_rig`` takes them from a
-        rig's configuration.
+        What is given of the rig; ``DiagnosisSettings.from_rig`` takes it from a rig's configuration.
     progress : callable, optional
         Called with what is being done and the share that is done, 0 to 1.
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.tracing import Identification, DiagnosisSettings, ParameterReport, identify_plant
+from heli_identifier.tracing import DiagnosisSettings, Identification, ParameterReport, identify_plant
 from heli_identifier.workbench.interface import several
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_identifier.workbench.report.small_table import Tabular
@@ -82,7 +82,7 @@ class Look(Tabular):
             for e in self.identification.events
         ]
         wanting = [report for report in self.gains.values() if report.experiment]
-        worst = min(wanting, key=lambda report: (report.outside_share or 0.0), default=None)
+        worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
         return (*lines, *self.identification.references.notes, *([f"next flight: {worst.experiment}"] if worst else []))
 
     def to_dict(self) -> dict[str, Any]:

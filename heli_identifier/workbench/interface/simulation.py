@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.records import Log
-from heli_identifier.tracing import observer_start
+from heli_identifier.tracing import record_start
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet
 from heli_identifier.workbench.report.rounding import significant
@@ -119,7 +119,7 @@ def simulate(
     """
     plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
     if isinstance(inputs, Log):
-        voltages, step, start = inputs.voltages, inputs.step, start or observer_start(inputs)
+        voltages, step, start = inputs.voltages, inputs.step, start or started(inputs)
     else:
         voltages = np.asarray(inputs, dtype=np.float64)
         require_positive("step", step, "s")
@@ -127,3 +127,8 @@ def simulate(
         raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
     states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
+
+
+def started(log: Log) -> PlantState:
+    """Give the state at a log's first sample: straight lines through its first .3 s, motors settled."""
+    return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))

@@ -1,19 +1,16 @@
 """What the report says about the effects that were found: facts, figure and caption, without any markup."""
 
-from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.online import Estimate
 from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
 from heli_identifier.workbench.report.figures.style import inline_svg
-from heli_identifier.workbench.report.rounding import share_text, significant, with_interval
+from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_identifier.workbench.report.sentences import (
     effect_name,
     effect_title,
     law_text,
     listed,
-    plant_sentence,
     variable_name,
 )
 from heli_identifier.workbench.report.tables import KINDS
@@ -38,7 +35,7 @@ def effect_entries(diagnosis: Diagnosis) -> list[dict[str, Any]]:
                 "title": effect_title(found),
                 "verdict": found.verdict,
                 "kind": KINDS[found.verdict],
-                "facts": _facts(found, diagnosis.effects_after),
+                "facts": _facts(found),
                 "figure": svg,
                 "caption": caption,
             }
@@ -60,8 +57,8 @@ def _caption(curve: EffectCurve) -> str:
     )
 
 
-def _facts(found: FoundEffect, after: Mapping[str, Estimate]) -> list[tuple[str, str]]:
-    """Terms and texts that describe a found effect; ``after`` are the corrected plant's coefficients."""
+def _facts(found: FoundEffect) -> list[tuple[str, str]]:
+    """Terms and texts that describe a found effect."""
     facts = []
     if found.coefficient is not None:
         entry = catalogue_effect(found.name, found.axis)
@@ -77,19 +74,11 @@ def _facts(found: FoundEffect, after: Mapping[str, Estimate]) -> list[tuple[str,
     if isinstance(found.shape, CurveShape):
         held = f"has it as a table (table.{found.axis}.*)" if found.in_plant else "does not have it"
         facts.append(("corrected plant", held))
-    elif differs := plant_sentence(found, after):
-        facts.append(("corrected plant", differs))
-    elif found.coefficient is not None and not found.in_plant:
-        facts.append(("corrected plant", "does not have it, because it predicts worse with it (see the notes)"))
     if isinstance(found.shape, PeriodicShape):
         facts.append(("amplitude", f"{significant(found.shape.amplitude)} rad/s²"))
-    facts.append(("score", f"{significant(found.score)} standard errors"))
-    facts.append(("stability", f"{share_text(found.stability)} of halves of the training data show it"))
+    facts.append(("score", f"{significant(found.score)} nats"))
     if found.together:
         facts.append(("together", found.together))
-    if found.agreement:
-        others = [f"{with_interval(value, unit=False)} at {omega:g} rad/s" for omega, value in found.agreement.items()]
-        facts.append(("at other filter frequencies", listed(others)))
     if found.alternatives:
         rivals = listed([effect_name(name, axis) for name, axis in found.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from heli_identifier.tracing import CatalogueVerdict, Diagnosis, Verdict, experiment_for
+from heli_identifier.tracing import CatalogueVerdict, Determination, Diagnosis, Verdict
 from heli_identifier.workbench.report.figures.ambiguity_map import CONFUSED, ambiguity_map
 from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.sentences import effect_name, effect_title, listed
+from heli_identifier.workbench.report.sentences import effect_name, effect_title, listed, meaning
 from heli_plant.effects import effect as catalogue_effect
 
 LOOSE, MOST_LOOSE = 0.1, 3
@@ -35,9 +35,13 @@ def confused_lines(diagnosis: Diagnosis) -> list[str]:
 def experiment_entries(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Give every experiment that would help, and why: an ambiguity, too little visibility, a loose bound."""
     wanted: dict[str, list[str]] = {}
-    for found in diagnosis.effects:
+    for name, report in diagnosis.parameters.items():
+        if report.experiment and report.determination is not Determination.OUTSIDE:
+            wanted.setdefault(report.experiment, []).append(f"{meaning(name)} {report.determination}")
+    for found in (*diagnosis.effects, *diagnosis.possible):
         if found.experiment:
-            wanted.setdefault(found.experiment, []).append(f"{effect_title(found).lower()} is ambiguous")
+            open_question = "is possible" if found.verdict == Verdict.POSSIBLE else "is ambiguous"
+            wanted.setdefault(found.experiment, []).append(f"{effect_title(found).lower()} {open_question}")
     for entry in diagnosis.catalogue:
         if entry.experiment and entry.verdict == Verdict.NOT_TESTABLE:
             wanted.setdefault(entry.experiment, []).append(f"{effect_name(entry.name, entry.axis)} is not testable")
@@ -45,7 +49,7 @@ def experiment_entries(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     for entry in (entry for entry in loosest if _looseness(entry) > LOOSE):
         share = f"{100.0 * _looseness(entry):.0f} %"
         why = f"{effect_name(entry.name, entry.axis)} may still reach {share} of its plausible range"
-        wanted.setdefault(experiment_for(entry.name), []).append(why)
+        wanted.setdefault(catalogue_effect(entry.name, entry.axis).experiment, []).append(why)
     return [(listed(names), text) for text, names in wanted.items()]
 
 

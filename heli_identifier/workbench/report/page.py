@@ -1,7 +1,7 @@
 """A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache, partial
+from collections.abc import Mapping
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
@@ -15,26 +15,26 @@ from heli_identifier.workbench.report.figures.held_out import (
     spectrum_figure,
 )
 from heli_identifier.workbench.report.figures.intervals import error_figure, parameter_figure
-from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg, plain_figure
+from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg
 from heli_identifier.workbench.report.found import effect_entries
 from heli_identifier.workbench.report.glossary import glossary
 from heli_identifier.workbench.report.outlook import confused_lines, experiment_entries, map_svg
 from heli_identifier.workbench.report.residuals import residual_text
 from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.sentences import effect_name, verdict_sentence
+from heli_identifier.workbench.report.sentences import LEADING, agreement_sentence, held_out_sentence, verdict_sentence
 from heli_identifier.workbench.report.tables import (
     ERROR_COLUMNS,
+    GAIN_COLUMNS,
     catalogue_remarks,
     catalogue_rows,
     data_rows,
     error_rows,
     event_rows,
     floor_missing,
-    log_columns,
-    log_rows,
+    gain_remarks,
+    gain_rows,
     parameter_rows,
     possible_rows,
-    predictive_rows,
     setting_rows,
     summary_cards,
 )
@@ -42,6 +42,7 @@ from heli_identifier.workbench.report.tables import (
 _TEMPLATES = files("heli_identifier.workbench.report") / "templates"
 _SECTIONS = (
     ("effects", "What the model lacks"),
+    ("use", "What it may be used for"),
     ("held-out", "Before and after"),
     ("parameters", "Parameters"),
     ("catalogue", "Catalogue"),
@@ -50,22 +51,19 @@ _SECTIONS = (
     ("provenance", "Provenance"),
     ("words", "Words"),
 )
-Each = Callable[[Callable[[Any], str], Sequence[Any]], Iterable[str]]
-"""Does some work for each of some items, in their order: as :class:`map`."""
-
 _CAPTIONS = (
     ("free-run", free_run_figure, "Simulation under the log's voltages, never corrected, and the measurement."),
-    ("residual", residual_figure, "The innovations of the observer, as an acceleration."),
-    ("spectrum", spectrum_figure, "Power spectral density of the residual."),
+    ("residual", residual_figure, "The innovations, each over its standard deviation."),
+    ("spectrum", spectrum_figure, "Power spectral density of the innovations."),
     (
         "correlation",
         autocorrelation_figure,
-        "Autocorrelation of the whitened residual; that of white noise stays inside the bounds at 95 of 100 lags.",
+        "Autocorrelation of the innovations; that of white noise stays inside the bounds at 95 of 100 lags.",
     ),
 )
 
 
-def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, each: Each = map) -> str:
+def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -> str:
     """Give the text of report.html.
 
     Parameters
@@ -75,9 +73,8 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, e
         From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
     rig : str
         What to call the rig.
-    each : callable
-        Draws the figures of the held-out logs.
     """
+    what, field = LEADING[diagnosis.closed_loop]
     moved = diagnosis.parameters_before != diagnosis.parameters_after
     rows = catalogue_rows(diagnosis)
     return _template().render(
@@ -86,20 +83,21 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, e
         sentence=verdict_sentence(diagnosis),
         sections=_SECTIONS,
         cards=summary_cards(diagnosis),
-        threshold=significant(float(diagnosis.settings["threshold"]), 2),
-        significance=f"{100.0 * float(diagnosis.settings['significance']):g} %",
+        threshold=significant(float(diagnosis.settings["score_needed"]), 2),
+        gains=gain_rows(diagnosis),
+        gain_remarks=gain_remarks(diagnosis),
+        held_out=held_out_sentence(diagnosis),
+        agreement=agreement_sentence(diagnosis),
         effects=effect_entries(diagnosis),
-        withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
         error_figure=inline_svg(
-            error_figure(diagnosis.axes), "errors", "Error of the 1 s prediction of each axis before and after"
+            error_figure(diagnosis.axes, field, what), "errors", f"Error {what} of each axis before and after"
         ),
-        errors=error_rows(diagnosis.axes),
-        predictive=predictive_rows(diagnosis),
+        errors=error_rows(diagnosis),
         possible=possible_rows(diagnosis),
         floor_missing=floor_missing(diagnosis.axes),
         events=event_rows(diagnosis),
         events_kept=bool(diagnosis.settings.get("keep_events")),
-        panels=_panels(diagnosis, each),
+        panels=_panels(diagnosis),
         parameters=parameter_rows(diagnosis),
         parameter_figure=_parameter_svg(diagnosis) if moved else "",
         catalogue=[row for row in rows if row["verdict"] != Verdict.NOT_SHOWN],
@@ -109,8 +107,6 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str, e
         confused=confused_lines(diagnosis),
         experiments=experiment_entries(diagnosis),
         data=data_rows(diagnosis),
-        logs=log_rows(diagnosis),
-        log_columns=log_columns(diagnosis),
         remarks=diagnosis.notes,
         notes=[f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes],
         provenance=provenance,
@@ -126,36 +122,25 @@ def _template() -> Template:
     return environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
 
 
-def prepare() -> None:
-    """Do what the first report of a process takes longer for: read the template, find fonts, set up a first figure."""
-    _template()
-    inline_svg(plain_figure((1.0, 2.0), (1.0, 10.0)), "first", "")
-
-
 def _parameter_svg(diagnosis: Diagnosis) -> str:
     figure = parameter_figure(diagnosis.parameters_before, diagnosis.parameters_after)
     return inline_svg(figure, "parameters", "Each parameter before, on the scale of its interval after")
 
 
-def _panels(diagnosis: Diagnosis, each: Each) -> list[dict[str, Any]]:
+def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Four figures per held-out log and axis."""
-    places = [(number, axis) for number in range(len(diagnosis.series)) for axis in diagnosis.axes]
-    asked = [(*place, figure) for place in places for figure in range(len(_CAPTIONS))]
-    drawn = iter(each(partial(_panel_svg, diagnosis), asked))
     panels = []
-    for number, axis in places:
-        figures = [{"svg": next(drawn), "caption": caption} for _, _, caption in _CAPTIONS]
-        text = residual_text(axis, diagnosis.axes[axis], diagnosis.plant_after)
-        panels.append({"title": f"{axis.capitalize()}{_where(diagnosis, number)}", "text": text, "figures": figures})
+    for number, series in enumerate(diagnosis.series):
+        for axis, report in diagnosis.axes.items():
+            where = _where(diagnosis, number)
+            figures = [
+                {"svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),
+                 "caption": caption}
+                for name, draw, caption in _CAPTIONS
+            ]  # fmt: skip
+            text = residual_text(axis, report, diagnosis.plant_after)
+            panels.append({"title": f"{axis.capitalize()}{where}", "text": text, "figures": figures})
     return panels
-
-
-def _panel_svg(diagnosis: Diagnosis, asked: tuple[int, str, int]) -> str:
-    """Draw the figure of a log's number, an axis and a number of :data:`_CAPTIONS`."""
-    number, axis, figure = asked
-    name, draw, caption = _CAPTIONS[figure]
-    description = f"{axis}{_where(diagnosis, number)}: {caption}"
-    return inline_svg(draw(diagnosis.series[number], axis), f"{name}-{axis}-{number}", description)
 
 
 def _where(diagnosis: Diagnosis, number: int) -> str:
@@ -176,10 +161,12 @@ def notebook_view(diagnosis: Diagnosis) -> str:
         sentence=verdict_sentence(diagnosis),
         remarks=diagnosis.notes,
         effects=effect_entries(diagnosis),
-        predictive=[tuple(row.values())[:6] for row in predictive_rows(diagnosis)],
-        withdrawn=[(effect_name(name, axis), why) for name, axis, why in diagnosis.withdrawn],
+        possible=[tuple(row.values()) for row in possible_rows(diagnosis)],
+        gain_columns=GAIN_COLUMNS,
+        gains=[tuple(row.values()) for row in gain_rows(diagnosis)],
+        held_out=held_out_sentence(diagnosis),
         error_columns=ERROR_COLUMNS,
-        errors=[tuple(row.values()) for row in error_rows(diagnosis.axes)],
+        errors=[tuple(row.values()) for row in error_rows(diagnosis)],
         parameters=[
             (row["name"], row["meaning"], row["before"], row["after"], row["unit"]) for row in parameter_rows(diagnosis)
         ],

@@ -1,4 +1,4 @@
-"""The tests of an axis's residual in words: is it white, does it follow the inputs, what does that cost."""
+"""The test of an axis's innovations in words: are they white, and what does it cost if not."""
 
 from heli_identifier.tracing import AxisReport
 from heli_identifier.workbench.report.rounding import is_known, p_text, significant
@@ -7,10 +7,7 @@ from heli_plant.parameters import PlantParameters
 SIGNIFICANT = 0.01
 """P value below which the residual is not white; at 5 % one of three axes would often fail by chance."""
 
-BY_CHANCE = 1.6
-"""Largest correlation with a past input, over its 95 % bound, that a clean record reaches over 50 lags."""
-
-_WHERE = "Residual after, over all held-out logs:"
+_WHERE = "Innovations after, over all held-out logs:"
 
 
 RETURN = {
@@ -22,12 +19,12 @@ RETURN = {
 
 
 def residual_text(axis: str, report: AxisReport, plant: PlantParameters) -> str:
-    """Say whether an axis's residual after is white, whether it still follows the inputs, and what that costs.
+    """Say whether an axis's innovations after are white, and what it costs if not.
 
     Of an axis without a free run the corrected ``plant`` tells why.
     """
     run = "" if report.after.free_run is not None else f" {_no_free_run(axis, plant)}"
-    return f"{_whiteness(report)} {_correlation(report.input_correlation['after'])}{run}"
+    return f"{_whiteness(report)}{run}"
 
 
 def _whiteness(report: AxisReport) -> str:
@@ -48,12 +45,6 @@ def _cost(report: AxisReport) -> str:
     if after.low <= floor.high:
         return f"It costs the 1 s prediction little: {errors}."
     return f"It costs the 1 s prediction more than chance explains: {errors}."
-
-
-def _correlation(ratio: float) -> str:
-    said = f"Largest correlation with a past input: {significant(ratio, 2)} times the 95 % bound of a single lag"
-    within = "no more than chance gives" if ratio <= BY_CHANCE else f"above the {BY_CHANCE} that chance gives"
-    return f"{said}, {within} over 50 lags."
 
 
 def _no_free_run(axis: str, plant: PlantParameters) -> str:

@@ -81,21 +81,6 @@ def value_text(figure: ErrorFigure | None) -> str:
     return "–" if figure is None or not is_known(figure) else significant(1e3 * figure.value)
 
 
-def acceleration_value_text(figure: ErrorFigure | None) -> str:
-    """Give an acceleration error in rad/s² without its interval; a dash where there is none."""
-    return "–" if figure is None or not is_known(figure) else significant(figure.value)
-
-
-def share_text(share: float) -> str:
-    """Give a share as a whole percentage."""
-    return f"{100.0 * share:.0f} %"
-
-
-def acceleration_text(figure: ErrorFigure | None) -> str:
-    """Give an acceleration error in rad/s² with its interval."""
-    return _figure_text(figure, 1.0)
-
-
 def _figure_text(figure: ErrorFigure | None, factor: float) -> str:
     if figure is None or not is_known(figure):
         return "–"

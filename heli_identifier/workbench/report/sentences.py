@@ -7,16 +7,15 @@ from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
     AxisReport,
     Diagnosis,
+    ErrorFigure,
     FoundEffect,
     NamedShape,
     PeriodicShape,
     RigVerdict,
     Verdict,
-    Withdrawal,
 )
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.effects import CATALOGUE
-from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameter_table import BY_FIELD
 
 VARIABLES = {
@@ -46,6 +45,9 @@ def _letter(word: str) -> str:
     head, mark, subscript = word.partition("_")
     return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
+
+LEADING = {False: ("of a 1 s prediction", "prediction_1s"), True: (".2 s ahead", "ahead_200ms")}
+"""The error that leads, by whether a controller flew: in words, and the field of it."""
 
 WORTH_SAYING = 1.03
 """Ratio of errors before and after from which the verdict mentions them."""
@@ -86,7 +88,7 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
     if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
-        return _nothing_shown(diagnosis) + _beyond(diagnosis)
+        return _nothing_shown(diagnosis)
     named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
     unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
     shared, parts = _shared(named), []
@@ -98,7 +100,7 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if unknown:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}{_beyond(diagnosis)}"
+    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}"
 
 
 def _shared(effects: Sequence[FoundEffect]) -> dict[tuple[tuple[str, str], ...], list[FoundEffect]]:
@@ -125,30 +127,50 @@ def _nothing_shown(diagnosis: Diagnosis) -> str:
     untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
-    errors = listed([significant(1e3 * report.before.prediction_1s.value) for report in diagnosis.axes.values()])
+    what, field = LEADING[diagnosis.closed_loop]
+    errors = listed([significant(1e3 * getattr(report.before, field).value) for report in diagnosis.axes.values()])
     return (
-        f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error of a 1 s "
-        f"prediction on held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
+        f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error {what} on "
+        f"held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
     )
 
 
-def _beyond(diagnosis: Diagnosis) -> str:
-    """Say what predictive effects make of the predictions beside what is shown; nothing if there are none."""
-    if not diagnosis.predictive:
+def possible_sentence(diagnosis: Diagnosis) -> str:
+    """Name what is possible and no finding; empty if nothing is."""
+    if not diagnosis.possible:
         return ""
-    several = len(diagnosis.predictive) > 1
-    names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.predictive])
-    stages = {a: (r.shown.prediction_1s.value, r.after.prediction_1s.value) for a, r in diagnosis.axes.items()}
-    errors = [f"{significant(1e3 * shown)} to {significant(1e3 * after)}" for shown, after in stages.values()]
-    worse = [axis for axis, (shown, after) in stages.items() if after > WORTH_SAYING * shown]
-    if worse:
-        change, make = ("change", "make") if several else ("changes", "makes")
-        said = f"{change} the predictions and {make} those of the {listed(worse)} worse, and"
-    else:
-        said = f"improve{'' if several else 's'} the predictions, but"
+    names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.possible])
+    used = [effect_name(effect.name, effect.axis) for effect in diagnosis.possible if effect.in_plant]
+    has = f"has {listed(used)} of them" if used else "has none of them"
     return (
-        f" Beyond that {names} {said} the cause is not established: with {'them' if several else 'it'} the error "
-        f"1 s ahead goes from {listed(errors)} mrad ({', '.join(diagnosis.axes)})."
+        f"Possible, and no finding: {names}. The corrected plant {has}: what makes logs likelier that were left out of "
+        "the fit."
+    )
+
+
+def held_out_sentence(diagnosis: Diagnosis) -> str:
+    """Say what the held-out logs gain by the correction, and what the errors of 1 s are in closed loop."""
+    held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
+    said = (
+        f"The log-likelihood of the held-out logs goes from {held_out.before:.5g} to {held_out.after:.5g} nats per "
+        f"second: {gain.value:+.0f} nats ({gain.low:.0f} to {gain.high:.0f}) in {held_out.seconds:.0f} s."
+    )
+    if diagnosis.closed_loop:
+        said += (
+            " A controller flew these logs, so its voltages answer the air: errors 1 s ahead under measured voltages "
+            "decide nothing here."
+        )
+    return said
+
+
+def agreement_sentence(diagnosis: Diagnosis) -> str:
+    """Say how far disjoint halves of the training logs agree on what they show; empty for a single log."""
+    found = diagnosis.agreement
+    if found is None:
+        return ""
+    return (
+        f"Disjoint halves of the training logs share {100.0 * found.observed:.0f} % of the families of effects that "
+        f"either of them shows; chance in what the logs hold alone would leave {100.0 * found.expected:.0f} %."
     )
 
 
@@ -164,24 +186,6 @@ def found_effect(effect: FoundEffect) -> str:
 def _with_coefficient(effect: FoundEffect) -> str:
     text = effect_name(effect.name, effect.axis)
     return text if effect.coefficient is None else f"{text} (c = {with_interval(effect.coefficient)})"
-
-
-def plant_sentence(effect: FoundEffect, after: Mapping[str, Estimate]) -> str:
-    """Say which coefficient the corrected plant has, where it is not the one that is shown; nothing else.
-
-    ``after`` are the coefficients of the corrected plant by its fields.
-    """
-    shown = effect.coefficient
-    has = None if shown is None else after.get(catalogue_effect(effect.name, effect.axis).field)
-    if shown is None or has is None:
-        return ""
-    name = effect_name(effect.name, effect.axis)
-    if not effect.in_plant:
-        return f"The corrected plant does not have {name}: fitted by prediction errors, its coefficient is 0."
-    low, high = shown.interval
-    if low <= has.value <= high:
-        return ""
-    return f"The corrected plant, fitted by prediction errors, has {name} with c = {with_interval(has)}."
 
 
 def unknown_effect(effect: FoundEffect) -> str:
@@ -204,24 +208,19 @@ def effect_title(effect: FoundEffect) -> str:
     return text[:1].upper() + text[1:]
 
 
-def withdrawn_sentence(entry: Withdrawal) -> str:
-    """Say that an effect was withdrawn, and why."""
-    return f"Withdrawn: {effect_name(entry.name, entry.axis)}: {entry.why}."
-
-
 def _gain(diagnosis: Diagnosis) -> str:
-    """Say how far the 1 s prediction error fell on the axis that gained most."""
-    gains = {axis: _ratio(report) for axis, report in diagnosis.axes.items()}
-    if not gains:
-        return ""
+    """Say how far the error fell on the axis that gained most."""
+    what, field = LEADING[diagnosis.closed_loop]
+    gains = {axis: _error(report, "before", field).value / _error(report, "after", field).value
+             for axis, report in diagnosis.axes.items()}  # fmt: skip
     axis = max(gains, key=lambda name: gains[name])
-    report = diagnosis.axes[axis]
     if gains[axis] < WORTH_SAYING:
         return ""
     it = "it" if len(diagnosis.effects) == 1 else "them"
-    before, after = (significant(1e3 * error.prediction_1s.value) for error in (report.before, report.shown))
-    return f"; with {it} the {axis}'s error of a 1 s prediction on held-out data falls from {before} to {after} mrad"
+    before, after = (significant(1e3 * _error(diagnosis.axes[axis], s, field).value) for s in ("before", "after"))
+    return f"; with {it} the {axis}'s error {what} on held-out data falls from {before} to {after} mrad"
 
 
-def _ratio(report: AxisReport) -> float:
-    return report.before.prediction_1s.value / report.shown.prediction_1s.value
+def _error(report: AxisReport, stage: str, field: str) -> ErrorFigure:
+    figure: ErrorFigure = getattr(getattr(report, stage), field)
+    return figure

@@ -1,16 +1,12 @@
 """The rows of the report's tables, without any markup."""
 
-from collections.abc import Callable, Mapping, Sequence
-from statistics import stdev
+from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.tracing import AxisReport, Diagnosis, ErrorFigure, Verdict
+from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, Verdict
 from heli_identifier.workbench.report.rounding import (
-    acceleration_text,
-    acceleration_value_text,
     angle_text,
     is_known,
-    share_text,
     significant,
     unit_text,
     value_text,
@@ -20,74 +16,100 @@ from heli_identifier.workbench.report.sentences import effect_name, listed, mean
 from heli_plant.parameter_table import BY_FIELD
 
 KINDS = {
-    Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.NOT_SHOWN: "open",
-    Verdict.NOT_TESTABLE: "open",
+    Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.POSSIBLE: "open",
+    Verdict.NOT_SHOWN: "open", Verdict.NOT_TESTABLE: "open",
 }  # fmt: skip
 """Style of a verdict."""
 
-ErrorKind = tuple[str, str, Callable[[ErrorFigure | None], str], Callable[[ErrorFigure | None], str]]
-
-ERRORS: tuple[ErrorKind, ...] = (
-    ("prediction_1s", "1 s ahead [mrad]", angle_text, value_text),
-    ("prediction_2s", "2 s ahead [mrad]", angle_text, value_text),
-    ("free_run", "free run [mrad]", angle_text, value_text),
-    ("acceleration", "acceleration [rad/s²]", acceleration_text, acceleration_value_text),
+_AHEAD = (("ahead_100ms", ".1 s ahead [mrad]"), ("ahead_200ms", ".2 s ahead [mrad]"))
+_UNDER_VOLTAGES = (
+    ("prediction_1s", "1 s ahead [mrad]"),
+    ("prediction_2s", "2 s ahead [mrad]"),
+    ("free_run", "free run [mrad]"),
 )
-"""Fields of an error, what they are called, and how they are written with an interval and without one."""
 
-ANGLE_ERRORS = ERRORS[:3]
-"""The same without the errors of the acceleration."""
+ERRORS = {
+    False: (*_UNDER_VOLTAGES, *_AHEAD),
+    True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s [mrad]"), *_UNDER_VOLTAGES),
+}
+"""Fields of an error and what they are called, those that tell most first, by whether a controller flew."""
 
-ERROR_COLUMNS = (
-    "axis", "error", "angle stays", "rate stays", "before", "with shown", "after", "everything",
-    "noise floor",
-)  # fmt: skip
+ERROR_COLUMNS = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
 """Head of a table of :func:`error_rows`."""
 
-SETTINGS = {"significance": "false alarms allowed", "threshold": "score to be shown", "hint": "score to be suggestive"}
+GAIN_COLUMNS = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
+"""Head of a table of :func:`gain_rows`."""
+
+SETTINGS = {"score_needed": "score to be shown", "counts": "encoder counts per turn"}
 """What settings are called whose names alone are not clear."""
 
-_ENDINGS = {"_rad_s": "rad/s", "_s": "s", "_V": "V", "_hz": "Hz"}
-"""Endings of a setting's name that state its unit."""
+UNITS = {
+    "motor_time_constant": "s", "voltage_limit": "V", "rest_pitch": "rad", "elevation_gain": "rad/s²/V",
+    "horizontal": "rad", "score_needed": "nats", "operating_point": "V",
+}  # fmt: skip
+"""Units of settings."""
 
 
 def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one card per axis: the error of the 1 s prediction, before and after."""
+    """Give one card per axis: its leading error before and after, and what the axis may be used for."""
     cards = []
+    field, what = ERRORS[diagnosis.closed_loop][1 if diagnosis.closed_loop else 0]
     for axis, report in diagnosis.axes.items():
-        before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
-        floor = report.noise_floor.prediction_1s
-        known = f"{significant(1e3 * floor.value)} mrad" if is_known(floor) else "–: the model is unstable"
+        before, after = (1e3 * getattr(error, field).value for error in (report.before, report.after))
         cards.append(
             {
-                "label": f"{axis}, 1 s prediction error",
+                "label": f"{axis}, error {what.removesuffix(' [mrad]')}",
                 "value": f"{significant(before)} → {significant(after)} mrad",
-                "detail": f"noise floor {known}",
+                "detail": str(report.use),
             }
         )
     return cards
 
 
-def error_rows(axes: Mapping[str, AxisReport], kinds: Sequence[ErrorKind] = ERRORS) -> list[dict[str, str]]:
-    """Give one row per axis and kind of error."""
+def error_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per axis and kind of error; predictions without a model are those over 1 s."""
     return [
         {
             "axis": axis,
             "what": what,
-            **{
-                name: value_text(getattr(naive, field, None))
-                for name, naive in (("angle_stays", report.angle_stays), ("rate_stays", report.rate_stays))
-            },
-            "before": write(getattr(report.before, field)),
-            "shown": plain(getattr(report.shown, field)),
-            "after": write(getattr(report.after, field)),
-            "everything": plain(getattr(report.everything, field, None)),
-            "floor": write(getattr(report.noise_floor, field)),
+            "angle_stays": value_text(report.angle_stays) if field == "prediction_1s" else "–",
+            "rate_stays": value_text(report.rate_stays) if field == "prediction_1s" else "–",
+            "before": angle_text(getattr(report.before, field)),
+            "after": angle_text(getattr(report.after, field)),
+            "floor": angle_text(getattr(report.noise_floor, field)),
         }
-        for axis, report in axes.items()
-        for field, what, write, plain in kinds
+        for axis, report in diagnosis.axes.items()
+        for field, what in ERRORS[diagnosis.closed_loop]
         if getattr(report.before, field) or getattr(report.after, field)
     ]
+
+
+def gain_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
+    """Give one row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
+    rows = []
+    for (axis, report), name in zip(diagnosis.axes.items(), ("k_x", "k_z", "k_y"), strict=True):
+        found = diagnosis.parameters.get(name)
+        outside = found.instrument if found else None
+        rests = "given" if found is None else "contradicted" if found.contradicted else str(found.determination)
+        value = found.estimate if found else diagnosis.parameters_after[name]
+        rows.append(
+            {
+                "axis": axis,
+                "gain": BY_FIELD[name].symbol,
+                "value": with_interval(value),
+                "rests": rests,
+                "outside": with_interval(outside, unit=False) if outside else "–",
+                "use": str(report.use),
+            }
+        )
+    return rows
+
+
+def gain_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
+    """Give why a gain is what it is said to be and what to fly, one entry an axis."""
+    remarks = [(axis, report.why) for axis, report in diagnosis.axes.items()]
+    flights = {report.experiment: name for name, report in diagnosis.parameters.items() if report.experiment}
+    return [*remarks, *((f"to determine {BY_FIELD[name].symbol}", text) for text, name in flights.items())]
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
@@ -111,33 +133,21 @@ def floor_missing(axes: Mapping[str, AxisReport]) -> bool:
     return not all(is_known(report.noise_floor.prediction_1s) for report in axes.values())
 
 
-def predictive_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per predictive effect."""
-    return [
-        {
-            "effect": effect_name(found.name, found.axis),
-            "coefficient": with_interval(found.coefficient) if found.coefficient else "",
-            "likelihood": with_interval(found.by_likelihood, unit=False) if found.by_likelihood else "–",
-            "stability": share_text(found.stability),
-            "worth": share_text(found.worth or 0.0),
-            "or": listed([effect_name(*other) for other in found.alternatives], "or"),
-            "together": found.together,
-        }
-        for found in diagnosis.predictive
-    ]
-
-
 def possible_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per effect that only some of the training data find."""
-    return [
-        {
-            "effect": effect_name(entry.name, entry.axis),
-            "stability": share_text(entry.stability),
-            "worth": "–" if entry.worth is None else share_text(entry.worth),
-            "or": listed([effect_name(*other) for other in entry.alternatives], "or"),
-        }
-        for entry in diagnosis.possible
-    ]
+    """Give one row per effect that the likelihood favours without establishing it."""
+    return [_possible_row(found) for found in diagnosis.possible]
+
+
+def _possible_row(found: FoundEffect) -> dict[str, str]:
+    gain = "–" if found.left_out_gain is None else f"{found.left_out_gain:+.1f}"
+    return {
+        "effect": effect_name(found.name, found.axis),
+        "coefficient": with_interval(found.coefficient) if found.coefficient else "",
+        "score": significant(found.score, 2),
+        "left_out": gain,
+        "in_plant": "yes" if found.in_plant else "no",
+        "or": listed([effect_name(*other) for other in found.alternatives], "or"),
+    }
 
 
 def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -160,15 +170,11 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give the reasons of the entries that are not testable, suggestive or withdrawn, or whose score is enough."""
-    needed = float(diagnosis.settings["threshold"])
+    """Give the reasons of the entries that are not testable."""
     return [
         (effect_name(entry.name, entry.axis), entry.why)
         for entry in diagnosis.catalogue
         if entry.verdict == Verdict.NOT_TESTABLE
-        or entry.suggestive
-        or entry.withdrawn
-        or (entry.verdict == Verdict.NOT_SHOWN and abs(entry.score) >= needed)
     ]
 
 
@@ -184,35 +190,6 @@ def data_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         }
         for entry in diagnosis.data
     ]
-
-
-def log_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Give one row per log with its own offsets and gain, and a last one with their spread over the logs."""
-    names = tuple(diagnosis.logs[0].offsets) if diagnosis.logs else ()
-    rows = [
-        {
-            "log": log.log,
-            "values": [
-                *(with_interval(log.offsets[name], unit=False) for name in names),
-                with_interval(log.gain, unit=False),
-            ],
-            "belongs": "yes" if log.belongs else f"no: {log.why}",
-        }
-        for log in diagnosis.logs
-    ]
-    if len(rows) > 1:
-        columns = [[log.offsets[name].value for log in diagnosis.logs] for name in names]
-        spread = [significant(stdev(values), 2) for values in (*columns, [log.gain.value for log in diagnosis.logs])]
-        rows.append({"log": "standard deviation", "values": spread, "belongs": ""})
-    return rows
-
-
-def log_columns(diagnosis: Diagnosis) -> list[str]:
-    """Give the heads of the columns between a log's name and whether it belongs."""
-    if not diagnosis.logs:
-        return []
-    offsets = diagnosis.logs[0].offsets
-    return [*(f"{name.replace('_', ' ')} [{unit_text(value.unit)}]" for name, value in offsets.items()), "gain"]
 
 
 def event_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
@@ -233,12 +210,12 @@ def event_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
 
 
 def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give every setting with its unit apart from its name."""
+    """Give every setting that has a value, with its unit."""
     rows = []
     for name, value in diagnosis.settings.items():
-        unit = next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "")
-        words = SETTINGS.get(name) or name.removesuffix(next((e for e in _ENDINGS if name.endswith(e)), ""))
+        if value is None or value == {}:
+            continue
         values = value if isinstance(value, list | tuple) else [value]
         text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
-        rows.append((words.replace("_", " "), f"{text} {unit}".rstrip()))
+        rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
     return rows

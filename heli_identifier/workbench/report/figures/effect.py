@@ -2,7 +2,7 @@
 
 from matplotlib.figure import Figure
 
-from heli_identifier.tracing import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, EffectCurve, HeldOutSeries
+from heli_identifier.tracing import EffectCurve, HeldOutSeries
 from heli_identifier.workbench.report.figures.held_out import power_density
 from heli_identifier.workbench.report.figures.style import AFTER, BAND, MEASURED, canvas, key, styled
 from heli_identifier.workbench.report.rounding import power_text, significant, unit_text
@@ -31,12 +31,12 @@ def line_figure(series: HeldOutSeries, axis: str, frequency: float) -> Figure:
     """Draw the spectrum of an axis's residual on a held-out log around a periodic torque of ``frequency`` [Hz]."""
     residual = series.residual_after[:, AXES.index(axis)]
     found, power = power_density(residual, series.residual_step, len(residual))
-    near = (found >= LOWEST_FREQUENCY) & (found <= HIGHEST_FREQUENCY)
+    near = (found >= 0.1 * frequency) & (found <= 10.0 * frequency)
     figure, (axes,) = canvas(5.2, 3.3)
     axes.axvline(frequency, color=BAND, linewidth=5.0, label=f"{significant(frequency)} Hz")
-    axes.semilogy(found[near], power[near], color=AFTER, linewidth=1.0, label="residual")
+    axes.semilogy(found[near], power[near], color=AFTER, linewidth=1.0, label="innovations")
     axes.yaxis.set_major_formatter(power_text)
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("residual [(rad/s²)²/Hz]")
+    axes.set_ylabel("innovations, standardised [1/Hz]")
     key(axes, 2)
     return figure

@@ -22,13 +22,13 @@ from heli_identifier.workbench.report.rounding import power_text
 from heli_plant.effects import AXES
 
 LAGS = 50
-"""Lags of the autocorrelation: two seconds of the reduced innovations."""
+"""Lags of the autocorrelation: half a second at 100 Hz."""
 
 FARTHEST = 1.0
 """Ranges of the measurement by which a free run is followed beyond it."""
 
-SEGMENT = 256
-"""Samples of a segment of the spectrum: .1 Hz of resolution at 25 Hz."""
+SEGMENT = 1024
+"""Samples of a segment of the spectrum: .1 Hz of resolution at 100 Hz."""
 
 
 @styled
@@ -68,7 +68,7 @@ def residual_figure(series: HeldOutSeries, axis: str) -> Figure:
         time = np.arange(len(values)) * series.residual_step
         axes.plot(*thinned(time, values[:, index]), color=colour, linewidth=0.9, label=label)
     axes.set_xlabel("time [s]")
-    axes.set_ylabel("residual [rad/s²]")
+    axes.set_ylabel("innovations, standardised")
     axes.margins(x=0.01)
     key(axes, 2)
     return figure
@@ -86,20 +86,20 @@ def spectrum_figure(series: HeldOutSeries, axis: str) -> Figure:
     axes.yaxis.set_major_formatter(power_text)
     axes.minorticks_off()
     axes.set_xlabel("frequency [Hz]")
-    axes.set_ylabel("residual [(rad/s²)²/Hz]")
+    axes.set_ylabel("innovations, standardised [1/Hz]")
     key(axes, 2)
     return figure
 
 
 @styled
 def autocorrelation_figure(series: HeldOutSeries, axis: str) -> Figure:
-    """Draw the autocorrelation of the whitened innovations with the bounds that white noise keeps in 95 of 100 lags."""
+    """Draw the autocorrelation of the innovations with the bounds that white noise keeps in 95 of 100 lags."""
     index = AXES.index(axis)
     figure, (axes,) = canvas()
-    bound = 1.96 / np.sqrt(len(series.white_after))
+    bound = 1.96 / np.sqrt(len(series.residual_after))
     axes.axhspan(-bound, bound, color=BAND, alpha=0.6, linewidth=0, label="95 % bounds")
     axes.axhline(0.0, color=MUTED, linewidth=0.7)
-    for k, (values, colour, label) in enumerate(_pair(series.white_before, series.white_after)):
+    for k, (values, colour, label) in enumerate(_pair(series.residual_before, series.residual_after)):
         lags = np.arange(1, LAGS + 1) + 0.3 * (k - 0.5)
         correlation = autocorrelation(values[:, index], LAGS)
         axes.vlines(lags * series.residual_step, 0.0, correlation, color=colour, linewidth=1.3, label=label)

@@ -15,12 +15,12 @@ FARTHEST = 12.0
 
 
 @styled
-def error_figure(axes_reports: Mapping[str, AxisReport]) -> Figure:
-    """Draw the 1 s prediction error of every axis, before, after, and of a perfect model."""
+def error_figure(axes_reports: Mapping[str, AxisReport], field: str, what: str) -> Figure:
+    """Draw one error of every axis, ``field`` of it, before, after, and of a perfect model."""
     figure, (axes,) = canvas(5.2, 2.7, label_width=0.85)
     stages = (("before", BEFORE, -0.22), ("after", AFTER, 0.0), ("noise_floor", THIRD, 0.22))
     for stage, colour, shift in stages:
-        errors: list[ErrorFigure] = [getattr(report, stage).prediction_1s for report in axes_reports.values()]
+        errors: list[ErrorFigure] = [getattr(getattr(report, stage), field) for report in axes_reports.values()]
         known = [(index + shift, error) for index, error in enumerate(errors) if is_known(error)]
         y, values = [place for place, _ in known], [1e3 * error.value for _, error in known]
         axes.hlines(y, [1e3 * e.low for _, e in known], [1e3 * e.high for _, e in known], color=colour, linewidth=2.4)
@@ -28,7 +28,7 @@ def error_figure(axes_reports: Mapping[str, AxisReport]) -> Figure:
     axes.set_yticks(range(len(axes_reports)), list(axes_reports))
     axes.invert_yaxis()
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("error of the 1 s prediction on held-out logs [mrad]")
+    axes.set_xlabel(f"error {what} on held-out logs [mrad]")
     axes.grid(False, axis="y")
     key(axes, 3)
     return figure
