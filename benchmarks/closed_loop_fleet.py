@@ -2,8 +2,8 @@
 
 Usage: python -m benchmarks.closed_loop_fleet [--from SECONDS] RIG...    rigs as for benchmarks.halves
 
-On line: `heli identify` with prediction errors, all logs together. Off line: the plant that a diagnosis delivers. A pair
-of intervals overlaps where no value would have to be rejected by one of them.
+On line: `heli identify` with prediction errors, all logs together. Off line: the plant that a diagnosis delivers. A
+pair of intervals overlaps where no value would have to be rejected by one of them.
 """
 
 import argparse

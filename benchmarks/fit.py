@@ -140,7 +140,7 @@ def section(busy: float) -> str:
     ]
     samples = sum(record.samples for record in likelihood.records)
     return (
-        f"## The fit alone\n\n{measured_at(busy)}\n\n{len(fields)} parameters, {samples} samples, processor time of one "
-        f"core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
+        f"## The fit alone\n\n{measured_at(busy)}\n\n{len(fields)} parameters, {samples} samples, processor time of "
+        f"one core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
         + table(("fit", "time", "over ours", "gains off by"), rows)
     )

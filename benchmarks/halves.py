@@ -1,6 +1,6 @@
-"""Measured rigs, disjoint halves of their logs: do gains and names agree, and is the other half likelier?
+"""Measured rigs, disjoint halves of their logs: whether gains and names agree, and the other half gets likelier.
 
-Usage: python -m benchmarks.halves [--from SECONDS] RIG...    a folder of logs each; RIG:-pitch where the pitch counts down
+Usage: python -m benchmarks.halves [--from SECONDS] RIG...    a folder of logs each; RIG:-pitch if its pitch counts down
 
 Every second log makes a half; each half is identified by itself. Printed are, by half, the gains with their 95 %
 intervals and what they rest on, the families shown, and the log-likelihood of the other half under the corrected plant

@@ -185,7 +185,7 @@ def test_progress_only_grows(diagnosed):
 
 
 def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said():
-    """Held-out logs decide nothing: what the training logs hold is shown, and the note says that it does not carry over."""
+    """Held-out logs decide nothing: what the training logs hold is shown, and a note says that it does not hold."""
     moved = TABLE_2._replace(moving_mass_elevation=0.05, moving_mass_time=33.0)
     records = [noisy(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
     result = diagnose(records, held_out=noisy(TABLE_2, drive(60.0, 7), 7, name="held"))

@@ -142,7 +142,7 @@ def _judge(found: Identification) -> Judge | None:
 
 
 def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
-    """What is established and what is possible, strongest first."""
+    """Give what is established and what is possible, strongest first."""
     after, C, gains = found.plant, found.covariance, found.left_out_gains
     named = [
         found_effect(own, after, C, gains, gains.get(own.effect.field, 1.0) > 0.0) for own in found.selection.findings

@@ -172,7 +172,7 @@ def _length(step: float) -> int:
 
 
 def _grid(step: float) -> tuple[int, int]:
-    """Samples at either end of a record whose polynomials are not centred, and samples from one evaluation on."""
+    """Count the samples at either end whose polynomials are not centred, and those from one evaluation to the next."""
     return _length(step) // 2 + 1, max(1, round(EVALUATED_STEP / step))
 
 

@@ -12,6 +12,7 @@ made of them need no such model: they judge what the likelihood says.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
 from .result import CatalogueVerdict, Determination, EffectCurve, FoundEffect, NamedShape, ParameterReport, Verdict
-from .rig import Effect
+from .rig import Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
 from .settings import CLOSE, CONTRADICTION, CURVE_BINS, DETERMINED, LEAST_VISIBILITY, MATTERS, NAMED
@@ -34,14 +35,18 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
     """Give parameters of a plant, as the plant has them, with their standard errors; one that was given has none."""
     units, found = fitted.likelihood.rig.units, {}
     for name in fields:
-        gradient = fitted.gradient(lambda p, name=name: float(getattr(p, name)))
+        gradient = fitted.gradient(partial(_read, name))
         error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
 
 
+def _read(name: str, parameters: Parameters) -> float:
+    return float(getattr(parameters, name))
+
+
 def lag_score(fitted: Fit) -> float:
-    """What the likelihood loses with the motors' lag as it was given, without its prior [nats]."""
+    """Give what the likelihood loses with the motors' lag as it was given, without its prior [nats]."""
     if LAG_FIELD not in fitted.fields:
         return 0.0
     j = fitted.fields.index(LAG_FIELD)
@@ -79,7 +84,7 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str,
 
 
 def _together(finding: Finding, fitted: Fit) -> str:
-    """What effects of the rotors' timing come to together; empty for others."""
+    """Say what effects of the rotors' timing come to together; empty for others."""
     if finding.effect.family != "lag or delay of the rotors":
         return ""
     p = fitted.parameters
@@ -124,10 +129,10 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
         fitted = selection.fit
         C = covariance(fitted)
         estimate = estimates(fitted, C, [effect.field])[effect.field]
-        score, visibility, shapes = lag_score(fitted), 1.0, {}
+        score, visibility = lag_score(fitted), 1.0
     else:
         estimate = Estimate(found.value, found.standard_error, effect.unit)
-        score, visibility, shapes = found.score, found.visibility, found.shapes
+        score, visibility = found.score, found.visibility
     error = estimate.standard_error or 0.0
     largest = max(abs(effect.lower), abs(effect.upper))
     asked = f"score {score:.1f} nats, {NAMED:g} needed"
@@ -247,11 +252,9 @@ def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple
         if effect is None or not effect.drawn_against or not found.in_plant:
             continue
         bare = rig.assign(fitted.parameters, {effect.field: 0.0})
-        xs, ys, laws, unit, variable, axis = [], [], [], "", "", ""
-        for record in fitted.likelihood.records:
-            axis, variable, unit, x, y, law = rig.partial_residual(record, fitted.parameters, bare, effect)
-            xs, ys, laws = [*xs, x], [*ys, y], [*laws, law]
-        x, y, law = (np.concatenate(parts) for parts in (xs, ys, laws))
+        parts = [rig.partial_residual(record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
+        axis, variable, unit = parts[0][:3]
+        x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
         bins = np.array_split(np.argsort(x), CURVE_BINS)
         estimate = found.coefficient
         spread = 1.96 * abs((estimate.standard_error or 0.0) / estimate.value) if estimate and estimate.value else 0.0

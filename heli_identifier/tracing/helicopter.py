@@ -210,7 +210,8 @@ def run_alone(inputs, step, start, parameters, torque=None):
     """
     count = len(inputs)
     zeros, errors = np.zeros((count, 3)), np.empty((count, 3))
-    record = Record("", step, np.arange(count) * float(step), inputs, zeros, zeros, start)
+    time = np.arange(count, dtype=np.float64) * float(step)
+    record = Record("", step, time, inputs, zeros, zeros, start)
     torque = np.zeros(3) if torque is None else torque
     run_filter(record, parameters, np.zeros((3, 8)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
     return 0.0 - errors
@@ -231,7 +232,8 @@ def placed(carry: Array, motion: Array) -> Array:
 def _stable(p: PlantParameters) -> tuple[bool, bool, bool]:
     """Whether pitch, elevation, travel return by themselves: stiffness and damping both positive."""
     stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
-    return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
+    pitch, elevation, travel = (k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
+    return pitch, elevation, travel
 
 
 def run_accelerations(record, parameters, motion, first, carry, out):
@@ -365,7 +367,8 @@ DAMPING = (0.1, 0.1)
 """Mean and standard deviation that instruments know of every damping [1/s]: sister rigs have .02 to .25."""
 
 WINDOW, MOTION_WINDOW = 0.6, 0.2
-"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a rate at 2 Hz."""
+"""Lengths [s] of the local cubics that smooth a record: they keep .94 of an acceleration at .5 Hz, .99 of a
+rate at 2 Hz."""
 
 
 def _smooth(values: Array, step: float, order: int = 0, window: float = WINDOW) -> Array:
@@ -425,7 +428,7 @@ def _numbers() -> dict[str, float]:
 def _table_rows() -> Array:
     """Weights (20 n + 1, K) of a table's torques at n = 50 points to a spacing."""
     alone, s = np.eye(KNOTS).tolist(), np.linspace(0.0, KNOTS - 1.0, 50 * (KNOTS - 1) + 1).tolist()
-    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])
+    return np.array([[tabulated_torque(at, 0.0, 1.0, tuple(unit)) for unit in alone] for at in s])  # type: ignore[arg-type]
 
 
 def _table_basis(s: Array) -> Array:

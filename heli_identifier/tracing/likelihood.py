@@ -9,10 +9,11 @@ log with standard deviation tau. F is a negative log posterior in nats; everythi
 difference of F or its quadratic form.
 
 Sensitivities: a further acceleration a_k of an axis along the filter's own motion changes its innovations through the
-error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities are
-taken at :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning: a
-later one knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased.
-Those to the air's parameters are finite differences of the filter at the log's rate. Records are read in chunks, so memory grows with the log alone.
+error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities
+are taken at :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning:
+a later one knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased.
+Those to the air's parameters are finite differences of the filter at the log's rate. Records are read in chunks, so
+memory grows with the log alone.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
@@ -237,9 +238,9 @@ class Likelihood:
         rows : slice
             Samples of the chunk.
         fast, slow : list of dict of int to Array, shapes (n,) and (m,)
-            Of every axis the derivatives that are not zero, by the coordinates of ``moves`` (:meth:`moved`), then by the
-            air's parameters, then by the log's offsets: what is to be taken at every sample, and what is held over blocks
-            of :func:`held_samples`. The derivative is the sum of both.
+            Of every axis the derivatives that are not zero, by the coordinates of ``moves`` (:meth:`moved`), then by
+            the air's parameters, then by the log's offsets: what is to be taken at every sample, and what is held over
+            blocks of :func:`held_samples`. The derivative is the sum of both.
         """
         rig, record = self.rig, self.records[i]
         a, P, held = len(rig.axes), len(moves), held_samples(record)
@@ -346,7 +347,7 @@ class _OfLog:
             self.blocks[block : block + len(sums), axis, at] -= sums
 
     def eliminated(self, offsets: Array, width: Array) -> tuple[Array, Array, Array, tuple[Array, Array], float]:
-        """Hessian, gradient, block scores of the parameters alone; what gives offsets of a step, and what they promise."""
+        """Hessian, gradient, block scores of the parameters; what gives offsets of a step, and what they promise."""
         p, b = slice(0, self.own), slice(self.own, None)
         inner = np.linalg.inv(self.H[b, b] + np.diag(1.0 / width**2))
         g_b = self.g[b] + offsets / width**2

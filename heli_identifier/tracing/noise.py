@@ -5,10 +5,10 @@ A second-order process in continuous time drives every axis beside the plant. Wi
     (d, u)' = R(psi) [0 w; -w -f] R(psi)^T (d, u) + n,    cov (d, u) = s^2 I,    R(psi) a rotation,
 
 and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy
-rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w, as
-air that swirls round a closed room does, with the damping ratio sqrt(f/c)/2; psi = pi/2 takes the torque at rest out of its spectrum; psi between mixes a
-fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the colour of the air is estimated and
-not assumed: a wrong colour biases the gains of a rig under a controller, and narrow intervals stay around the wrong
+rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w with
+the damping ratio sqrt(f/c)/2, as air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of
+its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the
+colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow intervals stay around the wrong
 values.
 
 State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2]; only the angle is measured, with noise of

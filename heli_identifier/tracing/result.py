@@ -256,9 +256,10 @@ class ErrorFigure:
 class AxisError:
     """Errors of one model on one axis of the held-out logs [rad].
 
-    ``ahead_100ms`` and ``ahead_200ms`` start from the filter's state. ``prediction_1s`` and ``prediction_2s`` start from
-    the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides nothing.
-    ``free_run`` is None where the axis is not stable, ``closed_loop_3s`` where references or controller are not known.
+    ``ahead_100ms`` and ``ahead_200ms`` start from the filter's state. ``prediction_1s`` and ``prediction_2s`` start
+    from the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
+    nothing. ``free_run`` is None where the axis is not stable, ``closed_loop_3s`` where references or controller are
+    not known.
     """
 
     ahead_100ms: ErrorFigure
@@ -335,7 +336,7 @@ class Agreement:
     Attributes
     ----------
     observed, expected : float
-        Jaccard index, mean over the splits: as observed, and what sampling alone allows if the corrected model is right.
+        Jaccard index, mean over the splits: as observed, and what sampling alone allows if the plant is right.
     splits : int
     """
 

@@ -123,7 +123,7 @@ what the filter needs to tell two steps apart."""
 # --- what the catalogue cannot name (unknown.py) ---
 
 CURVE_WIDTH = 0.1
-"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: what stops an arm from .1 m beside rest."""
+"""Width [rad/s^2] of the prior of a torque in the table of an unknown curve: what stops an arm .1 m beside rest."""
 
 PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
 """Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and

@@ -56,7 +56,7 @@ LEAST_STIFFNESS = 0.1
 """Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
 
 ROUNDS, SETTLED = 4, 0.01
-"""Rounds of fit and shift, since the fit to logs of different zeros is wrong; change [rad] that needs no further one."""
+"""Rounds of fit and shift, as the fit to logs of different zeros is wrong; change [rad] that needs no further one."""
 
 
 def aligned(
@@ -155,7 +155,8 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
             notes.append(f"the log {log.name} does not belong to the others: it fits with {what}")
         elif scale > ALIEN * usual:
             notes.append(
-                f"the log {log.name} does not belong to the others: its innovations are {scale / usual:.1f} times theirs"
+                f"the log {log.name} does not belong to the others: "
+                f"its innovations are {scale / usual:.1f} times theirs"
             )
     return tuple(f"{note}. Mend it in heli.toml or leave it out, and run this again" for note in notes)
 

@@ -75,7 +75,10 @@ class _Seen:
         moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
         linear, air = rig.linear(fitted.parameters), physical(point.z)
         self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
-        self.times, self.variables, self.w, self.e, self.Q = [], [], [], [], []
+        self.times, self.variables = [], []
+        self.w: list[Array] = []
+        self.e: list[Array] = []
+        self.Q: list[Array] = []
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
             held = held_samples(record)

@@ -12,17 +12,18 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         (
             "before, after",
             "The simplified model, and the corrected plant: with the effects that are shown, and with those of the "
-            "possible ones that make logs likelier which were left out of the fit. Both are fitted to the training logs.",
+            "possible ones that make logs likelier which were left out of the fit. Both are fitted to the training "
+            "logs.",
         ),
         (
             "likelihood",
-            "Of the innovations: what the model, corrected towards the measured angles at every sample, did not foresee "
-            "of the next one. Beside the plant it has a torque of the air on every axis, whose level and colour are "
-            "estimated, and a constant torque of every log. A nat is a factor of 2.7 in probability.",
+            "Of the innovations: what the model, corrected towards the measured angles at every sample, did not "
+            "foresee of the next one. Beside the plant it has a torque of the air on every axis, whose level and "
+            "colour are estimated, and a constant torque of every log. A nat is a factor of 2.7 in probability.",
         ),
         (
             "score",
-            f"What the log-likelihood of the training logs gains by an effect, in nats. An effect is shown from {needed} "
+            f"What the log-likelihood of the training logs gains by an effect, in nats. It is shown from {needed} "
             "on, which is a coefficient of four standard errors.",
         ),
         (
@@ -35,7 +36,7 @@ def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         ),
         (
             "determined from outside",
-            "References, which move the rig and know nothing of the air, give the same value by instrumental variables.",
+            "References, which move the rig and know nothing of the air, give the same value by instruments.",
         ),
         (
             "rests on the noise model",
