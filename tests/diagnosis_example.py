@@ -3,19 +3,32 @@
 from dataclasses import replace
 
 import numpy as np
-from heli_identifier.tracing.diagnosis.result import DataEntry, EffectCurve, HeldOutSeries, PossibleEffect, RigVerdict
-from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.prediction.observer import observer_start
-from heli_identifier.tracing.search.found_effect import CurveShape, FoundEffect, NamedShape, PeriodicShape
-from heli_identifier.tracing.search.verdict import CatalogueVerdict, Evidence, Verdict, Withdrawal
-from heli_identifier.tracing.validation.figures import AxisError, AxisReport, ErrorFigure, NaiveError, rms_figures
-from heli_identifier.tracing.validation.log_values import LogValues
-from heli_identifier.tracing.validation.prediction import free_run, stable_axes
 
-from heli_identifier.online.estimate import Estimate
+from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import Log
+from heli_identifier.tracing import (
+    Agreement,
+    AxisError,
+    AxisReport,
+    CatalogueVerdict,
+    CurveShape,
+    DataEntry,
+    Determination,
+    EffectCurve,
+    ErrorFigure,
+    FoundEffect,
+    HeldOutLikelihood,
+    HeldOutSeries,
+    NamedShape,
+    ParameterReport,
+    PeriodicShape,
+    RigVerdict,
+    Use,
+    Verdict,
+)
 from heli_identifier.workbench.interface.diagnosis import Diagnosis
+from heli_identifier.workbench.interface.simulation import started
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
@@ -26,7 +39,6 @@ H = 0.01
 FRICTION = Estimate(0.025, 0.0006, "rad/s^2")
 BEFORE = TABLE_2._replace(a_wx=0.2)
 AFTER = TABLE_2._replace(dry_friction_pitch=FRICTION.value)
-REDUCED = 0.04
 
 
 def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
@@ -38,14 +50,13 @@ def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
 
 
 def series_of(log, seed=1):
-    """Its free runs, and residuals that are white after and correlated before."""
+    """Its free runs, and innovations that are white after and correlated before."""
     random = np.random.default_rng(seed)
-    after = random.normal(0.0, 5e-3, (int(log.duration / REDUCED) - 50, 3))
-    before = after + 8e-3 * np.sin(0.25 * np.arange(len(after)))[:, None]
-    runs = [free_run(log, p) for p in (BEFORE, AFTER)]
-    start = observer_start(log)._asdict()
-    white = (before[25:] / 5e-3, after[25:] / 5e-3)
-    return HeldOutSeries(log, *runs, start, before, after, *white, REDUCED)
+    after = random.normal(0.0, 1.0, (log.samples, 3))
+    before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
+    start = started(log)
+    runs = [simulate(log.voltages, H, start, p)[1] for p in (BEFORE, AFTER)]
+    return HeldOutSeries(log, *runs, start._asdict(), before, after, H)
 
 
 def figure(value):
@@ -54,25 +65,47 @@ def figure(value):
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
-    errors = [s.log.angles - s.free_run_after for s in series]
-    run = rms_figures(errors, H)
-    stable = stable_axes(AFTER)
+    squares = np.concatenate([(s.log.angles - s.free_run_after) ** 2 for s in series])
+    run = [figure(float(np.sqrt(column.mean()))) for column in squares.T]
     reports = {}
     for index, axis in enumerate(AXES):
-        after = AxisError(figure(2e-3), figure(4e-3), run[index] if stable[index] else None, figure(5e-3))
-        before = AxisError(figure(5e-3), figure(1.3e-2), figure(3e-2) if stable[index] else None, figure(1.2e-2))
-        floor = AxisError(figure(1.9e-3), figure(3.6e-3), None, figure(5e-3))
-        naive = NaiveError(figure(0.15), figure(0.28)), NaiveError(figure(0.07), figure(0.24))
-        tests = {"before": 1e-9, "after": 0.4}, {"before": 4.0, "after": 0.8}
-        reports[axis] = AxisReport(before, after, after, after, floor, *tests, *naive)
+        stable = axis != "travel"  # nothing pulls it back
+        near = figure(6e-4), figure(7e-4)
+        after = AxisError(*near, figure(2e-3), figure(4e-3), run[index] if stable else None)
+        before = AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None)
+        floor = AxisError(*near, figure(1.9e-3), figure(3.6e-3))
+        white, use = {"before": 1e-9, "after": 0.4}, (Use.PREDICTION if axis == "travel" else Use.CONTROL)
+        why = "k_y is not determined: its interval is ± .1" if axis == "travel" else "references agree"
+        reports[axis] = AxisReport(
+            before, after, floor, figure(0.15), figure(0.07), white, 3e-3, 2.5, 6e-4, use, why
+        )  # fmt: skip
     return reports
+
+
+def determinations(parameters):
+    """What the gains rest on: two from outside, one not determined."""
+    found = {}
+    for name in ("k_x", "k_z", "k_y"):
+        value = Estimate(getattr(parameters, name), 0.01 * abs(getattr(parameters, name)), BY_FIELD[name].unit)
+        sure = name != "k_y"
+        found[name] = ParameterReport(
+            value,
+            Determination.OUTSIDE if sure else Determination.NOT_DETERMINED,
+            0.8 if sure else 0.0,
+            value if sure else None,
+            False,
+            (0.1, 1.0),
+            "references alone give the same" if sure else "its interval is ± .1",
+            "" if sure else "Lean the pitch by 10 degrees for 5 s either way.",
+        )
+    return found
 
 
 def estimates(parameters):
     """The simplified model's parameters with errors of a hundredth, and the lag, which is given."""
     found = {
         name: Estimate(getattr(parameters, name), 0.01 * abs(getattr(parameters, name)), BY_FIELD[name].unit)
-        for name in BASE
+        for name in ModelParameters._fields
     }
     return {**found, "T_m": Estimate(parameters.T_m, None, "s")}
 
@@ -85,19 +118,19 @@ def found_effects():
     bending = {"frequency": Estimate(3.1, 0.02, "Hz"), "damping": Estimate(0.05, None, "1")}
     return (
         FoundEffect(
-            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, (), NamedShape(), 41.0, {2.0: FRICTION, 8.0: FRICTION}
+            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, "friction of the pitch", (), NamedShape(), 41.0
         ),
         FoundEffect(
             "arm_bending", "elevation", Estimate(2e-3, 1e-4, "rad/V"), Verdict.AMBIGUOUS,
-            (("ground_effect", "elevation"),), NamedShape(bending), 20.0, {},
+            "arm bending of the elevation", (("ground_effect", "elevation"),), NamedShape(bending), 20.0,
             "Excite the voltage sum with a chirp from 1 to 6 Hz.",
         ),
         FoundEffect(
-            "unknown", "elevation", None, Verdict.UNKNOWN, (), PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0,
-            in_plant=False,
+            "unknown", "elevation", None, Verdict.UNKNOWN, "unknown torque of the elevation", (),
+            PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0, in_plant=False,
         ),
         FoundEffect(
-            "unknown", "travel", None, Verdict.UNKNOWN, (),
+            "unknown", "travel", None, Verdict.UNKNOWN, "unknown torque of the travel", (),
             CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
         ),
     )  # fmt: skip
@@ -133,7 +166,7 @@ def catalogue():
             1.0,
             0.02 * (number + 1),
             3e-3,
-            "score +1.0, 3.7 needed",
+            "score 1.0 nats, 8 needed",
             "",
         )
         if (entry.name, entry.axis) == ("dry_friction", "pitch"):
@@ -158,16 +191,27 @@ def example(logs=None):
     return Diagnosis(
         verdict=RigVerdict.EFFECTS_SHOWN,
         effects=found_effects(),
-        withdrawn=(Withdrawal("cable_stiffness", "travel", "the held-out logs are likelier without it"),),
+        possible=(
+            FoundEffect(
+                "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.POSSIBLE, "lag or delay of the rotors",
+                (("input_delay", "rotors"),), NamedShape(), 5.0, "Step both voltages.", True, 2.5,
+                "lag and delay of the rotors together: 110 ms",
+            ),
+        ),
         catalogue=catalogue(),
         parameters_before=estimates(BEFORE),
         parameters_after=estimates(AFTER),
         effects_after={"dry_friction_pitch": FRICTION},
+        parameters=determinations(AFTER),
+        covariance=np.diag([1e-4]),
+        covariance_fields=("k_x",),
         plant_before=BEFORE,
-        plant_shown=AFTER,
         plant_after=AFTER,
-        plant_everything=None,
         axes=axis_reports(series),
+        held_out=HeldOutLikelihood(20.0, 1800.0, 1803.5, ErrorFigure(70.0, 50.0, 90.0), {"after": (7.0, 8)}),
+        closed_loop=False,
+        references="voltages",
+        agreement=Agreement(0.8, 0.9, 3),
         series=series,
         curves=curves(),
         correlation_labels=names,
@@ -177,27 +221,11 @@ def example(logs=None):
             DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
         ),
         settings={
-            "filter_frequency_rad_s": 4.0, "agreement_frequencies_rad_s": [2.0, 8.0], "motor_time_constant_s": 0.08,
-            "significance": 0.005, "threshold": 3.7, "hint": 3.1,
+            "motor_time_constant": 0.08, "voltage_limit": 5.0, "rest_pitch": None, "keep_events": False,
+            "score_needed": 8.0, "operating_point": 1.25,
         },
         notes=("voltages reach 5.10 V",),
         seconds=12.3,
-        predictive=(
-            FoundEffect(
-                "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.NOT_SHOWN, (("input_delay", "rotors"),),
-                NamedShape(), 15.0, evidence=Evidence.PREDICTIVE, stability=0.94, worth=0.12,
-                by_likelihood=Estimate(0.028, 3e-3, "s"),
-                together="lag and delay of the rotors together: 110 ms",
-            ),
-        ),
-        possible=(PossibleEffect("dry_friction", "elevation", (("quadratic_drag", "elevation"),), 0.45, 0.06),),
-        logs=tuple(
-            LogValues(
-                name, {"pitch_torque": Estimate(torque, 1e-3, "rad/s^2"), "pitch_zero": Estimate(1e-3, 1e-3, "rad")},
-                Estimate(0.01, 3e-3, "1"), not why, why,
-            )
-            for name, torque, why in (("train <1>", 2e-3, ""), ("held", -1e-3, "the sign of its travel is flipped"))
-        ),
     )  # fmt: skip
 
 
@@ -206,6 +234,6 @@ def adequate():
     whole = example()
     shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
     return replace(
-        whole, verdict=RigVerdict.MODEL_ADEQUATE, effects=(), withdrawn=(), curves=(), catalogue=shown,
-        parameters_after=whole.parameters_before, effects_after={}, predictive=(), possible=(),
+        whole, verdict=RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
+        parameters_after=whole.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
+from heli_identifier.tracing import DiagnosisSettings
 from heli_identifier.workbench.campaign import (
     FolderRig,
     GeneratedRig,
@@ -109,6 +109,7 @@ def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuratio
 GENERATOR = """
 from heli_identifier.workbench.campaign import Rig
 from heli_identifier.records import Log
+from heli_identifier.tracing import DiagnosisSettings
 
 def make(seed):
     log = Log("log", 100.0, [[seed, 0.0]] * 9, [[0.0, 0.0, 0.0]] * 9)
@@ -176,7 +177,7 @@ def test_result_is_called_by_rig_content_settings_and_code():
     others = {
         result_key("b", "content", SETTINGS, "code"),
         result_key("a", "other", SETTINGS, "code"),
-        result_key("a", "content", replace(SETTINGS, bandwidth=5.0), "code"),
+        result_key("a", "content", replace(SETTINGS, voltage_limit=6.0), "code"),
         result_key("a", "content", SETTINGS, "newer"),
     }
     assert len(others | {first}) == 5

@@ -5,18 +5,16 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 from collections import Counter
 from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from heli_identifier.tracing.diagnosis.settings import DiagnosisSettings
-from heli_identifier.tracing.prediction.workers import parallel, use_threads
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
+from heli_identifier.tracing import DiagnosisSettings
 from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
 from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
 from heli_identifier.workbench.campaign.row import diagnosed
@@ -196,13 +194,6 @@ def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, mon
 # --- the work itself ---------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def as_a_worker():
-    """Undo afterwards what work does to its process."""
-    yield
-    use_threads(os.cpu_count() or 1)
-
-
 class Given:
     """A source that has its rig already, or an error in its place."""
 
@@ -223,19 +214,14 @@ def still_rig(truth):
     return Rig((logs[0],), (logs[1],), truth)
 
 
-def test_worker_keeps_to_one_core(as_a_worker):
-    diagnosed(Given(still_rig(None)), DiagnosisSettings())
-    assert set(parallel(lambda _: threading.get_ident(), range(50))) == {threading.get_ident()}
-
-
-def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it(as_a_worker):
+def test_truth_stands_beside_a_failed_diagnosis_and_changes_nothing_of_it():
     truth = Truth("dry_friction", {"a_wx": 0.06}, (TrueEffect("dry_friction", "pitch", 0.02),))
     with_truth, without = (diagnosed(Given(still_rig(one)), DiagnosisSettings()) for one in (truth, None))
     assert (with_truth["true_kind"], with_truth["true_a_wx"]) == ("dry_friction", 0.06)
     assert with_truth["error"] == without["error"] != ""
 
 
-def test_error_that_nobody_foresaw_is_told_with_its_place(as_a_worker):
+def test_error_that_nobody_foresaw_is_told_with_its_place():
     row = diagnosed(Given(ZeroDivisionError("nothing moves")), DiagnosisSettings())
     assert row["error"].startswith("ZeroDivisionError: nothing moves (in load, test_campaign_run.py line ")
 

@@ -136,10 +136,11 @@ def test_a_diagnosis_prints_as_its_verdict_and_not_as_its_arrays():
     assert repr(example()).startswith("<Diagnosis: effects shown: dry_friction on pitch, arm_bending on elevation")
 
 
-def test_the_summary_of_a_diagnosis_says_verdict_errors_withdrawals_and_notes():
+def test_the_summary_of_a_diagnosis_says_verdict_possible_effects_errors_and_notes():
     said = example().summary()
     assert said.startswith("The rig has dry friction on the pitch")
-    assert "Withdrawn: cable stiffness on the travel: the held-out logs are likelier without it." in said
+    assert "Possible, and no finding: motor lag of the rotors." in said
+    assert "+70 nats (50 to 90) in 20 s" in said
     assert said.endswith("voltages reach 5.10 V")
 
 

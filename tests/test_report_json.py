@@ -31,8 +31,8 @@ def test_the_document_has_the_keys_of_the_contract(document):
     assert {"before", "after"} == document["parameters"].keys()
     assert {"pitch", "elevation", "travel"} == document["error"].keys()
     for axis in document["error"].values():
-        for stage in ("before", "shown", "after", "everything", "noise_floor"):
-            assert axis[stage].keys() == {"prediction_1s_rad", "prediction_2s_rad", "free_run_rad", "acceleration"}
+        for stage in ("before", "after", "noise_floor"):
+            assert {"prediction_1s_rad", "prediction_2s_rad", "free_run_rad", "ahead_200ms_rad"} <= axis[stage].keys()
     for entry in document["data"]:
         assert {"file", "sha256", "samples", "rate_hz", "used_for"} <= entry.keys()
 
@@ -68,23 +68,29 @@ def test_a_table_of_the_plant_is_part_of_its_parameters_and_an_axis_without_one_
     assert read.plant() == plant
 
 
-def test_effects_shown_and_predictive_stand_in_one_list_and_are_told_apart(document):
-    evidence = [(entry["name"], entry["evidence"]) for entry in document["effects"]]
-    assert evidence[0] == ("dry_friction", "shown")
-    assert evidence[-1] == ("motor_lag", "predictive")
-    lag = document["effects"][-1]
-    assert lag["verdict"] == "not shown"
+def test_what_is_possible_stands_apart_and_says_whether_the_plant_has_it(document):
+    (lag,) = document["possible"]
+    assert (lag["name"], lag["verdict"]) == ("motor_lag", "possible")
+    assert (lag["in_plant"], lag["left_out_gain"]) == (True, 2.5)
     assert lag["alternatives"] == [{"name": "input_delay", "axis": "rotors"}]
-    assert (lag["stability"], lag["together"]) == (0.94, "lag and delay of the rotors together: 110 ms")
-    assert all(0.0 <= entry["stability"] <= 1.0 for entry in document["effects"])
-    (possible,) = document["possible"]
-    assert (possible["name"], possible["stability"]) == ("dry_friction", 0.45)
+    assert lag["together"] == "lag and delay of the rotors together: 110 ms"
+    assert all(entry["verdict"] != "possible" for entry in document["effects"])
 
 
-def test_logs_have_their_own_offsets_and_a_stranger_is_named(document):
-    own, stranger = document["logs"]
-    assert own["belongs"] and own["offsets"]["pitch_torque"]["value"] == 0.002
-    assert not stranger["belongs"] and "travel" in stranger["why"]
+def test_what_a_gain_rests_on_and_what_an_axis_may_be_used_for_stand_in_words(document):
+    assert document["determinations"]["k_x"]["determination"] == "determined from outside"
+    assert document["determinations"]["k_y"]["determination"] == "not determined"
+    assert document["determinations"]["k_y"]["experiment"]
+    assert document["use"]["pitch"]["use"] == "prediction and control"
+    assert document["use"]["travel"]["use"] == "prediction only"
+    assert (document["closed_loop"], document["references"]) == (False, "voltages")
+
+
+def test_held_out_logs_state_their_likelihood_per_second_and_the_gain_of_all(document):
+    held_out = document["held_out"]
+    assert held_out["gain_nats"]["value"] == (held_out["after_nats_per_s"] - held_out["before_nats_per_s"]) * 20.0
+    assert held_out["instruments"]["after"] == {"chi2": 7.0, "degrees_of_freedom": 8}
+    assert document["agreement"] == {"observed": 0.8, "expected": 0.9, "splits": 3}
 
 
 def test_what_cannot_be_tested_is_listed_with_its_reason(document):

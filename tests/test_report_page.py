@@ -6,14 +6,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from heli_identifier.tracing.diagnosis.conclusions import acts_in
-from heli_identifier.tracing.prediction.fit import BASE
-from heli_identifier.tracing.search.verdict import Verdict
-from heli_identifier.tracing.validation.figures import AxisError, ErrorFigure
-from heli_identifier.tracing.validation.plants import FittedPlant
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.tracing import AxisError, Determination, ErrorFigure, Verdict
 from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from heli_identifier.workbench.delivery.provenance import provenance
 from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
@@ -22,9 +18,8 @@ from heli_identifier.workbench.report.figures.style import COLOURS, thinned
 from heli_identifier.workbench.report.page import report_page
 from heli_identifier.workbench.report.residuals import residual_text
 from heli_identifier.workbench.report.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.workbench.report.sentences import law_text, plant_sentence, verdict_sentence
-from heli_identifier.workbench.report.tables import catalogue_remarks
-from heli_plant.effects import effect
+from heli_identifier.workbench.report.sentences import held_out_sentence, law_text, possible_sentence, verdict_sentence
+from heli_identifier.workbench.report.tables import error_rows, gain_rows
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import adequate, example, made_log
 
@@ -113,19 +108,19 @@ def test_the_page_names_the_experiments_that_would_settle_something(text):
 def test_a_clean_rig_gets_a_page_without_an_effect():
     page = report_page(adequate(), ORIGIN, "rig")
     assert "these logs do not refute the simplified model" in page
-    assert "No effect of the catalogue passed the threshold" in page
+    assert "No effect of the catalogue scores more than 8.0 nats" in page
 
 
 def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
     whole = example()
     nothing = ErrorFigure(0.0, 0.0, 0.0)
-    pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, None, nothing))
+    pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
     page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), ORIGIN, "rig")
-    assert "noise floor –: the model is unstable" in page
     assert "A dash stands for a noise floor that could not be computed" in page
     assert 'data-label="noise floor">0 ' not in page
     assert diagnosis_document(replace(whole, axes={"pitch": pitch}), ORIGIN)["error"]["pitch"]["noise_floor"] == {
-        "prediction_1s_rad": None, "prediction_2s_rad": None, "free_run_rad": None, "acceleration": None,
+        "ahead_100ms_rad": None, "ahead_200ms_rad": None, "prediction_1s_rad": None, "prediction_2s_rad": None,
+        "free_run_rad": None, "closed_loop_3s_rad": None,
     }  # fmt: skip
 
 
@@ -163,7 +158,7 @@ def test_an_axis_without_a_free_run_is_said_to_lack_stiffness_only_where_it_does
 
 def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
     words = text[text.index('id="words"') :]
-    terms = "±", "suggestive", "process noise", "visibility", "as likely", "other filter frequencies", "Ljung-Box p"
+    terms = "±", "likelihood", "score", "possible", "not determined", "visibility", "as likely", "Ljung-Box p"
     for term in terms:
         assert f"<dt>{term}</dt>" in words
     assert "1.96 standard errors" in words
@@ -188,7 +183,7 @@ def test_a_rig_of_which_nothing_is_shown_is_not_called_explained_and_its_errors_
 
 def test_the_sentence_does_not_praise_what_brings_nothing():
     whole = example()
-    same = {axis: replace(report, shown=report.before, after=report.before) for axis, report in whole.axes.items()}
+    same = {axis: replace(report, after=report.before) for axis, report in whole.axes.items()}
     assert "falls from" not in verdict_sentence(replace(whole, axes=same))
 
 
@@ -203,46 +198,28 @@ def test_an_alternative_that_several_effects_share_is_said_once():
     assert "arm bending on the elevation (c = " in said
 
 
-def test_the_sentence_says_improves_only_where_no_axis_is_predicted_worse():
+def test_what_is_possible_is_said_to_be_no_finding():
+    said = possible_sentence(example())
+    assert said.startswith("Possible, and no finding: motor lag of the rotors. The corrected plant has motor lag of")
+    assert possible_sentence(adequate()) == ""
+
+
+def test_under_a_controller_the_errors_that_its_voltages_answer_do_not_lead():
+    flown = replace(example(), closed_loop=True)
+    assert ".2 s ahead on held-out data" in verdict_sentence(replace(adequate(), closed_loop=True))
+    assert error_rows(flown)[0]["what"] == ".1 s ahead [mrad]"
+    assert "decide nothing here" in held_out_sentence(flown)
+    assert "decide nothing" not in held_out_sentence(example())
+
+
+def test_a_gain_that_references_contradict_is_said_to_be():
     whole = example()
-    assert "motor lag of the rotors improves the predictions" in verdict_sentence(whole)
-    travel = whole.axes["travel"]
-    harmed = replace(travel, after=replace(travel.after, prediction_1s=ErrorFigure(0.188, 0.15, 0.2)))
-    said = verdict_sentence(replace(whole, axes={**whole.axes, "travel": harmed}))
-    assert "motor lag of the rotors changes the predictions and makes those of the travel worse, and the cause" in said
-    assert "2.00 to 188 mrad" in said
-    assert "improve" not in said
-
-
-def test_an_effect_whose_coefficient_is_another_one_in_the_plant_is_shown_with_both():
-    whole = example()
-    friction, zero, half = whole.effects[0], Estimate(0.0, 1e-3, "rad/s^2"), Estimate(0.0125, 1e-3, "rad/s^2")
-    assert plant_sentence(friction, whole.effects_after) == ""
-    assert "has dry friction on the pitch with c = 0.0125 ± 0.0020 rad/s²" in plant_sentence(
-        friction, {"dry_friction_pitch": half}
-    )
-    lost = replace(friction, in_plant=False)
-    without = replace(whole, effects=(lost, *whole.effects[1:]), effects_after={"dry_friction_pitch": zero})
-    said = (
-        "The corrected plant does not have dry friction on the pitch: fitted by prediction errors, its coefficient is 0"
-    )
-    assert said in report_page(without, ORIGIN, "rig")
-
-
-def test_an_effect_that_the_plant_has_with_the_coefficient_zero_does_not_act_in_it():
-    friction = effect("dry_friction", "pitch")
-    estimates = {field: Estimate(getattr(TABLE_2, field), 0.1, "1") for field in (*BASE, "T_m")}
-    for value, acts in ((0.0, False), (0.02, True)):
-        plant = FittedPlant(TABLE_2, {**estimates, friction.field: Estimate(value, 0.01, "rad/s^2")})
-        assert acts_in(plant, friction) == acts
-    assert not acts_in(FittedPlant(TABLE_2, estimates), friction)
-
-
-def test_an_entry_that_is_not_shown_though_its_score_would_be_enough_has_its_reason_on_the_page():
-    whole = example()
-    thrust = replace(whole.catalogue[5], score=13.3, why="score +13.3, 3.7 needed; not shown beside the other effects")
-    catalogue = (*whole.catalogue[:5], thrust, *whole.catalogue[6:])
-    assert thrust.why in [why for _, why in catalogue_remarks(replace(whole, catalogue=catalogue))]
+    against = replace(whole.parameters["k_x"], contradicted=True, determination=Determination.NOT_DETERMINED)
+    rows = gain_rows(replace(whole, parameters={**whole.parameters, "k_x": against}))
+    assert [row["rests"] for row in rows] == ["contradicted", "determined from outside", "not determined"]
+    del rows
+    given = {name: report for name, report in whole.parameters.items() if name != "k_z"}
+    assert gain_rows(replace(whole, parameters=given))[1]["rests"] == "given"
 
 
 def test_an_unknown_line_is_drawn_as_a_spectrum_and_an_unknown_curve_as_a_curve(text):

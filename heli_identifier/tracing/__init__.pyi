@@ -46,11 +46,10 @@ __all__ = [
 ]
 
 from .diagnose import diagnose
-from .events import Event, find_events
+from .events import find_events
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to
-from .helicopter import BASE, helicopter, run_alone
-from .helicopter import begin as record_start
+from .helicopter import BASE, helicopter, record_start, run_alone
 from .identification import Identification, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood, Point
@@ -68,6 +67,7 @@ from .result import (
     Diagnosis,
     EffectCurve,
     ErrorFigure,
+    Event,
     FoundEffect,
     HeldOutLikelihood,
     HeldOutSeries,

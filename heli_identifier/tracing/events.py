@@ -17,8 +17,7 @@ Sources: Huber 1964; Savitzky and Golay 1964.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +27,10 @@ from scipy.special import ndtri
 
 from heli_identifier.records import Log
 
+from .result import Event, EventKind
 from .settings import SETTLING
 
 Array = NDArray[np.float64]
-Kind = Literal["force", "slip"]
 
 AXES = ("pitch", "elevation", "travel")
 
@@ -62,36 +61,6 @@ RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 than this quantile of what differences exceed their neighbours' range by."""
 
 
-@dataclass(frozen=True)
-class Event:
-    """A passage of a log in which something acts that is not the plant.
-
-    Attributes
-    ----------
-    log : str
-        Name of the log.
-    axis : str
-        Pitch, elevation or travel.
-    start, end : float
-        Since the log's first sample [s].
-    start_in_file, end_in_file : float
-        The same in the time of the log's file [s].
-    kind : str
-        "force" for a force from outside, "slip" for a step of the encoder's reading.
-    size : float
-        Largest unexplained acceleration [rad/s^2], or the step of a slip [rad].
-    """
-
-    log: str
-    axis: str
-    start: float
-    end: float
-    start_in_file: float
-    end_in_file: float
-    kind: Kind
-    size: float
-
-
 def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     """Find the events in logs of one rig.
 
@@ -116,7 +85,7 @@ def find_events(logs: Sequence[Log], voltage_limit: float) -> tuple[Event, ...]:
     events = []
     for i, (log, record, slips) in enumerate(zip(logs, records, _slips(records), strict=True)):
         for axis, name in enumerate(AXES):
-            own: list[tuple[float, float, Kind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
+            own: list[tuple[float, float, EventKind, float]] = [(at, at, "slip", size) for at, size in slips[axis]]
             for start, end, size in _forces(record.step, found[axis][0][i], found[axis][1][i]):
                 if not any(start - WINDOW <= at <= end + WINDOW for at, _ in slips[axis]):
                     own.append((start, end, "force", size))

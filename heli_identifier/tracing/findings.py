@@ -22,7 +22,16 @@ from heli_identifier.online import Estimate
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
-from .result import CatalogueVerdict, Determination, EffectCurve, FoundEffect, NamedShape, ParameterReport, Verdict
+from .result import (
+    CatalogueVerdict,
+    CurveShape,
+    Determination,
+    EffectCurve,
+    FoundEffect,
+    NamedShape,
+    ParameterReport,
+    Verdict,
+)
 from .rig import Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
@@ -248,6 +257,11 @@ def drawn_curves(fitted: Fit, C: Array, effects: Sequence[FoundEffect]) -> tuple
     """
     rig, drawn = fitted.likelihood.rig, []
     for found in effects:
+        if isinstance(found.shape, CurveShape):
+            own = np.column_stack((found.shape.curve, found.shape.band[:, 1:]))
+            drawn.append(
+                EffectCurve(found.name, found.axis, found.shape.variable, found.shape.unit, np.empty((0, 2)), own)
+            )
         effect = next((e for e in rig.effects if (e.name, e.axis) == (found.name, found.axis)), None)
         if effect is None or not effect.drawn_against or not found.in_plant:
             continue

@@ -25,7 +25,6 @@ from scipy.special import chdtrc
 
 from heli_identifier.records import Log
 
-from .events import Event
 from .fit import Fit
 from .helicopter import helicopter
 from .noise import error_dynamics, physical, recoloured
@@ -36,6 +35,7 @@ from .result import (
     AxisReport,
     Determination,
     ErrorFigure,
+    Event,
     HeldOutLikelihood,
     HeldOutSeries,
     ParameterReport,

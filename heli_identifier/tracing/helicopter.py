@@ -246,7 +246,7 @@ def run_accelerations(record, parameters, motion, first, carry, out):
     return carry
 
 
-def begin(angles: Array, inputs: Array, step: float) -> Array:
+def record_start(angles: Array, inputs: Array, step: float) -> Array:
     """State at a record's start, shape (12,): straight lines through the first .3 s, motors settled, cable slack."""
     count = min(max(4, int(0.3 / step)), len(angles))
     slopes, intercepts = np.polyfit(np.arange(count) * step, angles[:count], 1)
@@ -532,7 +532,7 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         coordinate=lambda field, p: _coordinate(field, p, given),
         assign=assign, read=read,
         estimate=lambda records: _first_estimate(records, parameters, base),
-        begin=begin,
+        begin=record_start,
         linear=lambda p: ((p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)),
         filter=run_filter, accelerations=run_accelerations, partial_residual=_partial_residual,
         regressions=lambda records, p: _regressions(records, p, bare(p)), measured=measured_accelerations,

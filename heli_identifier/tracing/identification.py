@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
-from .events import Event, find_events, passages
+from .events import find_events, passages
 from .findings import parameter_reports
 from .fit import Fit, covariance, fit, with_own_offsets
 from .helicopter import helicopter
@@ -30,7 +30,7 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .records import records_of
 from .references import References, find_references
-from .result import Agreement, FoundEffect, ParameterReport
+from .result import Agreement, Event, FoundEffect, ParameterReport
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
 from .settings import SETTLING, DiagnosisSettings
 from .strangers import aligned

@@ -8,8 +8,8 @@ and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbe
 rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w with
 the damping ratio sqrt(f/c)/2, as air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of
 its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the
-colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow intervals stay around the wrong
-values.
+colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow
+intervals stay around the wrong values.
 
 State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2]; only the angle is measured, with noise of
 standard deviation r. All gains depend on rho = s/r alone.

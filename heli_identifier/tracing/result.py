@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,40 @@ from numpy.typing import NDArray
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
-from .events import Event
-
 Array = NDArray[np.float64]
+
+
+EventKind = Literal["force", "slip"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """A passage of a log in which something acts that is not the plant.
+
+    Attributes
+    ----------
+    log : str
+        Name of the log.
+    axis : str
+        Pitch, elevation or travel.
+    start, end : float
+        Since the log's first sample [s].
+    start_in_file, end_in_file : float
+        The same in the time of the log's file [s].
+    kind : str
+        "force" for a force from outside, "slip" for a step of the encoder's reading.
+    size : float
+        Largest unexplained acceleration [rad/s^2], or the step of a slip [rad].
+    """
+
+    log: str
+    axis: str
+    start: float
+    end: float
+    start_in_file: float
+    end_in_file: float
+    kind: EventKind
+    size: float
 
 
 class RigVerdict(StrEnum):

@@ -247,7 +247,7 @@ class Scores:
         raw = self.H[columns, columns]
         information = np.maximum(raw - (self.H[np.ix_(inside, columns)] * a).sum(0), 1e-12 * raw)
         u = -(g[columns] - a.T @ g[inside])
-        phi = self.dispersion[columns]
+        phi, seen = self.dispersion[columns], np.diag(self.quadratic.H.sum(0))
         found: dict[str, Score] = {}
         for k, j in enumerate(columns):
             c = self.coordinates[j]
@@ -259,7 +259,7 @@ class Scores:
                 width = c.slope(0.0)
                 found[c.field] = Score(
                     c.field, float(S), c.value(float(x)), float(width * np.sqrt(phi[k] / information[k])),
-                    float(information[k] / max(self.quadratic.H.sum(0)[j, j], 1e-300)), c.beside, int(j),
+                    float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
                 )  # fmt: skip
                 if c.field not in selected:
                     self.best[c.field] = int(j)

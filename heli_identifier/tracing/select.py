@@ -1,8 +1,8 @@
 """Names: which effects the plant lacks, by forward and backward steps on the quadratic form and exact refits.
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
-set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. What
-scores :data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood
+set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. Of laws
+of one family that the data do not tell apart the one with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood
 loses without all its members.
 
 What whole logs say apart is linear algebra on their quadratic forms around the last fit. A possible effect enters the
@@ -103,6 +103,8 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
         around = Scores(fitted, candidates)
         chosen = stepwise(around, list(selected), left)
         if set(chosen) == set(selected):
+            chosen = _simpler(around, selected, left)
+        if set(chosen) == set(selected):
             break
         shapes: dict[str, float] = {}
         for name in chosen:
@@ -145,6 +147,18 @@ def stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[
         if best is None or outside[best] <= KEPT:
             return selected
         selected.append(best)
+
+
+def _simpler(around: Scores, selected: list[str], left: dict[str, int]) -> list[str]:
+    """Put a law with fewer shapes in the place of one of its family where the data do not tell the two apart."""
+    scores = around.scores(selected, among=selected)
+    for name in selected:
+        own = around.effects[name]
+        for rival in _alternatives(around, name, selected, scores[name]) if own.shapes else []:
+            if rival.family == own.family and len(rival.shapes) < len(own.shapes):
+                left[name] = 2
+                return [rival.field if other == name else other for other in selected]
+    return selected
 
 
 def named(around: Scores, selected: Sequence[str]) -> set[str]:

@@ -111,8 +111,8 @@ class _Seen:
 
     def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
         """Weights of torques (n_i, k) of axis ``a`` under a prior of ``width``, their covariance, S and k."""
-        J = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
-        J = np.concatenate(J) * self.w[a][:, None]
+        parts = [lfilter(*response[a], Phi, axis=0) for response, Phi in zip(self.response, torques, strict=True)]
+        J: Array = np.concatenate(parts) * self.w[a][:, None]
         known = self.Q[a].T @ J
         D = width**2 * (J.T @ J - known.T @ known)
         u = -width * (J.T @ self.e[a])

@@ -105,7 +105,7 @@ def outlook(
         proposal,
         duration,
         tuple(score.visibility for score in own),
-        tuple(score.standard_error for score in own),
+        tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own),
         abs(float(rho)),
         pitch,
         elevation,
