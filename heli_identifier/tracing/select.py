@@ -1,9 +1,10 @@
 """Names: which effects the plant lacks, by forward and backward steps on the quadratic form and exact refits.
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
-set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. Of laws
-of one family that the data do not tell apart the one with the fewest shapes is taken. What scores :data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood
-loses without all its members.
+set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. Of
+laws of one family that the data do not tell apart the one with the fewest shapes is taken. What scores
+:data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood loses
+without all its members.
 
 What whole logs say apart is linear algebra on their quadratic forms around the last fit. A possible effect enters the
 delivered plant where logs get likelier with it that the fit has not seen (leave one log out). Halves of whole logs,
