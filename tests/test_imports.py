@@ -56,7 +56,7 @@ RULES = (
     Rule(
         "physics is plain floats, but for what runs off line",
         "heli_plant", ARRAYS,
-        ("heli_plant.compiled", "heli_plant.code_cache", "heli_plant.simulation", "heli_plant.dual"),
+        tuple(f"heli_plant.{name}" for name in ("compiled", "code_cache", "simulation", "along", "dual")),
     ),
     Rule(
         "identification takes the form of the physics, never true values",

@@ -40,7 +40,6 @@ __all__ = [
     "instruments",
     "record_start",
     "records_of",
-    "run_alone",
     "select",
     "sign_notes",
 ]
@@ -49,7 +48,7 @@ from .diagnose import diagnose
 from .events import find_events
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to
-from .helicopter import BASE, helicopter, record_start, run_alone
+from .helicopter import BASE, helicopter, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood, Point

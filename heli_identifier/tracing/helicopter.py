@@ -1,30 +1,21 @@
-"""The bench helicopter as a rig: the only module of this room that imports the plant.
-
-The filter's loop runs over the samples of a record with the plant's own step,
-
-    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    y = angle + n,    e = y - y_hat,
-
-and corrects state and torque d by the innovation e with the gains of :mod:`.noise`. b is what else acts: the offset of
-the log, and sines where a periodic torque is searched.
-"""
+"""The bench helicopter as a rig: the only module of this room that imports the plant."""
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from math import copysign, cos, inf, log, pi, sin
+from math import copysign, inf, log, pi
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
 from heli_identifier.online import ModelParameters
-from heli_plant.compiled import compiled_for, parameter_record, read_only
+from heli_plant.along import run_accelerations, run_alone, run_filter
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltage, thrust_voltages
-from heli_plant.motor import kept, toward
+from heli_plant.laws import motor_input, thrust_voltage
+from heli_plant.motor import kept
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import accelerations, advance, arriving, measured_angles, rigid_start
 from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
@@ -90,133 +81,6 @@ def family_of(field: str) -> str:
     return f"{entry.name.replace('_', ' ')} of the {entry.axis}"
 
 
-def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmonics, innovations, motion):
-    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (18) is the state before."""
-    state = PlantState(
-        carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
-        carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
-    )  # fmt: skip
-    d1, d2, d3, c1, c2, c3 = carry[12], carry[13], carry[14], carry[15], carry[16], carry[17]
-    half = 0.5 * h * h
-    for k in range(first, last):
-        i = k - first
-        pitch, elevation, travel = measured_angles(state)
-        e1, e2, e3 = angles[k, 0] - pitch, angles[k, 1] - elevation, angles[k, 2] - travel
-        innovations[i, 0], innovations[i, 1], innovations[i, 2] = e1, e2, e3
-        state = PlantState(
-            state.pitch + gains[0, 0] * e1, state.elevation + gains[1, 0] * e2, state.travel + gains[2, 0] * e3,
-            state.pitch_rate + gains[0, 1] * e1, state.elevation_rate + gains[1, 1] * e2,
-            state.travel_rate + gains[2, 1] * e3, state.nu_front, state.nu_rear, state.bending, state.bending_rate,
-            state.mass_position, state.cable_rest,
-        )  # fmt: skip
-        if i < len(motion):
-            motion[i, 0], motion[i, 1], motion[i, 2] = state.pitch, state.elevation, state.travel
-            motion[i, 3], motion[i, 4], motion[i, 5] = state.pitch_rate, state.elevation_rate, state.travel_rate
-        d1, d2, d3 = d1 + gains[0, 2] * e1, d2 + gains[1, 2] * e2, d3 + gains[2, 2] * e3
-        c1, c2, c3 = c1 + gains[0, 3] * e1, c2 + gains[1, 3] * e2, c3 + gains[2, 3] * e3
-        row = min(k, len(local) - 1)
-        b1, b2, b3 = local[row, 0], local[row, 1], local[row, 2]
-        for j in range(len(harmonics)):
-            phase = harmonics[j, 1] * time[k]
-            wave = harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
-            if harmonics[j, 0] < 0.5:
-                b1 += wave
-            elif harmonics[j, 0] < 1.5:
-                b2 += wave
-            else:
-                b3 += wave
-        t1, t2, t3 = d1 + b1, d2 + b2, d3 + b3
-        state = advance(state, time, inputs, k, 0.0, h, p)
-        state = PlantState(
-            state.pitch + half * t1, state.elevation + half * t2, state.travel + half * t3,
-            state.pitch_rate + h * t1, state.elevation_rate + h * t2, state.travel_rate + h * t3,
-            state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
-        )  # fmt: skip
-        d1, c1 = gains[0, 4] * d1 + gains[0, 5] * c1, gains[0, 6] * d1 + gains[0, 7] * c1
-        d2, c2 = gains[1, 4] * d2 + gains[1, 5] * c2, gains[1, 6] * d2 + gains[1, 7] * c2
-        d3, c3 = gains[2, 4] * d3 + gains[2, 5] * c3, gains[2, 6] * d3 + gains[2, 7] * c3
-    carry[0], carry[1], carry[2], carry[3] = state.pitch, state.elevation, state.travel, state.pitch_rate
-    carry[4], carry[5], carry[6], carry[7] = state.elevation_rate, state.travel_rate, state.nu_front, state.nu_rear
-    carry[8], carry[9], carry[10], carry[11] = (
-        state.bending, state.bending_rate, state.mass_position, state.cable_rest
-    )  # fmt: skip
-    carry[12], carry[13], carry[14], carry[15], carry[16], carry[17] = d1, d2, d3, c1, c2, c3
-
-
-def _accelerations(time, inputs, motion, first, carry, h, p, out):
-    """Fill ``out`` (n, 3): accelerations at the middle of each step along ``motion`` (n, 6).
-
-    ``carry`` (3) holds the lagged voltages before the first of them and the cable's rest.
-    """
-    switches = switched_on(p)
-    half = 0.5 * h
-    share = kept(half, motor_time_constant(p))
-    front, rear = carry[0], carry[1]
-    for i in range(len(motion)):
-        k = first + i
-        v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
-        u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
-        mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
-        w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
-        out[i, 0], out[i, 1], out[i, 2] = accelerations(
-            time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3, w1, w2, w3,
-            mu_diff, mu_sum, 0.0, carry[2], switches, p,
-        )  # fmt: skip
-        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
-    carry[0], carry[1] = front, rear
-
-
-def run_filter(record, parameters, gains, local, harmonics, first, last, carry, innovations, motion):
-    """Run the filter over samples ``first`` to ``last`` of a record; ``carry`` is None at its beginning.
-
-    ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3). With gains of zero the plant runs
-    alone, and the innovations are what it errs.
-
-    Returns
-    -------
-    carry : Array, shape (18,)
-        State behind the last sample: the plant's, then d and its companion for each axis; changed in place.
-    """
-    if carry is None:
-        start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
-        carry = np.concatenate((np.array(start, dtype=float), np.zeros(6)))
-    time, inputs, angles, gains, harmonics = map(
-        read_only, (record.time, record.inputs, record.angles, gains, harmonics)
-    )
-    compiled_for(_filter, parameters)(
-        time, inputs, angles, first, last, carry, record.step, _values(parameters), gains,
-        read_only(np.atleast_2d(local)), harmonics, innovations, motion,
-    )  # fmt: skip
-    return carry
-
-
-_last: tuple = (None, None)
-
-
-def _values(parameters: PlantParameters):
-    """Parameter record of a set; that of the last set is kept, as many short runs follow on one another."""
-    global _last
-    last = _last
-    if last[0] is not parameters:
-        last = _last = (parameters, parameter_record(parameters))
-    return last[1]
-
-
-def run_alone(inputs, step, start, parameters, torque=None):
-    """Angles (N, 3) [rad] of the plant alone, under further torques (N, 3) [rad/s^2] if there are any.
-
-    Bit for bit those of :func:`heli_plant.simulation.simulate`, from the loop that the filter has compiled already.
-    """
-    count = len(inputs)
-    zeros, errors = np.zeros((count, 3)), np.empty((count, 3))
-    time = np.arange(count, dtype=np.float64) * float(step)
-    record = Record("", step, time, inputs, zeros, zeros, start)
-    torque = np.zeros(3) if torque is None else torque
-    run_filter(record, parameters, np.zeros((3, 8)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
-    return 0.0 - errors
-
-
 def placed(carry: Array, motion: Array) -> Array:
     """State (18,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
 
@@ -234,16 +98,6 @@ def _stable(p: PlantParameters) -> tuple[bool, bool, bool]:
     stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
     pitch, elevation, travel = (k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
     return pitch, elevation, travel
-
-
-def run_accelerations(record, parameters, motion, first, carry, out):
-    """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
-    if carry is None:
-        carry = np.array([record.start[6], record.start[7], record.start[11]])
-    compiled_for(_accelerations, parameters)(
-        record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
-    )
-    return carry
 
 
 def record_start(angles: Array, inputs: Array, step: float) -> Array:

@@ -117,7 +117,7 @@ class _Seen:
         D = width**2 * (J.T @ J - known.T @ known)
         u = -width * (J.T @ self.e[a])
         C = np.linalg.inv(D + np.eye(len(D)))
-        return width * (C @ u), width**2 * C, float(0.5 * u @ C @ u), float(np.trace(D @ C))
+        return width * (C @ u), np.asarray(width**2 * C), float(0.5 * u @ C @ u), float(np.trace(D @ C))
 
     def curve(self, a: int, variable: str) -> Unknown:
         """Curve over one variable, where it has been."""

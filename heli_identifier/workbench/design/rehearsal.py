@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
-from heli_identifier.tracing import run_alone
+from heli_plant.along import run_alone
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import rest_state
