@@ -149,3 +149,16 @@ def test_a_log_without_a_time_or_with_too_few_columns_is_refused(tmp_path):
     savemat(tmp_path / "log.mat", {"ans": np.vstack([TRUE.time, FRONT, REAR])})
     with pytest.raises(LogError, match="two voltages and three angles are needed"):
         guess(tmp_path / "log.mat")
+
+
+def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
+    asked = np.where(np.arange(TRUE.samples) // 500 % 2, 5.0, 0.0)
+    values = (TRUE.time, *TRUE.voltages.T, *TRUE.angles.T, asked, np.radians(asked), asked)
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],elev_ref [deg],pitch setpoint,note"
+    path = tmp_path / "asked.csv"
+    np.savetxt(path, np.column_stack(values), delimiter=",", header=header, comments="")
+    found = guess(path)
+    assert found.format.references == {"pitch": "pitch setpoint", "elevation": "elev_ref [deg]"}
+    read = read_log(path, found.format).references
+    # a column without a unit has that of its axis
+    np.testing.assert_allclose(read["elevation"], read["pitch"], atol=1e-9)

@@ -38,6 +38,8 @@ _NAMES = {
     "elevation": r"e|elev(ation)?(_angle)?|eps(ilon)?|hub|heben",
     "travel": r"travel(_angle)?|lambda|dreh|yaw|drehen",
 }
+_ASKED = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
+"""Words for what a pilot or a plan asked of an axis."""
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Counts a turn that encoders have."""
 _SURE = 4.0
@@ -155,8 +157,10 @@ def guess(path: str | PathLike[str]) -> Guess:
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
     headers = {signal: table.headers[index] for signal, index in chosen.items()}
+    references = _references([table.headers[i] for i in others if i not in chosen.values()])
+    reasons |= {f"references.{axis}": f"called {header!r}" for axis, header in references.items()}
     form = LogFormat(
-        columns=headers, units=units, signs=signs, swap_rotors=swap, start=start, decimal=decimal, clip=clip,
+        columns=headers, references=references, units=units, signs=signs, swap_rotors=swap, start=start, decimal=decimal, clip=clip,
         encoder_counts=(counts[0], counts[1], counts[2]),
     )  # fmt: skip
     return Guess(form, reasons, tuple(doubts))
@@ -183,6 +187,20 @@ def _by_name(headers: Sequence[str]) -> dict[str, int]:
         alike = exact or [i for i, name in enumerate(names) if re.fullmatch(pattern, name)]
         if len(alike) == 1:
             found[signal] = alike[0]
+    return found
+
+
+def _references(headers: Sequence[str]) -> dict[str, str]:
+    """Headers of the columns that hold what was asked of an axis, by axis; two for one axis decide nothing."""
+    found = {}
+    for axis in ANGLES:
+        name = rf"({_NAMES[axis]})"
+        pattern = rf"({_ASKED})_?{name}|{name}_?({_ASKED})"
+        alike = [
+            text for text in headers if re.fullmatch(pattern, re.sub(r"[\s-]+", "_", name_and_unit(text)[0].lower()))
+        ]
+        if len(alike) == 1:
+            found[axis] = alike[0]
     return found
 
 

@@ -48,6 +48,12 @@ def template_text(found: Guess | None = None) -> str:
         [entry("units", s, json.dumps(known_units(s)[1]), form.units.get(s), ", ".join(known_units(s))) for s in NAMED]
     )
     signs = _lines([entry("signs", s, "-1", form.signs.get(s), _SIGNS[s]) for s in NAMED[1:]])
+    references = _lines(
+        [
+            entry("references", a, json.dumps(f"{a}_reference [rad]"), form.references.get(a), "asked for")
+            for a in ANGLES
+        ]
+    )
     counts = _lines([(angle, form.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
     start = f"start = {form.start}" if form.start is not None else "# start = 6.0"
     why = {key: f"\n# {key}: {_plain(text)}" for key, text in reasons.items()}
@@ -96,9 +102,7 @@ largest_file = {CONTRACT.largest_file}  # size up to which a file is read [MB]
 # Header of the column that holds what the pilot or a plan asked of an axis, if the log has it: references determine
 # gains that a controller hides. Columns called pitch_reference [rad] and alike are found without an entry.
 [log.references]
-# pitch = "pitch_reference [rad]"
-# elevation = "elevation_reference [rad]"
-# travel = "travel_reference [rad]"
+{references}
 
 # -1 changes the sign, 1 keeps it. In the model a larger front voltage raises pitch, a larger sum raises elevation.
 [log.signs]
