@@ -22,6 +22,7 @@ from .settings import (
     AIR_SCANS,
     COARSE,
     CONVERGED,
+    FARTHEST_AIR,
     HALVINGS,
     ITERATIONS,
     LARGEST_STEP,
@@ -130,7 +131,8 @@ class _Search:
         self.low = np.array([c.bounds[0] for c in coordinates])
         self.high = np.array([c.bounds[1] for c in coordinates])
         self.x, self.point = np.clip(x, self.low, self.high), point
-        self.point = self.at(self.x, point.z, point.offsets)
+        self.point = self.at(self.x, np.clip(point.z, -FARTHEST_AIR, FARTHEST_AIR), point.offsets)
+        self.reach, self.moved = np.ones_like(point.z), np.zeros_like(point.z)  # of the air: shorter where it swings
         self.measure()
 
     def at(self, x: Array, z: Array, offsets: Array) -> Point:
@@ -158,8 +160,9 @@ class _Search:
         self.linearise()
         H, g = self.quadratic.total
         P, z = len(self.x), self.point.z
-        low = np.concatenate((self.low - self.x, np.full(z.size, -1.0)))
-        high = np.concatenate((self.high - self.x, np.full(z.size, 1.0)))
+        reach = self.reach.ravel()
+        low = np.concatenate((self.low - self.x, np.maximum(-reach, -FARTHEST_AIR - z.ravel())))
+        high = np.concatenate((self.high - self.x, np.minimum(reach, FARTHEST_AIR - z.ravel())))
         s, fixed = bounded_step(H, g, low, high)
         self.at_bound = fixed[:P]
         if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_offsets < least:
@@ -173,6 +176,9 @@ class _Search:
             self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
             self.measure()
             if self.value < before[5]:
+                moved = self.point.z - z
+                self.reach = np.where(moved * self.moved < 0.0, 0.5 * self.reach, np.minimum(1.5 * self.reach, 1.0))
+                self.moved = moved
                 return before[5] - self.value > least
             share *= 0.5
         self.x, self.point, self.e, self.motion, self.sigma, self.value = before
@@ -185,7 +191,7 @@ class _Search:
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         chosen = z.copy()
         for move in AIR_SCAN:
-            tried = z + np.array(move)[:, None]
+            tried = np.clip(z + np.array(move)[:, None], -FARTHEST_AIR, FARTHEST_AIR)
             F = self.likelihood.of_axes(self.likelihood.recoloured(self.point, e, tried), few)[0]
             F = F + 0.5 * (tried**2).sum(0)
             better = F < best

@@ -14,15 +14,14 @@ intervals stay around the wrong values.
 State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2]; only the angle is measured, with noise of
 standard deviation r. All gains depend on rho = s/r alone.
 
-Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4; Brockwell 2001 (CARMA).
+Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4; Brockwell 2001 (CARMA); Anderson,
+Int. J. Control 28 (1978) 295 (doubling).
 """
 
 from functools import lru_cache
 
 import numpy as np
-from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
-from scipy.linalg import expm, solve_discrete_are
 from scipy.signal import lfilter
 
 from .settings import LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
@@ -77,18 +76,14 @@ def kalman(
         Variance of the innovations over r^2.
     """
     w, R = np.sqrt(c * f), np.array([[np.cos(psi), np.sin(psi)], [-np.sin(psi), np.cos(psi)]])
-    F = expm(R @ np.array([[0.0, w], [-w, -f]]) @ R.T * h)
+    F = _exponential(R @ np.array([[0.0, w], [-w, -f]]) @ R.T * h)
     A = np.eye(4)
     A[0, 1], A[0, 2] = h, 0.5 * h * h
     A[1] = -stiffness * h, 1.0 - damping * h, h, 0.0
     A[2:, 2:] = F
     Q = np.diag((1e-10, 1e-9, 0.0, 0.0))  # keeps the equation regular where the air hardly moves the axis
     Q[2:, 2:] = rho * rho * ((1.0 + 1e-14) * np.eye(2) - F @ F.T)
-    C = np.array([[1.0, 0.0, 0.0, 0.0]])
-    try:
-        P = solve_discrete_are(A.T, C.T, Q, np.eye(1))
-    except (LinAlgError, ValueError):
-        P = _by_iteration(A, Q)
+    P = _riccati(A, Q)
     S = float(P[0, 0] + 1.0)
     K = P[:, 0] / S
     for array in (K, A, F):
@@ -96,15 +91,26 @@ def kalman(
     return K, A, F, S
 
 
-def _by_iteration(A: Array, Q: Array) -> Array:
-    """Solve the same equation by its own recursion, where the direct method finds no stable subspace."""
-    P = Q + np.eye(4)
-    for _ in range(20000):
-        K = P[:, 0] / (P[0, 0] + 1.0)
-        P, last = A @ (P - np.outer(K, P[0])) @ A.T + Q, P
-        if np.abs(P - last).max() <= 1e-10 * np.abs(P).max():
+def _exponential(M: Array) -> Array:
+    """Exponential of a matrix (2, 2), from its eigenvalues s +- q."""
+    s = 0.5 * (M[0, 0] + M[1, 1])
+    q = np.sqrt(complex(s * s - M[0, 0] * M[1, 1] + M[0, 1] * M[1, 0]))
+    up, down = np.exp(s + q), np.exp(s - q)
+    slope = (up - down) / (2.0 * q) if abs(q) > 1e-7 else np.exp(s)
+    return np.asarray((0.5 * (up + down) * np.eye(2) + slope * (M - s * np.eye(2))).real)
+
+
+def _riccati(A: Array, Q: Array) -> Array:
+    """Solve P = A P (I + C'C P)^-1 A' + Q, C = (1, 0, 0, 0), by doubling (Anderson 1978): 2^k steps in k turns."""
+    E, G, P = A.T, np.zeros((4, 4)), Q
+    G[0, 0] = 1.0
+    for _ in range(60):
+        W = np.linalg.inv(np.eye(4) + G @ P)
+        step = E.T @ P @ W @ E
+        E, G, P = E @ W @ E, G + E @ W @ G @ E.T, P + step
+        if np.abs(step).max() <= 1e-13 * np.abs(P).max():
             break
-    return P
+    return np.asarray(0.5 * (P + P.T))
 
 
 def gains(h: float, linear: tuple[tuple[float, float], ...], z: Array) -> Array:
