@@ -5,6 +5,7 @@ from dataclasses import asdict
 from time import perf_counter
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
@@ -25,6 +26,7 @@ FAR = 3.0
 """Standard deviations from an expected value at which it is in doubt: one in four hundred is by chance."""
 
 
+@threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
 def diagnose(
     logs: Log | Sequence[Log],
     *,

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
@@ -89,6 +90,7 @@ class Identification:
     notes: tuple[str, ...]
 
 
+@threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
 def identify_plant(
     logs: Log | Sequence[Log],
     settings: DiagnosisSettings | None = None,

@@ -24,7 +24,7 @@ FARTHEST_AIR = 4.0
 """Widths from their centres that the air's coordinates may reach: rates of .15 to 40 1/s. What lies farther is no air but
 something else that the model lacks, such as an encoder that rests between its counts."""
 
-MOST_ROTATED = 1.3
+MOST_ROTATED = 1.5
 """Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
 
 LEAST_DAMPING = 0.2
