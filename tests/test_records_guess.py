@@ -154,7 +154,7 @@ def test_a_log_without_a_time_or_with_too_few_columns_is_refused(tmp_path):
 def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
     asked = np.where(np.arange(TRUE.samples) // 500 % 2, 5.0, 0.0)
     values = (TRUE.time, *TRUE.voltages.T, *TRUE.angles.T, asked, np.radians(asked), asked)
-    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],elev_ref [deg],pitch setpoint,note"
+    header = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],elev_ref [deg],pitch setpoint,a"
     path = tmp_path / "asked.csv"
     np.savetxt(path, np.column_stack(values), delimiter=",", header=header, comments="")
     found = guess(path)

@@ -160,8 +160,8 @@ def guess(path: str | PathLike[str]) -> Guess:
     references = _references([table.headers[i] for i in others if i not in chosen.values()])
     reasons |= {f"references.{axis}": f"called {header!r}" for axis, header in references.items()}
     form = LogFormat(
-        columns=headers, references=references, units=units, signs=signs, swap_rotors=swap, start=start, decimal=decimal, clip=clip,
-        encoder_counts=(counts[0], counts[1], counts[2]),
+        columns=headers, references=references, units=units, signs=signs, swap_rotors=swap, start=start,
+        decimal=decimal, clip=clip, encoder_counts=(counts[0], counts[1], counts[2]),
     )  # fmt: skip
     return Guess(form, reasons, tuple(doubts))
 

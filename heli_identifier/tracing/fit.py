@@ -305,4 +305,7 @@ def covariance(fitted: Fit) -> Array:
     squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
     V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
     D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
-    return np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])
+    found = np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])
+    bound = np.flatnonzero(fitted.at_bound)  # its own variance is that without the bound; it moves nothing else
+    found[bound, bound] = np.diag(np.linalg.inv(H))[bound]
+    return found

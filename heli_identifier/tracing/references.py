@@ -113,7 +113,10 @@ def find_references(logs: Sequence[Log]) -> References:
     logs : sequence of Log
         Logs of one rig, of any rates, lengths and controllers.
 
-    The result has no signals (m = 0) if nothing came from outside.
+    Returns
+    -------
+    References
+        It has no signals (m = 0) if nothing came from outside.
     """
     closed = [feedback(log) for log in logs]
     found: list[dict[str, Array]] = [{} for _ in logs]

@@ -313,7 +313,7 @@ class AxisReport:
         1 s errors [rad] of two predictions that know no model: a model has to beat them.
     whiteness_p : mapping of str to float
         Ljung-Box p value of the innovations, "before" and "after".
-    air : Estimate
+    air : float
         Standard deviation of the torque of the air [rad/s^2].
     air_rate : float
         Its rate c [1/s].
@@ -441,7 +441,7 @@ class Diagnosis:
     parameters : mapping of str to ParameterReport
         What each parameter of the corrected plant rests on.
     covariance : Array, shape (n, n)
-        Of what ``covariance_fields`` names, in the coordinates of ``covariance_slopes``: value = x times slope.
+        Of what ``covariance_fields`` names, gains as slopes at the operating point.
     covariance_fields : tuple of str
     plant_before, plant_after : PlantParameters
         The complete parameter sets.

@@ -21,8 +21,8 @@ NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8])
 at rest lies two widths off."""
 
 FARTHEST_AIR = 4.0
-"""Widths from their centres that the air's coordinates may reach: rates of .15 to 40 1/s. What lies farther is no air but
-something else that the model lacks, such as an encoder that rests between its counts."""
+"""Widths from their centres that the air's coordinates may reach: rates of .15 to 40 1/s. What lies farther is no air
+but something else that the model lacks, such as an encoder that rests between its counts."""
 
 MOST_ROTATED = 1.5
 """Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
