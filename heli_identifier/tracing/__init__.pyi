@@ -22,7 +22,7 @@ __all__ = [
     "Outcome",
     "ParameterReport",
     "PeriodicShape",
-    "Point",
+    "Model",
     "Rig",
     "RigVerdict",
     "Scores",
@@ -51,8 +51,9 @@ from .held_out import Outcome, hold_to
 from .helicopter import BASE, helicopter, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
-from .likelihood import Likelihood, Point
+from .likelihood import Likelihood
 from .noise import coordinates_of
+from .prediction import Model
 from .records import records_of
 from .references import find_references
 from .result import (

@@ -15,7 +15,7 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 
 from .likelihood import Likelihood, Point, Quadratic
-from .noise import SHAPES, kalman, physical
+from .noise import kalman, physical
 from .rig import Coordinate, Parameters
 from .settings import (
     AIR_SCAN,
@@ -231,9 +231,9 @@ def fit(
     if start is None:
         first = rig.estimate(likelihood.records)
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
-        calm = Point(first, np.zeros((SHAPES, a)), np.zeros((len(some), a)))
-        start = _searched(replace(likelihood, records=some), fields, first, calm, ROUGHLY)
-        offsets = np.vstack((start.point.offsets, np.zeros((count - len(some), a))))
+        beginning = replace(likelihood, records=some)
+        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
+        offsets = np.vstack((start.point.offsets, np.zeros((count - len(some), 3 * a))))
         start = replace(start, point=replace(start.point, offsets=offsets))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
     return _searched(likelihood, fields, point.parameters, point)
@@ -260,15 +260,14 @@ def _searched(
     )  # fmt: skip
 
 
-def around(likelihood: Likelihood, fields: Sequence[str], point: Point) -> Fit:
-    """Take a plant and its air as known; ``fields`` are the parameters that a fit would estimate."""
+def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
+    """Take a plant, its air and the scales ``sigma`` (a,) [rad] as known; a fit would estimate ``fields``."""
     rig = likelihood.rig
     coordinates = tuple(rig.coordinate(name, point.parameters) for name in fields)
     x = np.array([c.coordinate(rig.read(point.parameters, c.field)) for c in coordinates])
     e, motion = likelihood.filtered(point)
-    F, sigma = likelihood.of_axes(e)
     quadratic = likelihood.linearise(point, coordinates, x, sigma, (e, motion))
-    value = float(F.sum()) + likelihood.priors(x, point)
+    value = float(likelihood.of_axes(e)[0].sum()) + likelihood.priors(x, point)
     return Fit(likelihood, coordinates, x, point, e, motion, sigma, value, quadratic, np.zeros(len(x), dtype=bool))
 
 
@@ -279,7 +278,7 @@ def with_own_offsets(fitted: Fit) -> Fit:
     the logs have in common is no offset but a constant torque, which a plant has to name.
     """
     nu, s = OFFSET_PRIOR
-    b = fitted.point.offsets
+    b = fitted.point.offsets[:, : len(fitted.likelihood.rig.axes)]
     tau = np.sqrt((nu * s**2 + ((b - b.mean(0)) ** 2).sum(0)) / (nu + len(b) - 1))
     return fit(replace(fitted.likelihood, offset_width=tau), fitted.fields, fitted)
 

@@ -27,7 +27,7 @@ from heli_identifier.records import Log
 
 from .fit import Fit
 from .helicopter import helicopter
-from .noise import error_dynamics, physical, recoloured
+from .noise import error_dynamics, physical, recoloured, start_response
 from .prediction import HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
 from .result import (
@@ -42,7 +42,7 @@ from .result import (
     Use,
 )  # fmt: skip
 from .rig import Parameters, Record
-from .settings import HUBER, SPACING, WHITE_TIME, DiagnosisSettings
+from .settings import HUBER, SPACING, START, WHITE_TIME, DiagnosisSettings
 
 Array = NDArray[np.float64]
 Judge = Callable[[Parameters], tuple[float, int]]
@@ -73,20 +73,26 @@ def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
 
 
 def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _OnLog:
-    """Fit the offset of a log, then run along it."""
-    h, tau, sigma = record.step, model.offset_width, model.scales(record.step)
+    """Fit what a log has of its own, its constant torques and its start, then run along it."""
+    h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
     air, linear = physical(model.z), model.rig.linear(model.parameters)
-    unit = np.ones(record.samples)
-    J = np.column_stack([lfilter(*error_dynamics(h, own, air[:, i]), unit) for i, own in enumerate(linear)]) / sigma
-    first = run_along(model, record, np.zeros(len(sigma)), []).e / sigma
+    first = run_along(model, record, np.zeros(a), []).e / sigma
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
-    information = 1.0 / tau**2 + (w * J * J).sum(0)
-    b = -(w * J * first).sum(0) / information  # one Gauss-Newton step: the innovations are linear in b
-    run = run_along(model, record, b, passages)
+    own, of_log = np.zeros((3, a)), 0.0
+    for i, axis in enumerate(linear):
+        torque = lfilter(*error_dynamics(h, axis, air[:, i]), np.ones(record.samples))
+        J = np.column_stack((torque, start_response(h, axis, air[:, i], 1, record.samples))) / sigma[i]
+        width = np.array([model.offset_width[i], *START])
+        H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
+        own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these
+        of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])
+    start = record.start.copy()
+    start[: 2 * a] += own[1:].ravel()
+    run = run_along(model, replace(record, start=start), own[0], passages)
     u = np.abs(run.e) / sigma
     loss = np.where(u < HUBER, 0.5 * u * u, HUBER * u - 0.5 * HUBER**2)
-    of_offset = 0.5 * ((b / tau) ** 2 + np.log(tau**2 * information)).sum() / record.samples
-    return _OnLog(run, -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_offset)
+    density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - of_log / record.samples
+    return _OnLog(run, density)
 
 
 def compare(

@@ -119,7 +119,7 @@ def _slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float, 
         return 1.0, 1.0, 1.0
     low, high = (thrust_voltage(motor_input(voltage + d, parameters), 0.0, parameters) for d in (-0.25, 0.25))
     slope = max((high - low) / 0.5, 0.05)
-    mean = max(0.5 * (low + high) / voltage, 0.05) if voltage else slope
+    mean = max(0.5 * (low + high) / voltage, 0.05) if abs(voltage) > 0.25 else slope
     return slope, slope, mean
 
 

@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from .noise import SHAPES, error_dynamics, gains, physical, recoloured
+from .noise import SHAPES, error_dynamics, gains, physical, recoloured, start_response
 from .rig import Coordinate, Parameters, Record, Rig
-from .settings import BLOCK, CHUNK, HUBER, OFFSET, SEEN_AT
+from .settings import BLOCK, CHUNK, HUBER, OFFSET, SEEN_AT, START
 
 Array = NDArray[np.float64]
 
@@ -47,8 +47,9 @@ class Point:
     parameters : Parameters
     z : Array, shape (3, a)
         Coordinates of the air.
-    offsets : Array, shape (L, a)
-        Constant torques of the logs [rad/s^2].
+    offsets : Array, shape (L, 3a)
+        What the logs have of their own: constant torques [rad/s^2], and how far their starts lie off the lines through
+        their first samples, angles [rad] and rates [rad/s]. A filter of calm air forgets its start within minutes only.
     harmonics : tuple of Array, shapes (m, 4)
         Per log sines: axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2].
     """
@@ -110,6 +111,16 @@ class Likelihood:
     rig: Rig
     records: tuple[Record, ...]
     offset_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
+
+    @property
+    def widths(self) -> Array:
+        """Standard deviations (3a,) of what a log has of its own, as in :class:`Point`."""
+        return np.concatenate((self.offset_width, np.repeat(START, len(self.rig.axes))))
+
+    def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
+        """Give the point of a plant in the air of any rig, or in ``z`` (4, a), whose logs have nothing of their own."""
+        a = len(self.rig.axes)
+        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 3 * a)))
 
     def filtered(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and the filter's motion (N_i, 2a) [rad], [rad/s]."""
@@ -174,7 +185,7 @@ class Likelihood:
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
-        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.offset_width) ** 2).sum()))
+        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.widths) ** 2).sum()))
 
     def linearise(
         self,
@@ -203,7 +214,7 @@ class Likelihood:
         n = len(x) + SHAPES * len(self.rig.axes)
         H, g, blocks, back, fall = np.zeros((len(parts), n, n)), np.zeros((len(parts), n)), [], [], 0.0
         for i, part in enumerate(parts):
-            H[i], g[i], own, solved, promised = part.eliminated(point.offsets[i], self.offset_width)
+            H[i], g[i], own, solved, promised = part.eliminated(point.offsets[i], self.widths)
             blocks.append(own)
             back.append(solved)
             fall += promised
@@ -223,7 +234,12 @@ class Likelihood:
         record, p = self.records[i], point.parameters if parameters is None else parameters
         K = gains(record.step, self.rig.linear(p), point.z)
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
-        return self.rig.filter(record, p, K, point.offsets[i], harmonics, first, last, carry, e, motion)
+        a = len(self.rig.axes)
+        if carry is None:
+            start = record.start.copy()
+            start[: 2 * a] += point.offsets[i, a:]
+            record = replace(record, start=start)
+        return self.rig.filter(record, p, K, point.offsets[i, :a], harmonics, first, last, carry, e, motion)
 
     def columns(
         self, i: int, point: Point, moves: list, e: Array, motion: Array, filters_move: bool = True
@@ -250,6 +266,8 @@ class Likelihood:
         recolourings: list[dict] = [
             _recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)
         ]
+        blocks = -(-record.samples // held)
+        starts = [start_response(record.step, linear[axis], air[:, axis], held, blocks) for axis in range(a)]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * P
         along: list = [None] * (1 + P)
@@ -280,6 +298,9 @@ class Likelihood:
                     if change[:, axis].any():  # ends at the first that is not zero
                         into[axis][j] = change[:, axis]
             for axis in range(a):
+                block = first // held
+                for k in (0, 1):
+                    slow[axis][offsets + (1 + k) * a + axis] = starts[axis][block : block + len(moved), k]
                 for j, column in _passed(torques[axis], transfer[axis], memory[axis], len(moved)).items():
                     slow[axis][j] = slow[axis][j] + column if j in slow[axis] else column
             yield rows, fast, slow
@@ -316,7 +337,7 @@ class _OfLog:
     ):
         record, a = likelihood.records[i], len(likelihood.rig.axes)
         self.own = len(moves) + SHAPES * a
-        n = self.own + a
+        n = self.own + 3 * a
         self.of_axes, self.g = np.zeros((a, n, n)), np.zeros(n)
         self.held, self.length = held_samples(record), block_length(record)
         self.blocks = np.zeros((-(-record.samples // self.length), a, n))

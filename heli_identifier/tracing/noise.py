@@ -164,6 +164,17 @@ def recoloured(
     return np.asarray(e)
 
 
+def start_response(h: float, linear: tuple[float, float], air: Array, held: int, count: int) -> Array:
+    """Change of every ``held``-th innovation (count, 2) by a start that is one larger in angle or rate."""
+    K, A, _, _ = kalman(h, *map(float, (*linear, *air)))
+    M = np.linalg.matrix_power(A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0]), held)
+    impulse, a, found = np.zeros(count + 1), np.poly(M), np.empty((count, 2))
+    impulse[0] = 1.0
+    for k, B in enumerate(np.eye(4)[:2]):
+        found[:, k] = lfilter(a - np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])), a, impulse)[1:]
+    return found
+
+
 def error_dynamics(h: float, linear: tuple[float, float], air: Array, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 

@@ -108,15 +108,12 @@ class References:
 def find_references(logs: Sequence[Log]) -> References:
     """Find in each log what came from outside: logged references by test, else rebuilt ones, else the voltages.
 
+    There are no signals (m = 0) if nothing came from outside.
+
     Parameters
     ----------
     logs : sequence of Log
         Logs of one rig, of any rates, lengths and controllers.
-
-    Returns
-    -------
-    References
-        It has no signals (m = 0) if nothing came from outside.
     """
     closed = [feedback(log) for log in logs]
     found: list[dict[str, Array]] = [{} for _ in logs]

@@ -34,6 +34,9 @@ would pass for air."""
 OFFSET = 0.1
 """Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
 
+START = (0.003, 0.05)
+"""Standard deviations [rad], [rad/s] of a log's start from the lines through its first .3 s, in the roughest air."""
+
 SETTLING = 2.0
 """Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
 

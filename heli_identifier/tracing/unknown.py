@@ -29,7 +29,7 @@ from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
 from .likelihood import held_samples, means
-from .noise import error_dynamics, physical
+from .noise import SHAPES, error_dynamics, physical
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Effect, Tables
 from .select import Selection, select
@@ -79,6 +79,7 @@ class _Seen:
         self.w: list[Array] = []
         self.e: list[Array] = []
         self.Q: list[Array] = []
+        own = P + SHAPES * len(rig.axes)
         rows: list[list[Array]] = [[] for _ in rig.axes]  # weight, weighted innovations and derivatives
         for i, record in enumerate(L.records):
             held = held_samples(record)
@@ -86,7 +87,8 @@ class _Seen:
                 first = np.arange(0, chunk.stop - chunk.start, held)
                 for a, J in enumerate(slow):
                     w = record.weights[chunk, a]
-                    full, at = np.zeros((len(first), P + 3)), [2 + min(j, P) for j in J]
+                    full = np.zeros((len(first), P + 5))
+                    at = [2 + (j if j < P else P + (j - own) // len(rows)) for j in J]
                     full[:, 0] = np.add.reduceat(w, first)
                     full[:, 1] = np.add.reduceat(w * fitted.e[i][chunk, a], first)
                     full[:, at] = np.column_stack(list(J.values())) * full[:, :1]
@@ -98,15 +100,16 @@ class _Seen:
             self.variables.append(means(variables, held))
         self.ends, logs = np.cumsum([0, *map(len, self.times)]), len(self.times)
         for a, chunks in enumerate(rows):
-            stacked, N, tau = np.concatenate(chunks), self.ends[-1], L.offset_width[a]
+            stacked, N = np.concatenate(chunks), self.ends[-1]
             w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
             stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
-            A = np.zeros((N + P + logs, P + logs))
-            A[:N, :P], A[N:] = stacked[:, 2:-1], np.diag([1.0] * P + [1.0 / tau] * logs)
+            widths = np.tile(L.widths[a :: len(rows)], logs)  # torque, angle and rate of every log
+            A = np.zeros((N + P + 3 * logs, P + 3 * logs))
+            A[:N, :P], A[N:] = stacked[:, 2:-3], np.diag(np.concatenate((np.ones(P), 1.0 / widths)))
             for i, (first, last) in enumerate(pairwise(self.ends)):
-                A[first:last, P + i] = stacked[first:last, -1]
+                A[first:last, P + 3 * i : P + 3 * i + 3] = stacked[first:last, -3:]
             Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
-            e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a] / tau))
+            e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a :: len(rows)].ravel() / widths))
             self.w, self.Q, self.e = [*self.w, w], [*self.Q, Q[:N]], [*self.e, e[:N] - Q[:N] @ (Q.T @ e)]
 
     def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:

@@ -16,7 +16,7 @@ from heli_identifier.records import Log
 from heli_identifier.tracing import (
     DiagnosisSettings,
     Likelihood,
-    Point,
+    Model,
     Scores,
     around,
     coordinates_of,
@@ -33,6 +33,9 @@ from heli_identifier.workbench.design.rehearsal import (
 )
 from heli_plant.effects import Effect
 from heli_plant.parameters import PlantParameters
+
+TYPICAL = 2.5
+"""Voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm."""
 
 
 @dataclass(frozen=True)
@@ -115,13 +118,14 @@ def outlook(
 def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) -> Scores:
     """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
     fields, noise = {effect.field for effect in effects}, ProcessNoise()
-    rig = helicopter(DiagnosisSettings(), [log.angles], [log.voltages])
+    rig = helicopter(DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
     rho, c = noise.deviation / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / noise.correlation_time)
     likelihood = Likelihood(rig, records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    point = Point(off, coordinates_of(rho, c), np.zeros((1, len(rig.axes))))
+    model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.offset_width)
     base = [name for name in rig.base if name not in fields]
-    return Scores(around(likelihood, base, point), [effect for effect in rig.effects if effect.field in fields])
+    known = around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
+    return Scores(known, [effect for effect in rig.effects if effect.field in fields])
 
 
 def designs(
