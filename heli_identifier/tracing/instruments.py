@@ -38,9 +38,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import bilinear, butter, lfilter, resample_poly
-from scipy.stats import chi2 as chi2_distribution
-from scipy.stats import f as f_distribution
-from scipy.stats import t as t_distribution
+from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
@@ -262,7 +260,7 @@ def _axis(
         values = covariance @ (weighted.T @ (z.T @ y) + mean * std**-2.0)
         white = _whitening([r - p @ values for r, p in zip(response, phi, strict=True)], blocks)
     else:
-        widths = t_distribution.ppf(0.975, max(count - k, 1)) * np.sqrt(np.diag(covariance))
+        widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
         shares = _shares(x, z)
         return AxisInstruments(
             regression.name, names, values, covariance, widths, shares, blocks, measured, response, phi, hats, white
@@ -283,8 +281,8 @@ def _judgement(axis: AxisInstruments, residuals: Sequence[Array]) -> Judgement:
     count, total = len(scores), scores.sum(axis=0)
     q = float(total @ np.linalg.lstsq(scores.T @ scores, total, rcond=1e-10)[0])
     free = max(count - k, 1)
-    p_value = float(f_distribution.sf(free / k * q / max(count - q, 1e-12), k, free))
-    return Judgement(float(chi2_distribution.isf(max(p_value, 1e-300), k)), k, p_value)
+    p_value = float(fdtrc(k, free, free / k * q / max(count - q, 1e-12)))
+    return Judgement(float(chdtri(k, max(p_value, 1e-300))), k, p_value)
 
 
 def _reduce(signal: Array, rate: float) -> Array:

@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 from scipy.signal import lfilter
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from heli_identifier.records import Log
 
@@ -363,5 +363,5 @@ def _added_r2(target: Array, own: Array, others: Array) -> tuple[float, float]:
     number, free = others.shape[1], len(target) - own.shape[1] - others.shape[1] - 1
     if free < 10 or left <= 1e-12 * float(np.sum(target**2)):
         return 0.0, 1.0
-    chance = float(f_distribution.sf((left - rest) / number / (rest / free + 1e-300), number, free))
+    chance = float(fdtrc(number, free, max((left - rest) / number / (rest / free + 1e-300), 0.0)))
     return 1.0 - (rest / free) / (left / (free + number)), chance
