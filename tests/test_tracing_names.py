@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from heli_identifier.tracing.fit import fit, with_own_offsets
-from heli_identifier.tracing.noise import error_dynamics, physical
+from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
 from tests.test_tracing_likelihood import likelihood_of, logs_of
@@ -77,9 +77,8 @@ def test_the_instant_of_a_step_is_found_by_the_matched_filter():
     logs, _ = logs_of("clean", 1, count=2)
     likelihood = likelihood_of(logs)
     null = fit(likelihood, likelihood.rig.base)
-    linear, step = likelihood.rig.linear(null.parameters)[1], 0.01
-    after = (np.arange(len(null.e[0])) * step >= 23.0).astype(float)
-    response = lfilter(*error_dynamics(step, linear, physical(null.point.z)[:, 1]), 0.03 * after)
+    after = (np.arange(len(null.e[0])) * 0.01 >= 23.0).astype(float)
+    response = lfilter(*error_dynamics(likelihood.filters(likelihood.records[0], null.point)[1]), 0.03 * after)
     for e in null.e:
         e[:, 1] += response
     assert min(abs(t - 23.0) for t in step_times(null, 1)[:1]) < 0.5

@@ -15,7 +15,7 @@ from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
 
 from .likelihood import Likelihood, Point, Quadratic
-from .noise import kalman, physical
+from .noise import physical
 from .rig import Coordinate, Parameters
 from .settings import (
     AIR_SCAN,
@@ -101,10 +101,8 @@ class Fit:
 
     def encoder_noise(self) -> Array:
         """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
-        step = self.likelihood.records[0].step
-        linear, found = self.likelihood.rig.linear(self.parameters), physical(self.point.z)
-        S = [kalman(step, *map(float, (*own, *found[:, i])))[3] for i, own in enumerate(linear)]
-        return np.asarray(self.sigma / np.sqrt(S))
+        own = self.likelihood.filters(self.likelihood.records[0], self.point)
+        return np.asarray(self.sigma / np.sqrt([axis.S for axis in own]))
 
 
 def bounded_step(H: Array, g: Array, low: Array, high: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -190,10 +188,9 @@ class _Search:
         e = self.e[: len(few)]
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         chosen = z.copy()
-        for move in AIR_SCAN:
-            tried = np.clip(z + np.array(move)[:, None], -FARTHEST_AIR, FARTHEST_AIR)
-            F = self.likelihood.of_axes(self.likelihood.recoloured(self.point, e, tried), few)[0]
-            F = F + 0.5 * (tried**2).sum(0)
+        airs = [np.clip(z + np.array(move)[:, None], -FARTHEST_AIR, FARTHEST_AIR) for move in AIR_SCAN]
+        for tried, other in zip(airs, self.likelihood.recoloured(self.point, e, airs), strict=True):
+            F = self.likelihood.of_axes(other, few)[0] + 0.5 * (tried**2).sum(0)
             better = F < best
             best = np.where(better, F, best)
             chosen[:, better] = tried[:, better]

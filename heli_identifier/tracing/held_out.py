@@ -27,7 +27,7 @@ from heli_identifier.records import Log
 
 from .fit import Fit
 from .helicopter import helicopter
-from .noise import error_dynamics, physical, recoloured, start_response
+from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
 from .result import (
@@ -58,11 +58,8 @@ class _OnLog:
     def standardised(self, model: Model) -> Array:
         """Give the innovations (N, a) under the air and over the scales of ``model``."""
         record, own, scales = self.run.record, self.run.model, model.scales(self.run.record.step)
-        linear, old, new = own.rig.linear(own.parameters), physical(own.z), physical(model.z)
-        columns = [
-            recoloured(self.run.e[:, i], record.step, (axis, old[:, i]), (axis, new[:, i]), [])
-            for i, axis in enumerate(linear)
-        ]
+        old, new = (filters(record.step, own.rig.linear(own.parameters), physical(z)) for z in (own.z, model.z))
+        columns = [recoloured(e, was, now) for e, was, now in zip(self.run.e.T, old, new, strict=True)]
         return np.column_stack(columns) / scales
 
 
@@ -75,13 +72,12 @@ def likelihood_of(model: Model, record: Record) -> tuple[Array, Array]:
 def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _OnLog:
     """Fit what a log has of its own, its constant torques and its start, then run along it."""
     h, sigma, a = record.step, model.scales(record.step), len(model.encoder_noise)
-    air, linear = physical(model.z), model.rig.linear(model.parameters)
     first = run_along(model, record, np.zeros(a), []).e / sigma
     w = record.weights * np.minimum(1.0, HUBER / np.maximum(np.abs(first), 1e-12))
     own, of_log = np.zeros((3, a)), 0.0
-    for i, axis in enumerate(linear):
-        torque = lfilter(*error_dynamics(h, axis, air[:, i]), np.ones(record.samples))
-        J = np.column_stack((torque, start_response(h, axis, air[:, i], 1, record.samples))) / sigma[i]
+    for i, axis in enumerate(model.filters(h)):
+        torque = lfilter(*error_dynamics(axis), np.ones(record.samples))
+        J = np.column_stack((torque, start_response(axis, 1, record.samples))) / sigma[i]
         width = np.array([model.offset_width[i], *START])
         H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
         own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from .noise import SHAPES, error_dynamics, gains, physical, recoloured, start_response
+from .noise import SHAPES, AxisFilter, error_dynamics, filters, gains, physical, recoloured, start_response
 from .rig import Coordinate, Parameters, Record, Rig
 from .settings import BLOCK, CHUNK, HUBER, OFFSET, SEEN_AT, START
 
@@ -172,16 +172,20 @@ class Likelihood:
             F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
         return F, scales
 
-    def recoloured(self, point: Point, e: Sequence[Array], z: Array) -> list[Array]:
-        """Give the innovations of the first ``len(e)`` records under another air ``z`` from those under the point's."""
-        old, new, linear = physical(point.z), physical(z), self.rig.linear(point.parameters)
-        return [
-            np.column_stack([
-                recoloured(own[:, i], record.step, (linear[i], old[:, i]), (linear[i], new[:, i]), [])
-                for i in range(len(linear))
-            ])
-            for record, own in zip(self.records, e, strict=False)
-        ]  # fmt: skip
+    def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
+        """Give the axes' filters at a point, or in other ``airs`` (4, a), one air after the other."""
+        some = airs or (point.z,)
+        return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
+
+    def recoloured(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Iterator[list[Array]]:
+        """Give the innovations of the first ``len(e)`` records under other ``airs`` from those under the point's."""
+        records, a = self.records[: len(e)], len(self.rig.axes)
+        old, new = ([self.filters(record, point, some) for record in records] for some in ((), airs))
+        for k in range(0, a * len(airs), a):
+            yield [
+                np.column_stack([recoloured(of[:, i], was[i], now[k + i]) for i in range(a)])
+                for of, was, now in zip(e, old, new, strict=True)
+            ]
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
@@ -232,7 +236,7 @@ class Likelihood:
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
         """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
         record, p = self.records[i], point.parameters if parameters is None else parameters
-        K = gains(record.step, self.rig.linear(p), point.z)
+        K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         a = len(self.rig.axes)
         if carry is None:
@@ -261,13 +265,11 @@ class Likelihood:
         rig, record = self.rig, self.records[i]
         a, P, held = len(rig.axes), len(moves), held_samples(record)
         offsets = P + SHAPES * a
-        linear, air = rig.linear(point.parameters), physical(point.z)
-        transfer = [error_dynamics(record.step, linear[axis], air[:, axis], held) for axis in range(a)]
-        recolourings: list[dict] = [
-            _recolourings(point, linear, axis, moves, rig) if filters_move else {} for axis in range(a)
-        ]
+        now = self.filters(record, point)
+        transfer = [error_dynamics(own, held) for own in now]
+        others = _other_filters(record.step, point, moves, rig) if filters_move else [{} for _ in now]
         blocks = -(-record.samples // held)
-        starts = [start_response(record.step, linear[axis], air[:, axis], held, blocks) for axis in range(a)]
+        starts = [start_response(own, held, blocks) for own in now]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * P
         along: list = [None] * (1 + P)
@@ -281,10 +283,10 @@ class Likelihood:
             slow: list[dict[int, Array]] = [{} for _ in range(a)]
             torques: list[dict[int, Array]] = [{offsets + axis: np.ones(len(moved))} for axis in range(a)]
             for axis in range(a):
-                for j, ((old, new), step) in recolourings[axis].items():
+                for j, (other, step) in others[axis].items():
                     state = memory_of_filters.setdefault((axis, j), [])
-                    fast[axis][j] = (recoloured(own[:, axis], record.step, old, new, state) - own[:, axis]) / step
-            base, other = np.empty((len(moved), a)), np.empty((len(moved), a))
+                    fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
+            base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
             along[0] = rig.accelerations(slower, point.parameters, moved, first // held, along[0], base)
             for j, (p, step, in_output) in enumerate(moves):
                 if in_output:
@@ -292,8 +294,8 @@ class Likelihood:
                     runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, parameters=p)
                     change, into = ((shown - own) / step)[::held], slow
                 else:
-                    along[1 + j] = rig.accelerations(slower, p, moved, first // held, along[1 + j], other)
-                    change, into = (other - base) / step, torques
+                    along[1 + j] = rig.accelerations(slower, p, moved, first // held, along[1 + j], under)
+                    change, into = (under - base) / step, torques
                 for axis in range(a):
                     if change[:, axis].any():  # ends at the first that is not zero
                         into[axis][j] = change[:, axis]
@@ -388,15 +390,22 @@ def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: di
     return {j: out[:, position] for position, j in enumerate(keys)}
 
 
-def _recolourings(point: Point, linear: tuple, axis: int, moves: list, rig: Rig) -> dict:
-    """Give what changes the filter of one axis: the air's parameters, and plant parameters that its gains follow."""
-    air, a = physical(point.z), len(rig.axes)
-    now, found = (linear[axis], air[:, axis]), {}
+def _other_filters(h: float, point: Point, moves: list, rig: Rig) -> list[dict[int, tuple[AxisFilter, float]]]:
+    """Give by axis and coordinate the filters beside those of a point, and the differences they stand for.
+
+    Moves of the air's parameters change them, and moves of plant parameters that the gains follow.
+    """
+    a, linear, air = len(rig.axes), rig.linear(point.parameters), physical(point.z)
+    changed = [
+        (i, j, rig.linear(p)[i], air[:, i], width)
+        for j, (p, width, in_output) in enumerate(moves) if not in_output
+        for i in range(a) if rig.linear(p)[i] != linear[i]
+    ]  # fmt: skip
     for k in range(SHAPES):
-        z = point.z.copy()
-        z[k] += NOISE_STEP
-        found[len(moves) + a * k + axis] = (now, (linear[axis], physical(z)[:, axis])), NOISE_STEP
-    for j, (p, step, in_output) in enumerate(moves):
-        if not in_output and rig.linear(p)[axis] != linear[axis]:
-            found[j] = (now, (rig.linear(p)[axis], air[:, axis])), step
+        moved = physical(point.z + NOISE_STEP * (np.arange(SHAPES) == k)[:, None])
+        changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], NOISE_STEP) for i in range(a)]
+    solved = filters(h, [own[2] for own in changed], np.column_stack([own[3] for own in changed]))
+    found: list[dict[int, tuple[AxisFilter, float]]] = [{} for _ in linear]
+    for (i, j, _, _, width), other in zip(changed, solved, strict=True):
+        found[i][j] = other, width
     return found

@@ -18,7 +18,8 @@ Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and
 Int. J. Control 28 (1978) 295 (doubling).
 """
 
-from functools import lru_cache
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,47 @@ Array = NDArray[np.float64]
 
 SHAPES = len(NOISE_WIDTH)
 """Parameters of the torque of one axis: logarithms of rho [1/s^2], c and f [1/s], and psi [rad]."""
+
+
+class AxisFilter(NamedTuple):
+    """The stationary filter of one axis, and the polynomials of its transfer functions.
+
+    Attributes
+    ----------
+    h : float
+        Sampling interval [s].
+    K : Array, shape (4,)
+        Gains on an innovation, before the step.
+    A : Array, shape (4, 4)
+        One step of the state (angle, rate, d, u).
+    F : Array, shape (2, 2)
+        One step of the torque (d, u).
+    S : float
+        Variance of the innovations over r^2.
+    errors, torque : Array, shapes (5,) and (3,)
+        Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of F.
+    """
+
+    h: float
+    K: Array
+    A: Array
+    F: Array
+    S: float
+    errors: Array
+    torque: Array
+
+    @property
+    def M(self) -> Array:
+        """One step of the filter's error."""
+        return np.asarray(self.A - np.outer(self.A @ self.K, FIRST))
+
+
+FIRST = np.array([1.0, 0.0, 0.0, 0.0])
+"""C: only the angle is measured."""
+
+_SOLVED: dict[tuple[float, ...], AxisFilter] = {}
+_MOST_SOLVED = 8192
+"""Filters that are kept: those of all moves of some twenty scans of the air."""
 
 
 def physical(z: Array) -> Array:
@@ -49,91 +91,94 @@ def coordinates_of(rho: Array, c: Array) -> Array:
     return z
 
 
-@lru_cache(maxsize=4096)
-def kalman(
-    h: float, damping: float, stiffness: float, rho: float, c: float, f: float, psi: float
-) -> tuple[Array, Array, Array, float]:
-    """Stationary filter of one axis.
+def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list[AxisFilter]:
+    """Give the stationary filters of axes; those that are new are solved together.
 
     Parameters
     ----------
     h : float
         Sampling interval [s].
-    damping, stiffness : float
-        Of the axis [1/s], [1/s^2].
-    rho, c, f, psi : float
-        Torque of the air: s/r [1/s^2], rates [1/s] and angle [rad].
-
-    Returns
-    -------
-    K : Array, shape (4,)
-        Gains on an innovation, before the step.
-    A : Array, shape (4, 4)
-        One step of the state.
-    F : Array, shape (2, 2)
-        One step of the torque (d, u).
-    S : float
-        Variance of the innovations over r^2.
+    linear : sequence of (damping, stiffness)
+        Of n axes [1/s], [1/s^2].
+    air : Array, shape (4, n)
+        Of each rho [1/s^2], c, f [1/s] and psi [rad] (:func:`physical`).
     """
-    w, R = np.sqrt(c * f), np.array([[np.cos(psi), np.sin(psi)], [-np.sin(psi), np.cos(psi)]])
-    F = _exponential(R @ np.array([[0.0, w], [-w, -f]]) @ R.T * h)
-    A = np.eye(4)
-    A[0, 1], A[0, 2] = h, 0.5 * h * h
-    A[1] = -stiffness * h, 1.0 - damping * h, h, 0.0
-    A[2:, 2:] = F
-    Q = np.diag((1e-10, 1e-9, 0.0, 0.0))  # keeps the equation regular where the air hardly moves the axis
-    Q[2:, 2:] = rho * rho * ((1.0 + 1e-14) * np.eye(2) - F @ F.T)
+    keys = [(h, *map(float, own), *air) for own, air in zip(linear, air.T.tolist(), strict=True)]
+    new = [key for key in dict.fromkeys(keys) if key not in _SOLVED]
+    if len(_SOLVED) + len(new) > _MOST_SOLVED:
+        _SOLVED.clear()
+        new = list(dict.fromkeys(keys))
+    if new:
+        _SOLVED.update(zip(new, axis_filters(np.array(new)), strict=True))
+    return [_SOLVED[key] for key in keys]
+
+
+def axis_filters(rows: Array) -> list[AxisFilter]:
+    """Solve the filters of rows (n, 7): h [s], damping [1/s], stiffness [1/s^2], rho [1/s^2], c, f [1/s], psi [rad]."""
+    h, damping, stiffness, rho, c, f, psi = rows.T
+    w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
+    R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
+    D = np.moveaxis(np.array([[0.0 * w, w], [-w, -f]]) * h, 2, 0)
+    F = _exponential(R @ D @ R.transpose(0, 2, 1))
+    A = np.tile(np.eye(4), (len(rows), 1, 1))
+    A[:, 0, 1], A[:, 0, 2] = h, 0.5 * h * h
+    A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -stiffness * h, 1.0 - damping * h, h
+    A[:, 2:, 2:] = F
+    Q = np.zeros_like(A)
+    Q[:, 0, 0], Q[:, 1, 1] = 1e-10, 1e-9  # keeps the equation regular where the air hardly moves the axis
+    Q[:, 2:, 2:] = (rho * rho)[:, None, None] * ((1.0 + 1e-14) * np.eye(2) - F @ F.transpose(0, 2, 1))
     P = _riccati(A, Q)
-    S = float(P[0, 0] + 1.0)
-    K = P[:, 0] / S
-    for array in (K, A, F):
-        array.flags.writeable = False
-    return K, A, F, S
+    S = P[:, 0, 0] + 1.0
+    K = P[:, :, 0] / S[:, None]
+    M = A - (A @ K[:, :, None]) * FIRST
+    parts = zip(h.tolist(), K, A, F, S.tolist(), polynomial(M), polynomial(F), strict=True)
+    return [AxisFilter(*part) for part in parts]
+
+
+def polynomial(M: Array) -> Array:
+    """Characteristic polynomials (..., k + 1) of matrices (..., k, k), by Faddeev and Leverrier."""
+    unit, N = np.eye(M.shape[-1]), np.zeros_like(M)
+    c = [np.ones(M.shape[:-2])]
+    for j in range(1, len(unit) + 1):
+        N = M @ (N + c[-1][..., None, None] * unit)
+        c.append(-np.trace(N, axis1=-2, axis2=-1) / j)
+    return np.stack(c, axis=-1)
 
 
 def _exponential(M: Array) -> Array:
-    """Exponential of a matrix (2, 2), from its eigenvalues s +- q."""
-    s = 0.5 * (M[0, 0] + M[1, 1])
-    q = np.sqrt(complex(s * s - M[0, 0] * M[1, 1] + M[0, 1] * M[1, 0]))
+    """Exponentials of matrices (n, 2, 2), from their eigenvalues s +- q."""
+    s = 0.5 * (M[:, 0, 0] + M[:, 1, 1])
+    q = np.sqrt((s * s - M[:, 0, 0] * M[:, 1, 1] + M[:, 0, 1] * M[:, 1, 0]).astype(complex))
     up, down = np.exp(s + q), np.exp(s - q)
-    slope = (up - down) / (2.0 * q) if abs(q) > 1e-7 else np.exp(s)
-    return np.asarray((0.5 * (up + down) * np.eye(2) + slope * (M - s * np.eye(2))).real)
+    apart = np.abs(q) > 1e-7
+    slope = np.where(apart, (up - down) / np.where(apart, 2.0 * q, 1.0), np.exp(s))
+    centre = M - s[:, None, None] * np.eye(2)
+    return np.asarray(((0.5 * (up + down))[:, None, None] * np.eye(2) + slope[:, None, None] * centre).real)
 
 
 def _riccati(A: Array, Q: Array) -> Array:
-    """Solve P = A P (I + C'C P)^-1 A' + Q, C = (1, 0, 0, 0), by doubling (Anderson 1978): 2^k steps in k turns."""
-    E, G, P = A.T, np.zeros((4, 4)), Q
-    G[0, 0] = 1.0
+    """Solve P = A P (I + C'C P)^-1 A' + Q of n axes by doubling (Anderson 1978): 2^k steps in k turns."""
+    found = np.empty_like(Q)
+    E, G, P, left = A.transpose(0, 2, 1), np.zeros_like(Q), Q, np.arange(len(Q))
+    G[:, 0, 0] = 1.0
     for _ in range(60):
         W = np.linalg.inv(np.eye(4) + G @ P)
-        step = E.T @ P @ W @ E
-        E, G, P = E @ W @ E, G + E @ W @ G @ E.T, P + step
-        if np.abs(step).max() <= 1e-13 * np.abs(P).max():
+        step = E.transpose(0, 2, 1) @ P @ W @ E
+        E, G, P = E @ W @ E, G + E @ W @ G @ E.transpose(0, 2, 1), P + step
+        found[left] = P
+        on = np.abs(step).max((1, 2)) > 1e-13 * np.abs(P).max((1, 2))  # each to its own end: the same bits alone
+        if not on.any():
             break
-    return np.asarray(0.5 * (P + P.T))
+        E, G, P, left = E[on], G[on], P[on], left[on]
+    return np.asarray(0.5 * (found + found.transpose(0, 2, 1)))
 
 
-def gains(h: float, linear: tuple[tuple[float, float], ...], z: Array) -> Array:
+def gains(own: Sequence[AxisFilter]) -> Array:
     """Gains and torque dynamics of all axes as the filter's loop takes them, shape (a, 8): K, then F row by row."""
-    rows = []
-    for own, air in zip(linear, physical(z).T, strict=True):
-        K, _, F, _ = kalman(h, *map(float, (*own, *air)))
-        rows.append(np.concatenate((K, F.ravel())))
-    return np.array(rows)
+    return np.array([np.concatenate((axis.K, axis.F.ravel())) for axis in own])
 
 
-@lru_cache(maxsize=4096)
-def _polynomials(h: float, axis: tuple, gains_for: tuple, *air: float) -> tuple[Array, Array]:
-    """Characteristic polynomials of M = A (I - K C) and of F."""
-    K = kalman(h, *map(float, (*gains_for, *air)))[0]
-    _, A, F, _ = kalman(h, *map(float, (*axis, *air)))
-    M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
-    return np.asarray(np.poly(M), dtype=float), np.asarray(np.poly(F), dtype=float)
-
-
-def recoloured(
-    e: Array, h: float, old: tuple[tuple[float, float], Array], new: tuple[tuple[float, float], Array], memory: list
-) -> Array:
+def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] | None = None) -> Array:
     """Innovations under another filter of one axis, from those under the present one.
 
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
@@ -141,59 +186,54 @@ def recoloured(
 
         e' = det(zI - F')/det(zI - F) det(zI - M)/det(zI - M') e,
 
-    as the plant's own poles in A, which are the same, cancel. A linear filter in place of a run of the plant.
+    as the plant's own poles in A, which are the same, cancel: M' has the old plant, whatever plant K' is made for. A
+    linear filter in place of a run of the plant.
 
     Parameters
     ----------
     e : Array, shape (n,)
         Innovations [rad].
-    h : float
-        Sampling interval [s].
-    old, new : tuple of (damping, stiffness) and Array (4,)
-        What the gains are made for: the axis, and rho, c, f, psi of the air.
-    memory : list
+    old, new : AxisFilter
+    memory : list, optional
         States of the two filters; empty at a record's beginning, changed in place.
     """
-    M, F = _polynomials(h, old[0], old[0], *old[1])
-    M_new, F_new = _polynomials(h, old[0], new[0], *new[1])  # the plant is the old one, whatever the gains are made for
-    if not memory:
-        memory[:] = np.zeros(len(M) - 1), np.zeros(len(F) - 1)
-    e, memory[0] = lfilter(M, M_new, e, zi=memory[0])
-    if not np.array_equal(F, F_new):
-        e, memory[1] = lfilter(F_new, F, e, zi=memory[1])
+    errors = new.errors
+    if not np.array_equal(old.A[:2], new.A[:2]):
+        A = np.vstack((old.A[:2], new.A[2:]))
+        errors = polynomial(A - np.outer(A @ new.K, FIRST))
+    state = [np.zeros(4), np.zeros(2)] if memory is None else memory
+    if not state:
+        state[:] = np.zeros(4), np.zeros(2)
+    e, state[0] = lfilter(old.errors, errors, e, zi=state[0])
+    if not np.array_equal(old.torque, new.torque):
+        e, state[1] = lfilter(new.torque, old.torque, e, zi=state[1])
     return np.asarray(e)
 
 
-def start_response(h: float, linear: tuple[float, float], air: Array, held: int, count: int) -> Array:
+def start_response(own: AxisFilter, held: int, count: int) -> Array:
     """Change of every ``held``-th innovation (count, 2) by a start that is one larger in angle or rate."""
-    K, A, _, _ = kalman(h, *map(float, (*linear, *air)))
-    M = np.linalg.matrix_power(A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0]), held)
-    impulse, a, found = np.zeros(count + 1), np.poly(M), np.empty((count, 2))
+    M = np.linalg.matrix_power(own.M, held)
+    impulse, a = np.zeros(count + 1), polynomial(M)
     impulse[0] = 1.0
-    for k, B in enumerate(np.eye(4)[:2]):
-        found[:, k] = lfilter(a - np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])), a, impulse)[1:]
-    return found
+    b = [a - polynomial(M - np.outer(start, FIRST)) for start in np.eye(4)[:2]]
+    return np.column_stack([lfilter(column, a, impulse)[1:] for column in b])
 
 
-def error_dynamics(h: float, linear: tuple[float, float], air: Array, held: int = 1) -> tuple[Array, Array]:
+def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
     The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x. With
     accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
-    ``air`` are rho, c, f, psi of the axis.
 
     Returns
     -------
     b, a : Array, shapes (5,)
         Numerator and denominator in powers of z^-1.
     """
-    K, A, _, _ = kalman(h, *map(float, (*linear, *air)))
-    M = A - np.outer(A @ K, [1.0, 0.0, 0.0, 0.0])
-    B = np.array([0.5 * h * h, h, 0.0, 0.0])
+    M, B = own.M, np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0])
     if held > 1:
         B = np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0)
         M = np.linalg.matrix_power(M, held)
-    a = np.poly(M)
+    a = polynomial(M)
     # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
-    b = np.poly(M - np.outer(B, [1.0, 0.0, 0.0, 0.0])) - a
-    return np.asarray(-b, dtype=float), np.asarray(a, dtype=float)
+    return a - polynomial(M - np.outer(B, FIRST)), a

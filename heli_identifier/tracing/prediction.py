@@ -26,7 +26,7 @@ from scipy.signal import lfilter, savgol_filter
 from heli_identifier.errors import LogError
 
 from .fit import Fit, fit
-from .noise import SHAPES, gains, kalman, physical
+from .noise import SHAPES, AxisFilter, filters, gains, physical
 from .result import ErrorFigure
 from .rig import Parameters, Record, Rig
 from .settings import DRAWS, PIECE, SEGMENT, SETTLING, SMOOTHING, SPACING
@@ -72,26 +72,25 @@ class Model:
         a = len(rig.axes)
         return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.zeros(a))
 
-    def axes(self) -> list[tuple[float, ...]]:
-        """Give damping, stiffness, and rho, c, f, psi of every axis."""
-        linear, air = self.rig.linear(self.parameters), physical(self.z)
-        return [tuple(map(float, (*own, *air[:, i]))) for i, own in enumerate(linear)]
+    def filters(self, step: float) -> list[AxisFilter]:
+        """Give the axes' filters at a sampling interval [s]."""
+        return filters(step, self.rig.linear(self.parameters), physical(self.z))
 
     def scales(self, step: float) -> Array:
         """Give the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
-        return self.encoder_noise * np.sqrt([kalman(step, *axis)[3] for axis in self.axes()])
+        return self.encoder_noise * np.sqrt([axis.S for axis in self.filters(step)])
 
     def torque(self, step: float, count: int, random: np.random.Generator) -> Array:
         """Draw the torque of the air (count, a) [rad/s^2]: x+ = F x + w, stationary from its first sample."""
         columns = []
-        for (*own, rho, c, f, psi), r in zip(self.axes(), self.encoder_noise, strict=True):
-            F = kalman(step, *own, rho, c, f, psi)[2]
+        for axis, level in zip(self.filters(step), physical(self.z)[0] * self.encoder_noise, strict=True):
+            F = axis.F
             values, vectors = np.linalg.eigh(np.eye(2) - F @ F.T)
             w = random.standard_normal((count, 2))
             w[1:] = w[1:] * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
             poles = [1.0, -np.trace(F), np.linalg.det(F)]
             d = lfilter([1.0, -F[1, 1]], poles, w[:, 0]) + lfilter([0.0, F[0, 1]], poles, w[:, 1])
-            columns.append(rho * r * d)
+            columns.append(level * d)
         return np.column_stack(columns)
 
 
@@ -131,7 +130,7 @@ class Run:
 
     def errors(self, names: Sequence[str]) -> dict[str, Array]:
         """Give the errors (S, a) [rad] of the figures ``names``; not a number where the passage ends before."""
-        K = gains(self.record.step, self.model.rig.linear(self.model.parameters), self.model.z)
+        K = gains(self.model.filters(self.record.step))
         K[:, :4] = 0.0
         near = [name for name in names if name in FROM_FILTER]
         far = [name for name in names if name not in FROM_FILTER]
@@ -195,7 +194,7 @@ def run_along(
 
 def _states(model, record, offset, at, e, carry=None, first=0) -> Array:
     """States (S, n) of the filter before the samples ``at``; fills the innovations ``e`` up to the last of them."""
-    K = gains(record.step, model.rig.linear(model.parameters), model.z)
+    K = gains(model.filters(record.step))
     carry, carries = None if carry is None else carry.copy(), []
     for last in at:
         part = e[first:last]

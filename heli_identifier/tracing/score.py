@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from .fit import Fit, bounded_step
-from .noise import error_dynamics, physical
+from .noise import error_dynamics
 from .rig import Coordinate, Effect
 from .settings import SETTLING, STEP_APART, STEPS_TRIED
 
@@ -75,15 +75,15 @@ def step_times(fitted: Fit, axis: int) -> list[float]:
     u(t) = sum_k e_k s_(k - t) for every t (Willsky and Jones 1976).
     """
     likelihood, sums = fitted.likelihood, np.zeros(0)
-    linear, air = likelihood.rig.linear(fitted.parameters)[axis], physical(fitted.point.z)[:, axis]
     step = likelihood.records[0].step
     for record, e in zip(likelihood.records, fitted.e, strict=True):
-        b, a = error_dynamics(record.step, linear, air)
+        b, a = error_dynamics(likelihood.filters(record, fitted.point)[axis])
         u = lfilter(b, np.convolve(a, [1.0, -1.0]), (record.weights[:, axis] * e[:, axis])[::-1])[::-1]
         u = np.interp(np.arange(0.0, record.time[-1], step), record.time, u) * record.step
         length = max(len(sums), len(u))
         sums = np.pad(sums, (0, length - len(sums))) + np.pad(u, (0, length - len(u)))
-    response = np.cumsum(lfilter(*error_dynamics(step, linear, air), np.ones(len(sums))) ** 2)[::-1]
+    own = likelihood.filters(likelihood.records[0], fitted.point)[axis]
+    response = np.cumsum(lfilter(*error_dynamics(own), np.ones(len(sums))) ** 2)[::-1]
     merit = sums**2 / np.maximum(response, 1e-3 * response[0])
     merit[: round(2 * SETTLING / step)] = 0.0
     merit[-round(SETTLING / step) :] = 0.0

@@ -38,7 +38,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
 from .fit import Fit
-from .noise import error_dynamics, physical
+from .noise import error_dynamics
 from .records import record_of
 from .rig import Record
 from .settings import ALIEN, CERTAIN_SIGN, HUBER, LEAST_ZERO, MISTAKE
@@ -125,12 +125,12 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     axes = len(likelihood.rig.axes)
     point = replace(fitted.point, offsets=np.zeros((1, 3 * axes)), harmonics=())
     e = likelihood.filtered(point)[0][0]
-    b, air, linear = np.full(axes, np.nan), physical(point.z), likelihood.rig.linear(point.parameters)
+    b, own = np.full(axes, np.nan), likelihood.filters(record, point)
     for axis in range(axes):
         w = record.weights[:, axis]
         if not w.any():
             continue
-        c = lfilter(*error_dynamics(record.step, linear[axis], air[:, axis]), np.ones(record.samples))
+        c = lfilter(*error_dynamics(own[axis]), np.ones(record.samples))
         b[axis], huber = 0.0, w
         for _ in range(10):
             b[axis] = -(huber * c * e[:, axis]).sum() / (huber * c * c).sum()

@@ -29,7 +29,7 @@ from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
 from .likelihood import held_samples, means
-from .noise import SHAPES, error_dynamics, physical
+from .noise import SHAPES, error_dynamics
 from .result import CurveShape, FoundEffect, PeriodicShape, Verdict
 from .rig import Effect, Tables
 from .select import Selection, select
@@ -73,7 +73,6 @@ class _Seen:
     def __init__(self, fitted: Fit):
         L, point, rig, P = fitted.likelihood, fitted.point, fitted.likelihood.rig, len(fitted.x)
         moves = [L.moved(point, c, x) for c, x in zip(fitted.coordinates, fitted.x, strict=True)]
-        linear, air = rig.linear(fitted.parameters), physical(point.z)
         self.tables, self.axes, self.steps, self.response = rig.tables, rig.axes, [], []
         self.times, self.variables = [], []
         self.w: list[Array] = []
@@ -94,7 +93,7 @@ class _Seen:
                     full[:, at] = np.column_stack(list(J.values())) * full[:, :1]
                     rows[a].append(full)
             self.steps.append(held * record.step)
-            self.response.append([error_dynamics(record.step, linear[a], air[:, a], held) for a in range(len(rows))])
+            self.response.append([error_dynamics(own, held) for own in L.filters(record, point)])
             self.times.append(means(record.time[:, None], held)[:, 0])
             variables = rig.tables.values(record, fitted.parameters, fitted.motion[i])
             self.variables.append(means(variables, held))
