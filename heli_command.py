@@ -13,6 +13,6 @@ def main() -> None:
             signal.signal(signal.SIGINT, signal.SIG_DFL)
     except KeyboardInterrupt:
         os._exit(130)
-    from heli_identifier.workbench.commands import main as run
+    from heli_identifier.cli import main as run
 
     run()

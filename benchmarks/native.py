@@ -99,7 +99,7 @@ def _orders(folder: Path) -> tuple[dict[str, dict], float, float]:
 
     began, before = time.perf_counter(), os.times()
     subprocess.run(
-        [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()",
+        [sys.executable, "-c", "from heli_identifier.cli import main; main()",
          "build", "--native", "--output", str(folder / "native")],
         check=True, capture_output=True, env={**os.environ, "ZIG_GLOBAL_CACHE_DIR": str(folder / "cache")},
     )  # fmt: skip

@@ -269,5 +269,5 @@ def test_command_that_makes_no_sense_gets_one_sentence_and_exit_2(tmp_path, word
 
 
 def heli(*words, folder=None):
-    command = [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()", *map(str, words)]
+    command = [sys.executable, "-c", "from heli_identifier.cli import main; main()", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=folder, check=False)

@@ -10,8 +10,8 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.options import spread
+from heli_identifier.cli.app import app
+from heli_identifier.cli.options import spread
 
 COMMANDS = sorted(get_command(app).commands)
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
@@ -23,7 +23,7 @@ def run(*words, **options):
 
 def test_neither_numpy_nor_numba_is_imported_to_show_help():
     code = (
-        "import sys; import heli_identifier.workbench.commands.app; "
+        "import sys; import heli_identifier.cli.app; "
         "print([m for m in ('numpy', 'numba', 'scipy', 'pandas', 'matplotlib', 'fmpy') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -33,7 +33,7 @@ def test_neither_numpy_nor_numba_is_imported_to_show_help():
 def test_linear_algebra_runs_on_one_thread_unless_the_user_wants_otherwise():
     code = (
         "import sys, os; sys.argv = ['heli', '--version']\n"
-        "try:\n import heli_identifier.workbench.commands as c; c.main()\n"
+        "try:\n import heli_identifier.cli as c; c.main()\n"
         "finally:\n print(os.environ['OPENBLAS_NUM_THREADS'])"
     )
     for given, expected in ((None, "1"), ("3", "3")):

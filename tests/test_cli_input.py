@@ -13,12 +13,12 @@ from typer import Typer
 from typer.testing import CliRunner
 
 from fmu_src import SCENARIOS
+from heli_identifier.cli.app import app
+from heli_identifier.cli.guard import AGAIN, guarded
+from heli_identifier.cli.parameters import in_scenario, unit_value
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
-from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.guard import AGAIN, guarded
-from heli_identifier.workbench.commands.parameters import in_scenario, unit_value
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import SCHEMA
 from heli_plant.parameter_table import BY_FIELD
@@ -312,7 +312,7 @@ def test_the_help_lists_every_scenario(command):
 @pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
 def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked):
     (log, *_), (held,) = demo_logs("rig-b")
-    code = "from heli_identifier.workbench.commands import main; main()"
+    code = "from heli_identifier.cli import main; main()"
     words = ["diagnose", str(log), "--validate", str(held), "--output", str(tmp_path / "out")]
     child = subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.DEVNULL)
     try:
@@ -347,8 +347,8 @@ def test_cleaning_up_that_takes_its_time_is_not_ended_by_the_signal_that_asks_ag
 
 STUCK = """
 import signal, threading, typer
-from heli_identifier.workbench.commands import app, main
-from heli_identifier.workbench.commands.guard import guarded
+from heli_identifier.cli import app, main
+from heli_identifier.cli.guard import guarded
 
 def command():
     threading.Thread(target=threading.Event().wait).start()

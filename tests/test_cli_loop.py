@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 from fmu_src import build
+from heli_identifier.cli.app import app
+from heli_identifier.cli.logs import split_logs
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
-from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.logs import split_logs
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import plant_values
 from heli_identifier.workbench.delivery.result_folder import check_free_run, unit_run
@@ -40,7 +40,7 @@ def diagnosed(tmp_path_factory):
     training, held_out = demo_logs("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
     words = ["diagnose", *training, "--validate", *held_out, "--output", folder, "--json"]
-    code = "from heli_identifier.workbench.commands import main; main()"
+    code = "from heli_identifier.cli import main; main()"
     done = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout

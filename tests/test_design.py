@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Excitation, Multisine
-from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.design.closed_loop import additions, flight_outlooks, pid_settings
 from heli_identifier.workbench.design.naming import effects_named
 from heli_identifier.workbench.design.rehearsal import ProcessNoise, Proposal, rehearsed, rehearsed_voltages

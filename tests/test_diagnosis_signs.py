@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
+from heli_identifier.cli.summary import print_diagnosis
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.records import demo_logs, read_log
 from heli_identifier.tracing import identify_plant, sign_notes
 from heli_identifier.tracing.diagnose import _base
 from heli_identifier.tracing.fit import covariance
-from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.summary import print_diagnosis
 from tests.diagnosis_example import example
 
 TRAINING = demo_logs("rig-c")[0]

@@ -10,11 +10,11 @@ from scipy.stats import t
 from statsmodels.stats.meta_analysis import combine_effects
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
 from heli_identifier.tracing import Verdict
-from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.fleet import Finding, fleet_of, pooled, rig_folders
 from heli_identifier.workbench.fleet.document import fleet_document
 from heli_identifier.workbench.fleet.page import fleet_page, fleet_sentence

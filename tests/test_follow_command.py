@@ -20,13 +20,13 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
+from heli_identifier.cli.follow_advice import Adviser, controller_of
+from heli_identifier.cli.follow_end import part
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.link import USUAL_LAYOUT, Datagram, Port, Timed, encode, read_layout
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log, write_log
-from heli_identifier.workbench.commands.app import app
-from heli_identifier.workbench.commands.follow_advice import Adviser, controller_of
-from heli_identifier.workbench.commands.follow_end import part
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
 from heli_identifier.workbench.follow.grid import Grid, continued, passed, place, rate_of
 from heli_identifier.workbench.follow.journal import Journal
@@ -41,7 +41,7 @@ from heli_plant.parameters import TABLE_2
 
 H = 0.01
 LAYOUT = read_layout(USUAL_LAYOUT)
-MAIN = [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()"]
+MAIN = [sys.executable, "-c", "from heli_identifier.cli import main; main()"]
 LONGEST = 180.0
 """Time after which a process is taken for hung [s]; a loaded machine is no defect."""
 

@@ -9,9 +9,9 @@ import pytest
 from scipy.io import loadmat
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
-from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.delivery.diagnosis_document import document_text
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values

@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 import heli_identifier as hi
+from heli_identifier.cli.app import app
 from heli_identifier.records import Log, write_log
-from heli_identifier.workbench.commands.app import app
 from tests.blind.windy import windy_rig
 
 GAINS = ("k_x", "k_z", "k_y")

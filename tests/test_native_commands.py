@@ -16,7 +16,7 @@ from tests.native_builds import needs_a_compiler
 
 def heli(folder, *words):
     return subprocess.run(
-        [sys.executable, "-c", "from heli_identifier.workbench.commands import main; main()", *words],
+        [sys.executable, "-c", "from heli_identifier.cli import main; main()", *words],
         cwd=folder, capture_output=True, text=True, check=False,
     )  # fmt: skip
 

@@ -9,8 +9,8 @@ from typer.testing import CliRunner
 from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart, run_many_apart
 from fmu_src.native import build_native
+from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
-from heli_identifier.workbench.commands.app import app
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2

@@ -5,9 +5,9 @@ import pytest
 from scipy.io import savemat
 from typer.testing import CliRunner
 
+from heli_identifier.cli.app import app
 from heli_identifier.errors import LogError
 from heli_identifier.records import demo_logs, guess, read_configuration, read_log, suspicions
-from heli_identifier.workbench.commands.app import app
 
 TRUE = read_log(demo_logs("rig-b")[0][0])
 RNG = np.random.default_rng(7)

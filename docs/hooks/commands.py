@@ -6,7 +6,7 @@ from typing import Any
 
 import typer
 
-from heli_identifier.workbench.commands.app import app
+from heli_identifier.cli.app import app
 
 MARK = "<!-- commands -->"
 _BOLD = re.compile(r"\[/?(?:bold)?\]")

@@ -75,7 +75,7 @@ def tried(fault: Fault, folder: Path) -> Answer:
 
 
 def _in_process(command: str, work: Path, temporary: Path) -> tuple[int, str]:
-    from heli_identifier.workbench.commands.app import app
+    from heli_identifier.cli.app import app
 
     _, *words = shlex.split(command)
     outer, tempfile.tempdir = tempfile.tempdir, str(temporary)

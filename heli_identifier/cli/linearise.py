@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json
+from heli_identifier.cli.options import Json
 
 
 def linearise(
@@ -23,8 +23,8 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.files import write_atomically
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
     from heli_identifier.workbench.delivery.provenance import from_command_line

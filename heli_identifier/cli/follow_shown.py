@@ -15,7 +15,7 @@ def shows(stack: ExitStack, title: str, address: str | None) -> "Show":
     """Open the screen and the page, and return what shows a view on them."""
     places: list[Any] = []
     if address is not None:
-        from heli_identifier.workbench.commands.terminal import note
+        from heli_identifier.cli.terminal import note
         from heli_identifier.workbench.follow.server import served
 
         url, board = stack.enter_context(served(address, title))
@@ -39,7 +39,7 @@ def shows(stack: ExitStack, title: str, address: str | None) -> "Show":
 
 def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
     """Give the event that says how the samples came in, if any was lost, late, doubled, damaged or somebody else's."""
-    from heli_identifier.workbench.commands.terminal import counted
+    from heli_identifier.cli.terminal import counted
 
     counts = status.counts
     names = {

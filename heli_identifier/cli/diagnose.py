@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Logs, Native, To, Verbose
+from heli_identifier.cli.options import Config, From, Json, Logs, Native, To, Verbose
 
 if TYPE_CHECKING:
+    from heli_identifier.cli.terminal import Progress
     from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.workbench.commands.terminal import Progress
     from heli_identifier.workbench.interface.diagnosis import Diagnosis
 
 
@@ -46,8 +46,8 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu.
     """
-    from heli_identifier.workbench.commands.logs import found_configuration, split_logs
-    from heli_identifier.workbench.commands.terminal import note, print_json, progress_bar, warn
+    from heli_identifier.cli.logs import found_configuration, split_logs
+    from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
     from heli_identifier.workbench.delivery.staging import whole_folder
 
     with whole_folder(output) as draft:
@@ -62,7 +62,7 @@ def diagnose(
         for text in diagnosis.notes:
             warn(text)
         return
-    from heli_identifier.workbench.commands.summary import print_diagnosis
+    from heli_identifier.cli.summary import print_diagnosis
     from heli_identifier.workbench.interface.diagnosis import RESULTS
 
     print_diagnosis(diagnosis, reasons=verbose)
@@ -73,9 +73,9 @@ def diagnose(
 def build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
     from fmu_src.native import build_native, runs_here
+    from heli_identifier.cli.build import warn_of_missing_compilers
+    from heli_identifier.cli.parameters import by_unit
     from heli_identifier.drafts import draft_folder
-    from heli_identifier.workbench.commands.build import warn_of_missing_compilers
-    from heli_identifier.workbench.commands.parameters import by_unit
     from heli_identifier.workbench.delivery.result_folder import check_free_run
 
     ((unit, values),) = by_unit(folder / "parameters.json").items()

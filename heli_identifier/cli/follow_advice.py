@@ -41,8 +41,8 @@ class Adviser:
         import signal
         from multiprocessing import get_context
 
+        from heli_identifier.cli.guard import bound_to_parent
         from heli_identifier.signals import unheard
-        from heli_identifier.workbench.commands.guard import bound_to_parent
         from heli_identifier.workbench.linearise.advice import control_advice
 
         if self.asked is not None:

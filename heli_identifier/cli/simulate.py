@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heli_identifier.workbench.commands.options import (
+from heli_identifier.cli.options import (
     Config,
     From,
     Json,
@@ -87,9 +87,9 @@ def simulate(
 ) -> None:
     """Run units wired together, and print or draw what they did."""
     from fmu_src.master import run_apart, run_many_apart
+    from heli_identifier.cli.parameters import assignments, in_scenario
+    from heli_identifier.cli.varied import say_bands, variations
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import assignments, in_scenario
-    from heli_identifier.workbench.commands.varied import say_bands, variations
 
     _check_figure(plot)
     if runs is not None and not native:
@@ -184,8 +184,8 @@ def _played(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
+    from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.records import read_log, write_log
-    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
     from heli_identifier.workbench.delivery.result_folder import START
     from heli_identifier.workbench.interface.simulation import started
 
@@ -218,7 +218,7 @@ def _draw(
 
 def _say(result: Any, json: bool, everything: bool) -> None:
     """Print first, last, smallest and largest value of the outputs, the finer ones if ``everything`` is wanted."""
-    from heli_identifier.workbench.commands.terminal import print_json, print_table
+    from heli_identifier.cli.terminal import print_json, print_table
     from heli_identifier.workbench.report.rounding import significant, unit_text
 
     figures = [

@@ -1,6 +1,6 @@
 """``heli look``: what logs can tell of the plant, before they are diagnosed."""
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Logs, To
+from heli_identifier.cli.options import Config, From, Json, Logs, To
 
 
 def look(logs: Logs, start: From = None, end: To = None, config: Config = None, json: Json = False) -> None:
@@ -8,9 +8,9 @@ def look(logs: Logs, start: From = None, end: To = None, config: Config = None, 
 
     Gains are slopes at the logs' mean voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
+    from heli_identifier.cli.logs import found_configuration, print_notes
+    from heli_identifier.cli.terminal import note, print_json, print_table
     from heli_identifier.records import read_logs
-    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table
     from heli_identifier.workbench.interface.looking import look as look_at
 
     configuration = found_configuration(config)

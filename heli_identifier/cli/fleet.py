@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, To
+from heli_identifier.cli.options import Config, From, Json, To
 
 if TYPE_CHECKING:
+    from heli_identifier.cli.terminal import Progress
     from heli_identifier.tracing import Diagnosis
-    from heli_identifier.workbench.commands.terminal import Progress
     from heli_identifier.workbench.fleet import RigFolder
 
 RESULTS = ("fleet.json", "fleet.html")
@@ -37,9 +37,9 @@ def fleet(
 
     Writes fleet.json and fleet.html, with a forest plot of every effect.
     """
+    from heli_identifier.cli.logs import shared_configuration
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.files import write_atomically
-    from heli_identifier.workbench.commands.logs import shared_configuration
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
     from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
@@ -80,10 +80,10 @@ def _within(progress: "Progress", rig: str, number: int, rigs: int) -> "Progress
 
 def _diagnosed(rig: "RigFolder", start: float | None, end: float | None, progress: "Progress") -> "Diagnosis":
     """Diagnose one rig; what is wrong with it names it."""
+    from heli_identifier.cli.logs import split_logs
     from heli_identifier.errors import IdentifierError
     from heli_identifier.records import RigConfiguration, read_configuration
     from heli_identifier.tracing import DiagnosisSettings, diagnose
-    from heli_identifier.workbench.commands.logs import split_logs
 
     try:
         configuration = read_configuration(rig.configuration) if rig.configuration else RigConfiguration()

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, Layout
+from heli_identifier.cli.options import Config, Layout
 
 NOTICED = 0.05
 """Delay of the last datagrams [s] from which it is said that the log was sent too slowly."""
@@ -24,10 +24,10 @@ def stream(
 
     For trying `heli follow --listen` and the unit RigLink without a rig.
     """
+    from heli_identifier.cli.logs import found_configuration, print_notes
+    from heli_identifier.cli.terminal import progress_bar, warn
     from heli_identifier.link import USUAL_LAYOUT, read_layout
     from heli_identifier.records import read_log
-    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
-    from heli_identifier.workbench.commands.terminal import progress_bar, warn
     from heli_identifier.workbench.follow.sending import send
 
     form = read_layout(layout or USUAL_LAYOUT)

@@ -5,23 +5,23 @@ from typing import Annotated, Any
 import typer
 
 import heli_identifier
-from heli_identifier.workbench.commands.build import build, ssp
-from heli_identifier.workbench.commands.campaign import campaign
-from heli_identifier.workbench.commands.check import check
-from heli_identifier.workbench.commands.demo import demo, init
-from heli_identifier.workbench.commands.design import design
-from heli_identifier.workbench.commands.diagnose import diagnose
-from heli_identifier.workbench.commands.effects import effects
-from heli_identifier.workbench.commands.fleet import fleet
-from heli_identifier.workbench.commands.follow import follow
-from heli_identifier.workbench.commands.guard import guarded
-from heli_identifier.workbench.commands.identify import identify
-from heli_identifier.workbench.commands.linearise import linearise
-from heli_identifier.workbench.commands.look import look
-from heli_identifier.workbench.commands.options import Spreading
-from heli_identifier.workbench.commands.paper import paper
-from heli_identifier.workbench.commands.simulate import simulate
-from heli_identifier.workbench.commands.stream import stream
+from heli_identifier.cli.build import build, ssp
+from heli_identifier.cli.campaign import campaign
+from heli_identifier.cli.check import check
+from heli_identifier.cli.demo import demo, init
+from heli_identifier.cli.design import design
+from heli_identifier.cli.diagnose import diagnose
+from heli_identifier.cli.effects import effects
+from heli_identifier.cli.fleet import fleet
+from heli_identifier.cli.follow import follow
+from heli_identifier.cli.guard import guarded
+from heli_identifier.cli.identify import identify
+from heli_identifier.cli.linearise import linearise
+from heli_identifier.cli.look import look
+from heli_identifier.cli.options import Spreading
+from heli_identifier.cli.paper import paper
+from heli_identifier.cli.simulate import simulate
+from heli_identifier.cli.stream import stream
 
 app = typer.Typer(
     name="heli",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, Json
+from heli_identifier.cli.options import Config, Json
 
 if TYPE_CHECKING:
     from heli_identifier.workbench.campaign.sources import Source
@@ -62,10 +62,10 @@ def campaign(
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
+    from heli_identifier.cli.logs import found_configuration
+    from heli_identifier.cli.terminal import note, print_json
     from heli_identifier.tracing import DiagnosisSettings
     from heli_identifier.workbench.campaign.cluster import require_packages
-    from heli_identifier.workbench.commands.logs import found_configuration
-    from heli_identifier.workbench.commands.terminal import note, print_json
 
     require_packages()
     configuration = found_configuration(config)
@@ -93,9 +93,9 @@ def _sources(
     folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
 ) -> "list[Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
+    from heli_identifier.cli.logs import shared_configuration
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.workbench.campaign.sources import folder_rigs, generated_rigs
-    from heli_identifier.workbench.commands.logs import shared_configuration
 
     if (folder is None) == (generator == ""):
         raise ConfigurationError("name either a folder of rigs or a --generator.")
@@ -114,7 +114,7 @@ def _sources(
 
 def print_summary(summary: "Summary") -> None:
     """Print what was found and how much of it is true where that is known, coverage, times and failures."""
-    from heli_identifier.workbench.commands.terminal import counted, print_table
+    from heli_identifier.cli.terminal import counted, print_table
 
     known = any(kind.kind for kind in summary.kinds)
     columns = ["rigs >", "effects shown >", "model adequate >", "unknown effect >"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Layout, To
+from heli_identifier.cli.options import Config, From, Layout, To
 
 if TYPE_CHECKING:
     from heli_identifier.records import RigConfiguration
@@ -79,12 +79,12 @@ def follow(
     then what `heli diagnose` writes of the recording. After an adoption the controller's margins are computed anew:
     control_advice.json, and controller.json with gains that are offered, not applied.
     """
+    from heli_identifier.cli.follow_advice import Adviser, controller_of
+    from heli_identifier.cli.follow_end import conclude
+    from heli_identifier.cli.follow_shown import shows, summary
+    from heli_identifier.cli.logs import found_configuration
+    from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.follow_advice import Adviser, controller_of
-    from heli_identifier.workbench.commands.follow_end import conclude
-    from heli_identifier.workbench.commands.follow_shown import shows, summary
-    from heli_identifier.workbench.commands.logs import found_configuration
-    from heli_identifier.workbench.commands.terminal import note
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
     from heli_identifier.workbench.follow.session import Session, check_unused
 
@@ -138,9 +138,9 @@ def _player(
     path: Path, configuration: "RigConfiguration", speed: float, start: float | None, end: float | None
 ) -> "Callable[[Session, Callable[[], bool], Show], None]":
     """Return a function that lets a session follow a log."""
+    from heli_identifier.cli.logs import print_notes
     from heli_identifier.errors import require_range
     from heli_identifier.records import read_log
-    from heli_identifier.workbench.commands.logs import print_notes
     from heli_identifier.workbench.follow.playing import played
     from heli_identifier.workbench.follow.sending import SPEEDS
 
@@ -164,10 +164,10 @@ def _listener(
     configuration: "RigConfiguration",
 ) -> "Callable[[Session, Callable[[], bool], Show], None]":
     """Open the port and return a function that lets a session follow what comes in."""
+    from heli_identifier.cli.follow_shown import stream_events
+    from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.link import USUAL_LAYOUT, Port, read_address, read_layout
-    from heli_identifier.workbench.commands.follow_shown import stream_events
-    from heli_identifier.workbench.commands.terminal import note
     from heli_identifier.workbench.follow.listening import Listening, check_rate
 
     address, number = read_address(listen, "--listen")

@@ -18,9 +18,9 @@ LEAST_AFTER_CHANGE = 30.0
 
 def conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
     """Diagnose the recording; where it holds too little, leave the twin's parameters and unit."""
+    from heli_identifier.cli.logs import SHORTEST_TO_SPLIT
+    from heli_identifier.cli.terminal import note, warn
     from heli_identifier.errors import IdentifierError
-    from heli_identifier.workbench.commands.logs import SHORTEST_TO_SPLIT
-    from heli_identifier.workbench.commands.terminal import note, warn
     from heli_identifier.workbench.follow.session import IN_USE, RECORDED
 
     session.in_use().write(folder / IN_USE)
@@ -40,11 +40,11 @@ def conclude(session: "Session", folder: Path, configuration: "RigConfiguration"
 
 def _diagnose(path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration") -> None:
     """Diagnose a part of the recording and print the result."""
+    from heli_identifier.cli.diagnose import diagnosed
+    from heli_identifier.cli.logs import split_logs
+    from heli_identifier.cli.summary import print_diagnosis
+    from heli_identifier.cli.terminal import note, progress_bar
     from heli_identifier.records import LogFormat
-    from heli_identifier.workbench.commands.diagnose import diagnosed
-    from heli_identifier.workbench.commands.logs import split_logs
-    from heli_identifier.workbench.commands.summary import print_diagnosis
-    from heli_identifier.workbench.commands.terminal import note, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.diagnosis import RESULTS
 
@@ -97,7 +97,7 @@ def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, st
 
 def _leave_twin(session: "Session", folder: Path) -> None:
     """Write the twin's parameters and its unit in place of a diagnosis'."""
-    from heli_identifier.workbench.commands.terminal import note
+    from heli_identifier.cli.terminal import note
     from heli_identifier.workbench.delivery.parameter_set import PLANT
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build
@@ -111,7 +111,7 @@ def _leave_twin(session: "Session", folder: Path) -> None:
 
 
 def _flight(folder: Path) -> tuple[str, ...]:
-    from heli_identifier.workbench.commands.follow_advice import ADVICE, GAINS
+    from heli_identifier.cli.follow_advice import ADVICE, GAINS
     from heli_identifier.workbench.follow.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
 
     return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file())

@@ -18,10 +18,10 @@ from typing import NoReturn, ParamSpec, TypeVar
 import typer
 
 from fmu_src.errors import FmuError
+from heli_identifier.cli.memory import is_of_memory, require_memory
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import keeping
 from heli_identifier.signals import ENDING, alarmed, handled
-from heli_identifier.workbench.commands.memory import is_of_memory, require_memory
 from heli_plant.errors import PlantError
 
 P = ParamSpec("P")
@@ -39,7 +39,7 @@ MISTAKE = 70
 def guarded(command: Callable[P, R]) -> Callable[P, R]:
     """Make a command print the sentence of an error that is raised on purpose; any other error prints its traceback.
 
-    What is printed to a closed pipe is no error (:mod:`heli_identifier.workbench.commands.streams`).
+    What is printed to a closed pipe is no error (:mod:`heli_identifier.cli.streams`).
     """
 
     @wraps(command)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Native, Parameters, ScenarioName, Settings
+from heli_identifier.cli.options import Json, Native, Parameters, ScenarioName, Settings
 
 
 def _units(native: bool = False) -> list[str]:
@@ -43,9 +43,9 @@ def build(
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
     from fmu_src import unit_class
+    from heli_identifier.cli.parameters import by_unit, of_unit
+    from heli_identifier.cli.terminal import print_json, progress_bar
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import by_unit, of_unit
-    from heli_identifier.workbench.commands.terminal import print_json, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build as build_unit
 
@@ -87,7 +87,7 @@ def build(
 def warn_of_missing_compilers(all_platforms: bool = False) -> None:
     """Say for which platforms native units hold sources only."""
     from fmu_src.native import without_compiler
-    from heli_identifier.workbench.commands.terminal import warn
+    from heli_identifier.cli.terminal import warn
 
     problem = without_compiler(all_platforms)
     if problem:
@@ -109,7 +109,7 @@ def ssp(
 ) -> None:
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
-    from heli_identifier.workbench.commands.parameters import in_scenario
+    from heli_identifier.cli.parameters import in_scenario
 
     target = output or Path(f"{scenario}.ssp")
     values = in_scenario(scenario, parameters, settings)

@@ -2,8 +2,8 @@
 
 import typer
 
+from heli_identifier.cli.terminal import print_table, warn
 from heli_identifier.tracing import Diagnosis, Verdict
-from heli_identifier.workbench.commands.terminal import print_table, warn
 from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_identifier.workbench.report.sentences import (
     effect_title,

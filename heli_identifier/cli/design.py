@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Parameters, Settings
+from heli_identifier.cli.options import Json, Parameters, Settings
 
 if TYPE_CHECKING:
     from heli_plant.parameters import PlantParameters
@@ -50,8 +50,8 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller or --set, as --set pitch.proportional=6.
     """
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.errors import ConfigurationError, require_range
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.workbench.design.naming import effects_named
     from heli_identifier.workbench.design.separation import Limits, designs
     from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
@@ -102,9 +102,9 @@ def _plant(file: Path | None) -> "PlantParameters":
     ConfigurationError
         The file holds no plant.
     """
+    from heli_identifier.cli.parameters import by_unit
+    from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import by_unit
-    from heli_identifier.workbench.commands.terminal import note
     from heli_plant.parameters import PlantParameters, from_names
 
     if file is None:
@@ -118,8 +118,8 @@ def _plant(file: Path | None) -> "PlantParameters":
 
 def _controller(file: Path | None, words: list[str]) -> dict[str, float]:
     """Give the parameters of the PidController from a file and from words ``name=value``, which outrank it."""
+    from heli_identifier.cli.parameters import by_unit, of_unit
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.parameters import by_unit, of_unit
 
     unit = "PidController"
     of_file = by_unit(file)
@@ -138,8 +138,8 @@ def _in_closed_loop(
     json: bool,
 ) -> None:
     """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.errors import ConfigurationError, require_range
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.workbench.design.closed_loop import (
         flight_documents,
         flight_outlooks,

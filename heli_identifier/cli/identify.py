@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Logs, To
+from heli_identifier.cli.options import Config, From, Json, Logs, To
 
 
 def identify(
@@ -32,9 +32,9 @@ def identify(
     """
     from dataclasses import replace
 
+    from heli_identifier.cli.logs import found_configuration, print_notes
+    from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.records import read_logs
-    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.identification import RESULTS

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from heli_identifier.cli.terminal import note, warn
 from heli_identifier.errors import LogError
 from heli_identifier.records import (
     CONFIGURATION_NAME,
@@ -15,7 +16,6 @@ from heli_identifier.records import (
     read_logs,
     suspicions,
 )
-from heli_identifier.workbench.commands.terminal import note, warn
 
 TRAINING_SHARE = 2.0 / 3.0
 """Share of a single log that is fitted to; the rest is held out."""

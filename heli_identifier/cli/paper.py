@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json
+from heli_identifier.cli.options import Json
 
 
 def paper(
@@ -19,7 +19,7 @@ def paper(
     The tables hold the paper's numbers. The figures are computed from its equations, tables and captions: they are
     counterparts and no copies. The command also names a likely cause of the paper's spread.
     """
-    from heli_identifier.workbench.commands.terminal import note, print_json, progress_bar
+    from heli_identifier.cli.terminal import note, print_json, progress_bar
     from heli_identifier.workbench.paper import reproduce
 
     with progress_bar() as progress:

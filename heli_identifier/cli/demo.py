@@ -38,9 +38,9 @@ def init(
 
 def _looked_into(log: Path, output: Path) -> Path:
     """Guess the configuration that reads a log, write it, and print the guesses."""
+    from heli_identifier.cli.terminal import note, print_table, warn
     from heli_identifier.errors import ConfigurationError, LogError
     from heli_identifier.records import guess, read_log, suspicions, write_template
-    from heli_identifier.workbench.commands.terminal import note, print_table, warn
 
     if output.is_file() or output.is_dir():
         raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
@@ -85,9 +85,9 @@ def demo(
     from time import perf_counter
 
     from fmu_src import UNITS
+    from heli_identifier.cli.guard import bound_to_parent
+    from heli_identifier.cli.terminal import counted, progress_bar
     from heli_identifier.signals import unheard
-    from heli_identifier.workbench.commands.guard import bound_to_parent
-    from heli_identifier.workbench.commands.terminal import counted, progress_bar
     from heli_identifier.workbench.delivery.staging import whole_folder
     from heli_identifier.workbench.interface.units import build
 
@@ -107,7 +107,7 @@ def demo(
             progress(f"diagnosing {rig}", (1.0 + len(diagnoses)) / (1.0 + len(RIGS)))
             diagnoses[rig] = future.result()
 
-    from heli_identifier.workbench.commands.summary import print_diagnosis
+    from heli_identifier.cli.summary import print_diagnosis
 
     typer.echo(f"{len(UNITS)} units in {output}: {', '.join(UNITS)}")
     for rig, diagnosis in diagnoses.items():
@@ -123,9 +123,9 @@ def diagnosed_rig(rig: str, folder: Path) -> "Diagnosis":
     """Diagnose a demonstration rig and write the results into ``folder``."""
     import os
 
+    from heli_identifier.cli.diagnose import diagnosed
+    from heli_identifier.cli.guard import terminable
     from heli_identifier.records import RigConfiguration, demo_logs, read_data_set
-    from heli_identifier.workbench.commands.diagnose import diagnosed
-    from heli_identifier.workbench.commands.guard import terminable
     from heli_identifier.workbench.delivery.staging import whole_folder
 
     try:

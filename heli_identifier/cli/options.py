@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperCommand
 
-from heli_identifier.workbench.commands.guard import fail
+from heli_identifier.cli.guard import fail
 
 Logs = Annotated[
     list[Path],

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Config, From, Json, Logs, To
+from heli_identifier.cli.options import Config, From, Json, Logs, To
 
 FAILED = 1
 """Exit code where the model no longer explains the log."""
@@ -32,10 +32,10 @@ def check(
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger.
     """
+    from heli_identifier.cli.logs import found_configuration, print_notes
+    from heli_identifier.cli.terminal import note, print_json, print_table
     from heli_identifier.files import write_atomically
     from heli_identifier.records import read_logs
-    from heli_identifier.workbench.commands.logs import found_configuration, print_notes
-    from heli_identifier.workbench.commands.terminal import note, print_json, print_table
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
     from heli_identifier.workbench.interface.checking import check as check_logs
 

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from heli_identifier.workbench.commands.options import Json, Verbose
+from heli_identifier.cli.options import Json, Verbose
 
 
 def effects(
@@ -15,8 +15,8 @@ def effects(
     verbose: Verbose = False,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
+    from heli_identifier.cli.terminal import print_json, print_table
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.commands.terminal import print_json, print_table
     from heli_identifier.workbench.report.rounding import unit_text
     from heli_identifier.workbench.report.sentences import law_text
     from heli_plant.effects import CATALOGUE

@@ -27,7 +27,7 @@ def variations(
         There is no file, the scenario has no plant, or the file states no standard error of what is not given.
     """
     from fmu_src import scenario as wiring
-    from heli_identifier.workbench.commands.terminal import note
+    from heli_identifier.cli.terminal import note
     from heli_identifier.workbench.delivery.draws import drawn_values
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
     from heli_identifier.workbench.delivery.parameter_set import PLANT
@@ -59,7 +59,7 @@ def say_bands(bands: Any, json: bool, everything: bool) -> None:
     """Print last values of the nominal run and the range of 95 % of the runs: ``bands`` of the master."""
     import numpy as np
 
-    from heli_identifier.workbench.commands.terminal import print_json, print_table, warn
+    from heli_identifier.cli.terminal import print_json, print_table, warn
     from heli_identifier.workbench.report.rounding import significant, unit_text
 
     if bands.refused:

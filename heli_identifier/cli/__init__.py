@@ -32,10 +32,10 @@ def main() -> None:
         import warnings
 
         warnings.simplefilter("ignore")
-    from heli_identifier.workbench.commands import streams
+    from heli_identifier.cli import streams
 
     streams.install()
-    from heli_identifier.workbench.commands.app import app
+    from heli_identifier.cli.app import app
 
     code: object = 0
     try:
