@@ -9,7 +9,7 @@ from benchmarks.follow_bound import Excitation, excitation
 from benchmarks.follow_changes import NAMES, changed, known, told
 from benchmarks.follow_rigs import Stage, draw_rig, fly
 from benchmarks.follow_streams import FAULTY, STREAMS, broken
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     CorrectorOutput,
     FollowPlan,
     FollowSettings,

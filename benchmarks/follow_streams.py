@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from heli_identifier.link import Clock, ClockSettings, Timed, tick
+from heli_identifier.live import Clock, ClockSettings, Timed, tick
 
 STREAMS = ("loss", "stuck", "stop", "jitter", "all")
 """Faults that come with a change."""

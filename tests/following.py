@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     FollowSettings,
     Sample,
     Told,

@@ -10,7 +10,7 @@ from benchmarks.follow_bound import excitation
 from benchmarks.follow_changes import GAIN
 from benchmarks.follow_flights import errors_ahead
 from benchmarks.follow_streams import FAULTY, broken
-from heli_identifier.online.following import FollowSettings, prepare_following
+from heli_identifier.following import FollowSettings, prepare_following
 from heli_plant.parameters import TABLE_2
 from tests.blind.coefficients import Coefficients
 from tests.following import followed, record

@@ -9,7 +9,7 @@ import pytest
 
 from fmu_src.errors import Refusal
 from fmu_src.units.rig_link import RigLink
-from heli_identifier.link import JSON, USUAL_LAYOUT, Datagram, encode, read_layout
+from heli_identifier.live import JSON, USUAL_LAYOUT, Datagram, encode, read_layout
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)

@@ -24,18 +24,18 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.follow_advice import Adviser, controller_of
 from heli_identifier.cli.follow_end import part
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import USUAL_LAYOUT, Datagram, Port, Timed, encode, read_layout
+from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, Timed, encode, read_layout
+from heli_identifier.live.grid import Grid, continued, passed, place, rate_of
+from heli_identifier.live.journal import Journal
+from heli_identifier.live.listening import Listening
+from heli_identifier.live.playing import played
+from heli_identifier.live.screen import drawn
+from heli_identifier.live.sending import resolved, send
+from heli_identifier.live.server import served
+from heli_identifier.live.session import Session, check_unused
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log, write_log
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
-from heli_identifier.workbench.follow.grid import Grid, continued, passed, place, rate_of
-from heli_identifier.workbench.follow.journal import Journal
-from heli_identifier.workbench.follow.listening import Listening
-from heli_identifier.workbench.follow.playing import played
-from heli_identifier.workbench.follow.screen import drawn
-from heli_identifier.workbench.follow.sending import resolved, send
-from heli_identifier.workbench.follow.server import served
-from heli_identifier.workbench.follow.session import Session, check_unused
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     HEARD,
     MODES,
     FollowSettings,
@@ -22,12 +22,12 @@ from heli_identifier.online.following import (
     start_correcting,
     thawed_state,
 )
-from heli_identifier.online.following.adoption import adopted
-from heli_identifier.online.following.baseline import Coefficients, discounted, learned_from
-from heli_identifier.online.following.blocks import Block, Sums, added, multiplied, no_sums, shifted
-from heli_identifier.online.following.detection import AT_ZERO, lowered, paged, threshold
-from heli_identifier.online.following.errors import compared
-from heli_identifier.online.following.naming import compass_of
+from heli_identifier.following.adoption import adopted
+from heli_identifier.following.baseline import Coefficients, discounted, learned_from
+from heli_identifier.following.blocks import Block, Sums, added, multiplied, no_sums, shifted
+from heli_identifier.following.detection import AT_ZERO, lowered, paged, threshold
+from heli_identifier.following.errors import compared
+from heli_identifier.following.naming import compass_of
 from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.following import H, documents, followed, record

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_discrete_are
 
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     FollowSettings,
     Sample,
     Told,
@@ -17,8 +17,8 @@ from heli_identifier.online.following import (
     start_correcting,
     thawed_state,
 )
-from heli_identifier.online.following.roughness import no_roughness, roughened
-from heli_identifier.online.following.uncertainty import (
+from heli_identifier.following.roughness import no_roughness, roughened
+from heli_identifier.following.uncertainty import (
     Uncertainty,
     corrected,
     gains_of,

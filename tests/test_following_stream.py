@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     MODES,
     FollowSettings,
     Sample,
@@ -13,8 +13,8 @@ from heli_identifier.online.following import (
     prepare_following,
     start_correcting,
 )
-from heli_identifier.online.following.events import BACK, FROZEN, WHY
-from heli_identifier.online.following.stream import discounted, doubtful, first_stream, watched
+from heli_identifier.following.events import BACK, FROZEN, WHY
+from heli_identifier.following.stream import discounted, doubtful, first_stream, watched
 from heli_plant.observer import Torque
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import start_state

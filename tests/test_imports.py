@@ -38,10 +38,13 @@ MATHEMATICS = tuple(
 )  # fmt: skip
 
 H = "heli_identifier"
-ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "workbench", "cli"))
+ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "following", "workbench", "live", "cli"))
 """From the ground floor up: a room imports those below it only."""
 
-DOORS = (*ROOMS[:3], f"{H}.online.excitation", f"{H}.online.following", f"{H}.link")
+LINK = tuple(f"{H}.live.{module}" for module in ("datagrams", "port", "order", "clock"))
+"""The link to a rig, which travels inside units; the rest of its room is entered by the commands, module by module."""
+
+DOORS = (*ROOMS[:4], f"{H}.online.excitation")
 """Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
 
 MAY_USE_UNITS = (f"{H}.cli", *(f"{H}.workbench.{room}" for room in ("delivery", "interface", "paper")))
@@ -69,12 +72,15 @@ RULES = (
         "commands call, nothing calls them",
         H, (f"{H}.cli",), (f"{H}.cli",),
     ),
-    Rule("the link to a rig knows no identification", f"{H}.link", ROOMS),
-    Rule("the link to a rig needs the standard library alone", f"{H}.link", ARRAYS),
+    *(Rule("the link to a rig needs the standard library alone", module, (*ARRAYS, *ROOMS[:5])) for module in LINK),
     Rule("estimation on line is plain floats", f"{H}.online", ARRAYS),
+    Rule("a twin that follows is plain floats and knows no logs", f"{H}.following", (*ARRAYS, *FILES, *ROOMS[1:3])),
     Rule("slaves hold no physics", "fmu_src.units", (*MATHEMATICS, "cmath", *ARRAYS)),
     Rule("slaves step the plant, they do not take it apart", "fmu_src.units", PARTS_OF_THE_PLANT),
-    Rule("units know the identifier only", "fmu_src", ROOMS[1:]),
+    Rule(
+        "units know the identifier, the twin that follows and the link to a rig", "fmu_src",
+        (*ROOMS[1:3], ROOMS[4], ROOMS[6]),
+    ),
 )  # fmt: skip
 
 
@@ -131,7 +137,7 @@ def test_imports_keep_their_direction(rule):
 
 def room_of(module):
     """The room that a module lies in: the excitation has a door of its own inside of ``online``."""
-    return max((door for door in (*DOORS, *ROOMS[-2:]) if below(module, [door])), key=len, default="")
+    return max((door for door in (*DOORS, *ROOMS[-3:]) if below(module, [door])), key=len, default="")
 
 
 @pytest.mark.parametrize("door", DOORS)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import (
+from heli_identifier.live import (
     JSON,
     USUAL_LAYOUT,
     Clock,

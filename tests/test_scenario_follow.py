@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fmu_src.master import run
-from heli_identifier.online.following import FollowSettings, Sample, follow, prepare_follower, start_following
+from heli_identifier.following import FollowSettings, Sample, follow, prepare_follower, start_following
 from heli_plant.parameters import TABLE_2
 from tests.following import H, record
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     DEFAULT_EFFECTS,
     HEARD,
     CorrectorOutput,

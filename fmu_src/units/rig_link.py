@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import (
+from heli_identifier.live import (
     USUAL_LAYOUT,
     Clock,
     ClockSettings,

@@ -11,9 +11,9 @@ import typer
 from heli_identifier.cli.options import Config, From, Layout, To
 
 if TYPE_CHECKING:
+    from heli_identifier.live.screen import Show
+    from heli_identifier.live.session import Session
     from heli_identifier.records import RigConfiguration
-    from heli_identifier.workbench.follow.screen import Show
-    from heli_identifier.workbench.follow.session import Session
 
 SERVED_AT = "127.0.0.1:8042"
 """Where the page is shown by itself."""
@@ -85,8 +85,8 @@ def follow(
     from heli_identifier.cli.logs import found_configuration
     from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
+    from heli_identifier.live.session import Session, check_unused
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.follow.session import Session, check_unused
 
     if (log is None) == (listen is None):
         raise ConfigurationError("name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
@@ -140,9 +140,9 @@ def _player(
     """Return a function that lets a session follow a log."""
     from heli_identifier.cli.logs import print_notes
     from heli_identifier.errors import require_range
+    from heli_identifier.live.playing import played
+    from heli_identifier.live.sending import SPEEDS
     from heli_identifier.records import read_log
-    from heli_identifier.workbench.follow.playing import played
-    from heli_identifier.workbench.follow.sending import SPEEDS
 
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
@@ -167,8 +167,8 @@ def _listener(
     from heli_identifier.cli.follow_shown import stream_events
     from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.link import USUAL_LAYOUT, Port, read_address, read_layout
-    from heli_identifier.workbench.follow.listening import Listening, check_rate
+    from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
+    from heli_identifier.live.listening import Listening, check_rate
 
     address, number = read_address(listen, "--listen")
     if number < 0:

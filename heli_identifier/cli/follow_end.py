@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from heli_identifier.live.session import Session
     from heli_identifier.records import RigConfiguration
-    from heli_identifier.workbench.follow.session import Session
 
 LONGEST = 600.0
 """The end of a recording that is diagnosed [s]; more takes long and adds little."""
@@ -21,7 +21,7 @@ def conclude(session: "Session", folder: Path, configuration: "RigConfiguration"
     from heli_identifier.cli.logs import SHORTEST_TO_SPLIT
     from heli_identifier.cli.terminal import note, warn
     from heli_identifier.errors import IdentifierError
-    from heli_identifier.workbench.follow.session import IN_USE, RECORDED
+    from heli_identifier.live.session import IN_USE, RECORDED
 
     session.in_use().write(folder / IN_USE)
     path = folder / RECORDED
@@ -112,6 +112,6 @@ def _leave_twin(session: "Session", folder: Path) -> None:
 
 def _flight(folder: Path) -> tuple[str, ...]:
     from heli_identifier.cli.follow_advice import ADVICE, GAINS
-    from heli_identifier.workbench.follow.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
+    from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
 
     return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file())

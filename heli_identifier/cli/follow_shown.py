@@ -6,9 +6,9 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.follow.listening import Status
-    from heli_identifier.workbench.follow.screen import Show
-    from heli_identifier.workbench.follow.session import Session
+    from heli_identifier.live.listening import Status
+    from heli_identifier.live.screen import Show
+    from heli_identifier.live.session import Session
 
 
 def shows(stack: ExitStack, title: str, address: str | None) -> "Show":
@@ -16,17 +16,17 @@ def shows(stack: ExitStack, title: str, address: str | None) -> "Show":
     places: list[Any] = []
     if address is not None:
         from heli_identifier.cli.terminal import note
-        from heli_identifier.workbench.follow.server import served
+        from heli_identifier.live.server import served
 
         url, board = stack.enter_context(served(address, title))
         note(f"open {url} in a browser")
         places.append(board.show)
     if sys.stderr.isatty():
-        from heli_identifier.workbench.follow.screen import screen
+        from heli_identifier.live.screen import screen
 
         places.append(stack.enter_context(screen(title)))
     else:
-        from heli_identifier.workbench.follow.screen import Teller
+        from heli_identifier.live.screen import Teller
 
         places.append(Teller())
 
@@ -69,7 +69,7 @@ def stream_events(status: "Status", time: float) -> Iterator[dict[str, Any]]:
 
 def summary(session: "Session") -> Iterator[str]:
     """Say what happened, in a line for each event but those that were only held."""
-    from heli_identifier.workbench.follow.screen import event_line
+    from heli_identifier.live.screen import event_line
 
     yield f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples"
     for event in session.events:

@@ -26,9 +26,9 @@ def stream(
     """
     from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.cli.terminal import progress_bar, warn
-    from heli_identifier.link import USUAL_LAYOUT, read_layout
+    from heli_identifier.live import USUAL_LAYOUT, read_layout
+    from heli_identifier.live.sending import send
     from heli_identifier.records import read_log
-    from heli_identifier.workbench.follow.sending import send
 
     form = read_layout(layout or USUAL_LAYOUT)
     recorded = read_log(log, found_configuration(config).format)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from heli_identifier.online.following import MODES, Follower, FollowOutput, Sample
-from heli_identifier.workbench.follow.listening import Status
+from heli_identifier.following import MODES, Follower, FollowOutput, Sample
+from heli_identifier.live.listening import Status
 from heli_identifier.workbench.report.rounding import unit_text
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from time import monotonic, sleep
 
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.link import Datagram, Layout, encode
+from heli_identifier.live.datagrams import Datagram, Layout, encode
 from heli_identifier.records import Log
 
 SHOWN_EVERY = 0.2

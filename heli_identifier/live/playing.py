@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from time import monotonic, sleep
 
-from heli_identifier.online.following import Sample
+from heli_identifier.following import Sample
 from heli_identifier.records import Log
 
 _WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None

@@ -17,12 +17,12 @@ from threading import Condition, Thread
 from typing import Any
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import is_every
+from heli_identifier.live.listening import Status
+from heli_identifier.live.port import is_every
+from heli_identifier.live.screen import stream_line
+from heli_identifier.live.sending import resolved
+from heli_identifier.live.view import View
 from heli_identifier.workbench.delivery.diagnosis_document import plain
-from heli_identifier.workbench.follow.listening import Status
-from heli_identifier.workbench.follow.screen import stream_line
-from heli_identifier.workbench.follow.sending import resolved
-from heli_identifier.workbench.follow.view import View
 
 PAST = 300
 """Instants that a page receives when it is opened: a minute of flight, five predictions a second."""
@@ -146,7 +146,7 @@ def _handler(board: Board, place: tuple[str, int]) -> type[BaseHTTPRequestHandle
                 self._send_events()
             elif self.path in _PAGES:
                 name, kind = _PAGES[self.path]
-                self._send(200, kind, (files("heli_identifier.workbench.follow") / "page" / name).read_bytes())
+                self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
             else:
                 self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
 

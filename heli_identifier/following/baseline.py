@@ -30,7 +30,7 @@ from heli_plant.effects import AXES, effect
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 
-from .. import Candidate
+from ..online import Candidate
 from .blocks import Block
 from .changes import ELEVATION, PITCH, smallest_of
 from .detection import Direction

@@ -4,7 +4,7 @@ from math import cos, sin
 
 from heli_plant.state import PlantState
 
-from .. import Candidate, Motion, candidate_value
+from ..online import Candidate, Motion, candidate_value
 
 
 def acting(

@@ -6,10 +6,12 @@ from time import monotonic
 from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.link import Counts, Datagram, Layout, Order, Port, Timed, release, take, timed
-from heli_identifier.online.following import Sample
+from heli_identifier.following import Sample
+from heli_identifier.live.datagrams import Datagram, Layout
+from heli_identifier.live.grid import Grid, continued, passed, place, rate_of
+from heli_identifier.live.order import Counts, Order, Timed, release, take, timed
+from heli_identifier.live.port import Port
 from heli_identifier.records import LogFormat
-from heli_identifier.workbench.follow.grid import Grid, continued, passed, place, rate_of
 
 OVERTAKEN = 0.1
 """How long a missing sample is waited for before the next one is taken [s], by the rig's clock and by this one's."""

@@ -11,8 +11,8 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from heli_identifier.workbench.follow.listening import SILENCE, Status
-from heli_identifier.workbench.follow.view import View
+from heli_identifier.live.listening import SILENCE, Status
+from heli_identifier.live.view import View
 from heli_identifier.workbench.report.rounding import significant
 
 EVENTS_SHOWN = 8

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from heli_plant.parameters import PlantParameters
 
-from .. import (
+from ..online import (
     PREDICTION_ERROR,
     IdentifierOutput,
     IdentifierSettings,

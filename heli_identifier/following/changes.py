@@ -20,7 +20,7 @@ from heli_plant.effects import AXES, effect
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 
-from .. import Candidate, candidate
+from ..online import Candidate, candidate
 
 PITCH, ELEVATION, TRAVEL, ROTORS = 0, 1, 2, 3
 """Numbers of the axes; the rotors act on all."""

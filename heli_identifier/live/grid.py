@@ -7,7 +7,7 @@ started anew, then continues at the next instant.
 
 from typing import NamedTuple
 
-from heli_identifier.link import JUMP, Timed
+from heli_identifier.live.order import JUMP, Timed
 
 _SHORTEST = 1e-300  # [s] a shorter step has no finite rate
 

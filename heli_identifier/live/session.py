@@ -8,8 +8,7 @@ from typing import Any
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.online import Estimate
-from heli_identifier.online.following import (
+from heli_identifier.following import (
     Follower,
     FollowOutput,
     FollowSettings,
@@ -22,12 +21,13 @@ from heli_identifier.online.following import (
     standard_errors_in_use,
     start_following,
 )
+from heli_identifier.live.journal import Journal
+from heli_identifier.live.listening import Status
+from heli_identifier.live.view import Due, View, due_at, view_of
+from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.workbench.delivery.diagnosis_document import plain
 from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
-from heli_identifier.workbench.follow.journal import Journal
-from heli_identifier.workbench.follow.listening import Status
-from heli_identifier.workbench.follow.view import Due, View, due_at, view_of
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters

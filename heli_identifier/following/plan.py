@@ -11,7 +11,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving, step
 from heli_plant.specialised import specialised
 
-from .. import Candidate
+from ..online import Candidate
 from .ahead import APART, COARSE, HORIZON
 from .baseline import deviations
 from .changes import FRONT, REAR, ROTORS, Change, changes, laws

@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 from heli_plant.parameters import PlantParameters
 
-from ...errors import require_positive, require_range
-from .. import candidate
+from ..errors import require_positive, require_range
+from ..online import candidate
 
 DEFAULT_EFFECTS = (
     ("dry_friction", "pitch"),
