@@ -1,7 +1,8 @@
-#include "exchange.h"
+/* Model Exchange: states, rates, slopes and events in time, between the importer and a model that has EXCHANGE. */
+#include "unit.h"
 
 #include <math.h>
-#include <stdlib.h>
+#include <string.h>
 
 enum { MOST = 32 }; /* states, inputs and outputs of a model */
 
@@ -17,7 +18,7 @@ static double law_time(const Unit *unit)
 
 void exchange_begin(Unit *unit)
 {
-    unit->stale = true;
+    unit->stale = EXCHANGE != NULL;
     if (!unit->exchange)
         return;
     EXCHANGE->begin(unit->model, unit);
@@ -44,23 +45,24 @@ void exchange_refresh(Unit *unit)
     unit->stale = false;
 }
 
-/* Whether the importer may integrate now. */
-static bool ready(Unit *unit, const char *call, size_t count, size_t expected, Status *status)
+static const size_t NO_STATES = SIZE_MAX; /* of a call that has no array of states */
+
+/* Whether the importer may integrate now, and has ``count`` states. */
+static Status ready(Unit *unit, const char *call, size_t count)
 {
-    *status = OK;
     if (!unit->exchange)
-        *status = unit_say(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
-    else if (unit->phase != STEPPING || unit->failure[0])
-        *status = unit_say(unit, ERROR, "%s: finish the initialisation first", call);
-    else if (count != expected)
-        *status = unit_say(unit, ERROR, "%s: there are %zu values, not %zu", call, expected, count);
-    return *status == OK;
+        return unit_say(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
+    if (unit->phase != STEPPING || !unit->initialised)
+        return unit_say(unit, ERROR, "%s: finish the initialisation first", call);
+    if (count != EXCHANGE->states && count != NO_STATES)
+        return unit_say(unit, ERROR, "%s: there are %zu values, not %zu", call, EXCHANGE->states, count);
+    return OK;
 }
 
 Status exchange_set_time(Unit *unit, double time)
 {
-    Status status;
-    if (!ready(unit, "setTime", 0, 0, &status))
+    const Status status = ready(unit, "setTime", NO_STATES);
+    if (status != OK)
         return status;
     if (!isfinite(time))
         return unit_say(unit, ERROR, "setTime: the time %g s is not finite", time);
@@ -71,8 +73,8 @@ Status exchange_set_time(Unit *unit, double time)
 
 Status exchange_set_states(Unit *unit, const double states[], size_t count)
 {
-    Status status;
-    if (!ready(unit, "setContinuousStates", count, EXCHANGE->states, &status))
+    const Status status = ready(unit, "setContinuousStates", count);
+    if (status != OK)
         return status;
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(states[i]))
@@ -80,60 +82,53 @@ Status exchange_set_states(Unit *unit, const double states[], size_t count)
                 unit, DISCARD, "setContinuousStates: %s = %g is not finite",
                 VARIABLES[EXCHANGE->first_state + i].name, states[i]);
     }
-    double *own = EXCHANGE->state(unit->model);
-    for (size_t i = 0; i < count; i++)
-        own[i] = states[i];
+    memcpy(EXCHANGE->state(unit->model), states, count * sizeof *states);
     unit->stale = true;
     return OK;
 }
 
 Status exchange_get_states(Unit *unit, double states[], size_t count)
 {
-    Status status;
-    if (!ready(unit, "getContinuousStates", count, EXCHANGE->states, &status))
-        return status;
-    const double *own = EXCHANGE->state(unit->model);
-    for (size_t i = 0; i < count; i++)
-        states[i] = own[i];
-    return OK;
+    const Status status = ready(unit, "getContinuousStates", count);
+    if (status == OK)
+        memcpy(states, EXCHANGE->state(unit->model), count * sizeof *states);
+    return status;
 }
 
 Status exchange_get_rates(Unit *unit, double rates[], size_t count)
 {
-    Status status;
-    if (!ready(unit, "getDerivatives", count, EXCHANGE->states, &status))
+    const Status status = ready(unit, "getDerivatives", count);
+    if (status != OK)
         return status;
     if (unit->refused_count)
         return unit_say(unit, DISCARD, "getDerivatives: an input or parameter has no good value");
     if (unit->stale)
         exchange_refresh(unit);
     for (size_t i = 0; i < count; i++) {
-        rates[i] = unit->values[EXCHANGE->first_state + EXCHANGE->states + i].real;
+        const size_t reference = EXCHANGE->first_state + EXCHANGE->states + i;
+        rates[i] = unit->values[reference].real;
         if (!isfinite(rates[i]))
             return unit_say(
-                unit, DISCARD, "getDerivatives: %s is not finite at t = %g s",
-                VARIABLES[EXCHANGE->first_state + EXCHANGE->states + i].name, unit->reached);
+                unit, DISCARD, "getDerivatives: %s is not finite at t = %g s", VARIABLES[reference].name,
+                unit->reached);
     }
     return OK;
 }
 
 Status exchange_get_nominals(Unit *unit, double nominals[], size_t count)
 {
-    Status status;
-    if (!ready(unit, "getNominalsOfContinuousStates", count, EXCHANGE->states, &status))
-        return status;
-    for (size_t i = 0; i < count; i++)
+    const Status status = ready(unit, "getNominalsOfContinuousStates", count);
+    for (size_t i = 0; status == OK && i < count; i++)
         nominals[i] = VARIABLES[EXCHANGE->first_state + i].nominal;
-    return OK;
+    return status;
 }
 
 Status exchange_update(Unit *unit, double *next)
 {
-    Status status;
-    if (!ready(unit, "newDiscreteStates", 0, 0, &status))
+    const Status status = ready(unit, "newDiscreteStates", NO_STATES);
+    if (status != OK)
         return status;
-    const double time = unit->reached - unit->start_time;
-    if (time >= unit->next_event - CLOCK) {
+    if (unit->reached - unit->start_time >= unit->next_event - CLOCK) {
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;
@@ -146,11 +141,11 @@ Status exchange_slopes(
     Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
     const double seed[], double sensitivity[])
 {
-    const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;
     double states[MOST] = {0.0}, inputs[MOST] = {0.0}, rates[MOST], outputs[MOST];
-    Status status;
-    if (!ready(unit, "getDirectionalDerivative", 0, 0, &status))
+    const Status status = ready(unit, "getDirectionalDerivative", NO_STATES);
+    if (status != OK)
         return status;
+    const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;
     for (size_t i = 0; i < known_count; i++) {
         if (knowns[i] < EXCHANGE->inputs)
             inputs[knowns[i]] += seed[i];

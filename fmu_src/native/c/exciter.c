@@ -20,8 +20,6 @@ struct Model {
     Signal difference, total;
 };
 
-const size_t MODEL_SIZE = sizeof(Model);
-
 static double at(const Signal *signal, double time)
 {
     if (signal->square.some)
@@ -43,13 +41,13 @@ static Signal multisine(Unit *unit, double rms, int64_t seed)
     const double lowest = values[REF_multisine_lowest].real, highest = values[REF_multisine_highest].real;
     const double period = values[REF_multisine_period].real;
     const int64_t tones = (int64_t)values[REF_multisine_tones].real;
-    multisine_check_multisine(unit->settled, rms, lowest, highest, tones, period, DRAWS);
+    multisine_check_multisine(&unit->settled, rms, lowest, highest, tones, period, DRAWS);
     return (Signal){
-        .tones = multisine_multisine_components(unit->settled, lowest, highest, tones, period, seed, DRAWS),
+        .tones = multisine_multisine_components(&unit->settled, lowest, highest, tones, period, seed, DRAWS),
         .rms = rms};
 }
 
-void model_initialise(Model *model, Unit *unit)
+static void initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const int experiment = (int)values[REF_excitation_experiment].real;
@@ -59,7 +57,7 @@ void model_initialise(Model *model, Unit *unit)
     model->difference = model->total = (Signal){0};
     if (experiment == EXPERIMENT_1 || experiment == EXPERIMENT_2) {
         const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = paper_paper_channels(
-            unit->settled, experiment, channel);
+            &unit->settled, experiment, channel);
         model->difference.square = paper.x0;
         model->total.square = paper.x1;
     } else if (experiment == MULTISINE) {
@@ -71,11 +69,13 @@ void model_initialise(Model *model, Unit *unit)
         if (strcmp(channel, "difference") != 0)
             model->total = total;
     }
-    voltages_check_bounds(unit->settled, model->base, model->limit);
+    voltages_check_bounds(&unit->settled, model->base, model->limit);
     show(model, unit, 0.0);
 }
 
-void model_advance(Model *model, Unit *unit, double time, double step)
+static void advance(Model *model, Unit *unit, double time, double step)
 {
     show(model, unit, time + step - unit->start_time);
 }
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL, NULL}; /* outputs follow from the time */

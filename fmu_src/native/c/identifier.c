@@ -18,8 +18,6 @@ struct Model {
     Sampled sampled;
 };
 
-const size_t MODEL_SIZE = sizeof(Model);
-
 /* The effect of the catalogue that is called ``name`` on ``axis``; its law has all else off. */
 Candidate find_candidate(Space *space, const char *name, const char *axis)
 {
@@ -53,17 +51,17 @@ static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
         while (beyond > first && isspace((unsigned char)at[beyond - 1]))
             beyond--;
         if (beyond > first) {
-            char *name = space_take(unit->settled, (int64_t)(beyond - first) + 1, 1);
+            char *name = space_take(&unit->settled, (int64_t)(beyond - first) + 1, 1);
             memcpy(name, at + first, beyond - first);
             name[beyond - first] = '\0';
-            push_List_Row_s_s(unit->settled, list, (Row_s_s){name, AXIS_NAMES[axis]});
+            push_List_Row_s_s(&unit->settled, list, (Row_s_s){name, AXIS_NAMES[axis]});
             count++;
         }
         at += length + (at[length] == ',');
     }
     if (count > SLOTS)
         refuse(
-            unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text, count,
+            &unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text, count,
             SLOTS);
     return count;
 }
@@ -101,11 +99,11 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
     }
 }
 
-void model_initialise(Model *model, Unit *unit)
+static void initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const double hold = values[REF_adaptation_hold_time].real;
-    IdentifierSettings settings = settings_default_settings(unit->settled);
+    IdentifierSettings settings = settings_default_settings(&unit->settled);
     set_IdentifierSettings(&settings, values);
     settings.method = values[REF_method].text;
     if (!(hold < 0.0))
@@ -114,14 +112,14 @@ void model_initialise(Model *model, Unit *unit)
         settings.rest_angle = (Maybe_f){true, values[REF_pitch_rest_angle].real};
     for (int axis = 0; axis < AXES; axis++)
         model->watched[axis] = watched_on(unit, axis, &settings.watched);
-    settings_IdentifierSettings__post_init(unit->settled, &settings);
-    model->plan = plan_prepare(unit->settled, &settings);
+    settings_IdentifierSettings__post_init(&unit->settled, &settings);
+    model->plan = plan_prepare(&unit->settled, &settings);
     model->sampling = model->warned = false;
     const IdentifierOutput first = state_before_samples(&model->plan);
     show(model, unit, &first);
 }
 
-void model_advance(Model *model, Unit *unit, double time, double step)
+static void advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
     const Row5 now = {
@@ -129,7 +127,7 @@ void model_advance(Model *model, Unit *unit, double time, double step)
         values[REF_travel].real};
     (void)step;
     if (!model->sampling) {
-        model->sampled = sampled_begin_sampling(unit->space, time, now, &model->plan);
+        model->sampled = sampled_begin_sampling(&unit->space, time, now, &model->plan);
         model->sampling = true;
         return;
     }
@@ -137,12 +135,12 @@ void model_advance(Model *model, Unit *unit, double time, double step)
     const double due = model->sampled.first + (double)(model->sampled.state.samples + 1) * period;
     if (time - due > (double)MOST_SUBSTEPS * period)
         refuse(
-            unit->space,
+            &unit->space,
             "%.3g samples of sample.time = %g s are due at t = %g s; at most %lld are taken in one step, take shorter "
             "ones",
             (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
     const Row_Sampled_Maybe_IdentifierOutput next = sampled_take_samples(
-        unit->space, &model->sampled, time, now, &model->plan);
+        &unit->space, &model->sampled, time, now, &model->plan);
     if (next.x1.some) {
         const double *estimates = &next.x1.value.parameters.a_wx;
         double total = 0.0;
@@ -150,23 +148,17 @@ void model_advance(Model *model, Unit *unit, double time, double step)
             total += estimates[i];
         if (!isfinite(total))
             refuse(
-                unit->space,
+                &unit->space,
                 "the estimate is no longer finite in the step from t = %g s; the inputs (voltages [V] and angles "
                 "[rad]) were [%s, %s, %s, %s, %s]",
-                time, shortest(unit->space, now.x0), shortest(unit->space, now.x1), shortest(unit->space, now.x2),
-                shortest(unit->space, now.x3), shortest(unit->space, now.x4));
+                time, shortest(&unit->space, now.x0), shortest(&unit->space, now.x1), shortest(&unit->space, now.x2),
+                shortest(&unit->space, now.x3), shortest(&unit->space, now.x4));
         show(model, unit, &next.x1.value);
     }
     model->sampled = next.x0;
 }
 
-void model_keep(Model *model, Space *space)
-{
-    if (model->sampling)
-        keep_Sampled(space, &model->sampled);
-}
-
-void model_write(const Model *model, Bytes *bytes)
+static void write(const Model *model, Bytes *bytes)
 {
     write_bool(bytes, &model->sampling);
     write_bool(bytes, &model->warned);
@@ -174,10 +166,12 @@ void model_write(const Model *model, Bytes *bytes)
         write_Sampled(bytes, &model->sampled);
 }
 
-void model_read(Model *model, Bytes *bytes)
+static void read(Model *model, Bytes *bytes)
 {
     read_bool(bytes, &model->sampling);
     read_bool(bytes, &model->warned);
     if (model->sampling)
         read_Sampled(bytes, &model->sampled);
 }
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};

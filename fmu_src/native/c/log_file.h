@@ -2,7 +2,7 @@
 #ifndef LOG_FILE_H
 #define LOG_FILE_H
 
-#include "space.h"
+#include "memory.h"
 
 enum { LOG_SIGNALS = 5 };
 

@@ -13,15 +13,13 @@ struct Model {
     PidState state;
 };
 
-const size_t MODEL_SIZE = sizeof(Model);
-
 static void show(const Model *model, Unit *unit, double v_front, double v_rear)
 {
     unit->values[REF_v_front].real = motor_saturate(v_front, model->settings.voltage_limit);
     unit->values[REF_v_rear].real = motor_saturate(v_rear, model->settings.voltage_limit);
 }
 
-void model_initialise(Model *model, Unit *unit)
+static void initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     set_PidSettings(&model->settings, values);
@@ -33,7 +31,7 @@ void model_initialise(Model *model, Unit *unit)
     show(model, unit, 0.5 * model->settings.trim, 0.5 * model->settings.trim);
 }
 
-void model_advance(Model *model, Unit *unit, double time, double step)
+static void advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
     const double pitch = values[REF_pitch].real, elevation = values[REF_elevation].real;
@@ -50,22 +48,18 @@ void model_advance(Model *model, Unit *unit, double time, double step)
         model, unit, next.x1.x0 + values[REF_excitation_front].real, next.x1.x1 + values[REF_excitation_rear].real);
 }
 
-void model_keep(Model *model, Space *space)
-{
-    (void)model;
-    (void)space;
-}
-
-void model_write(const Model *model, Bytes *bytes)
+static void write(const Model *model, Bytes *bytes)
 {
     write_bool(bytes, &model->running);
     if (model->running)
         write_PidState(bytes, &model->state);
 }
 
-void model_read(Model *model, Bytes *bytes)
+static void read(Model *model, Bytes *bytes)
 {
     read_bool(bytes, &model->running);
     if (model->running)
         read_PidState(bytes, &model->state);
 }
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};

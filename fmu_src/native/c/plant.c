@@ -4,8 +4,6 @@
 
 static const double OBSERVER_TRAVEL_BANDWIDTH = 1.26; /* as in heli_plant/observer.py */
 
-const size_t MODEL_SIZE = sizeof(Model);
-
 void plant_publish(const Model *model, Unit *unit)
 {
     const Shown shown = communication_shown(&model->memory.state, &model->counts);
@@ -24,7 +22,7 @@ static double corrected(Unit *unit, int reference, double value, double correcti
     const double sum = value + correction;
     if (!(variable->minimum <= sum && sum <= variable->maximum))
         refuse(
-            unit->space, "%s = %s %s must lie in [%.6g, %.6g] %s", variable->name, shortest(unit->space, sum),
+            &unit->space, "%s = %s %s must lie in [%.6g, %.6g] %s", variable->name, shortest(&unit->space, sum),
             variable->physical_unit, variable->minimum, variable->maximum, variable->physical_unit);
     return sum;
 }
@@ -61,13 +59,13 @@ static Correction take_parameters(Model *model, Unit *unit)
     }
     if (laws_motor_time_constant(p) < 0.0)
         refuse(
-            unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",
+            &unit->space, "motor.time_constant + effects.motor_lag.rotors = %g s must not be negative",
             laws_motor_time_constant(p));
     model->delay = laws_input_delay(p);
     return c;
 }
 
-void model_initialise(Model *model, Unit *unit)
+static void initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const bool enabled = values[REF_encoder_enabled].real != 0.0;
@@ -86,13 +84,13 @@ void model_initialise(Model *model, Unit *unit)
     plant_publish(model, unit);
 }
 
-void model_advance(Model *model, Unit *unit, double time, double step)
+static void advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
     const Correction correction = take_parameters(model, unit);
     if (step > (double)MOST_SUBSTEPS * model->longest_step)
         refuse(
-            unit->space,
+            &unit->space,
             "the step of %g s from t = %g s needs %.3g steps of solver.step = %g s; at most %lld are taken, take a "
             "shorter step",
             step, time, step / model->longest_step, model->longest_step, (long long)MOST_SUBSTEPS);
@@ -114,7 +112,7 @@ void model_advance(Model *model, Unit *unit, double time, double step)
         }
     }
     PlantMemory next = communication_communicate(
-        unit->space, &before, front, rear, values[REF_mass_position].real, time, unit->start_time, step,
+        &unit->space, &before, front, rear, values[REF_mass_position].real, time, unit->start_time, step,
         model->longest_step, model->delay, &model->parameters);
     if (bandwidth > 0.0) {
         const Kept kept = observer_predicted(&next.state, &torque, step, &gains);
@@ -122,25 +120,22 @@ void model_advance(Model *model, Unit *unit, double time, double step)
         torque = kept.torque;
     }
     if (!communication_is_finite(&next.state))
-        refuse(unit->space, "the plant leaves the finite range in the step from t = %g s", time);
+        refuse(&unit->space, "the plant leaves the finite range in the step from t = %g s", time);
     model->memory = next;
     model->torque = torque;
     plant_publish(model, unit);
 }
 
-void model_keep(Model *model, Space *space)
-{
-    keep_PlantMemory(space, &model->memory);
-}
-
-void model_write(const Model *model, Bytes *bytes)
+static void write(const Model *model, Bytes *bytes)
 {
     write_PlantMemory(bytes, &model->memory);
     write_Torque(bytes, &model->torque);
 }
 
-void model_read(Model *model, Bytes *bytes)
+static void read(Model *model, Bytes *bytes)
 {
     read_PlantMemory(bytes, &model->memory);
     read_Torque(bytes, &model->torque);
 }
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};

@@ -1,5 +1,4 @@
 /* HelicopterPlant for Model Exchange: the translated differential equation, its states and slopes. */
-#include "exchange.h"
 #include "plant.h"
 #include "variables.h"
 
@@ -9,19 +8,19 @@ static void begin(Model *model, Unit *unit)
 {
     if (model->delay > 0.0)
         refuse(
-            unit->space,
+            &unit->space,
             "effects.input_delay.rotors = %g s has no place in model exchange: set it to 0 and delay the voltages "
             "outside, or take co-simulation",
             model->delay);
     if (unit->values[REF_observer_bandwidth].real > 0.0 || unit->values[REF_correction_rotor_front].real != 0.0 ||
         unit->values[REF_correction_rotor_rear].real != 0.0)
         refuse(
-            unit->space,
+            &unit->space,
             "observer.bandwidth and correction.rotor.* must be 0 in model exchange: the observer works at sampling "
             "instants; take co-simulation");
     if (unit->values[REF_encoder_enabled].real != 0.0)
         refuse(
-            unit->space,
+            &unit->space,
             "encoder.enabled must be false in model exchange: outputs would step all the time; round them outside, or "
             "take co-simulation");
 }
@@ -40,11 +39,6 @@ static void rates(const Model *model, const Unit *unit, double time, double rate
         x->nu_rear, x->bending, x->bending_rate, u[REF_v_front].real, u[REF_v_rear].real, u[REF_mass_position].real,
         x->cable_rest, &model->parameters);
     memcpy(rates, &rate, sizeof rate);
-}
-
-static void show(Model *model, Unit *unit)
-{
-    plant_publish(model, unit);
 }
 
 static void slopes(
@@ -73,6 +67,6 @@ static double next_event(const Model *model, double time)
     return laws_next_step_time(time, &model->parameters);
 }
 
-static const Exchange PLANT = {STATES, INPUTS, OUTPUTS, REF_state_pitch, REF_pitch, begin, state, rates, show, slopes,
-                               next_event};
+static const Exchange PLANT = {STATES, INPUTS, OUTPUTS, REF_state_pitch, REF_pitch, begin, state, rates, plant_publish,
+                               slopes, next_event};
 const Exchange *const EXCHANGE = &PLANT;

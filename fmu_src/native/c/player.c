@@ -9,8 +9,6 @@ struct Model {
     Log log;
 };
 
-const size_t MODEL_SIZE = sizeof(Model);
-
 static void show(const Model *model, Unit *unit, double time)
 {
     const Log *log = &model->log;
@@ -28,13 +26,15 @@ static void show(const Model *model, Unit *unit, double time)
         unit->values[k].real = log->rows[row * LOG_SIGNALS + k]; /* the first of VARIABLES */
 }
 
-void model_initialise(Model *model, Unit *unit)
+static void initialise(Model *model, Unit *unit)
 {
-    model->log = read_log(unit->settled, unit->values[REF_log_path].text);
+    model->log = read_log(&unit->settled, unit->values[REF_log_path].text);
     show(model, unit, unit->start_time);
 }
 
-void model_advance(Model *model, Unit *unit, double time, double step)
+static void advance(Model *model, Unit *unit, double time, double step)
 {
     show(model, unit, time + step);
 }
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL, NULL}; /* outputs follow from the time */

@@ -19,60 +19,21 @@ Status unit_say(Unit *unit, Status status, const char *format, ...)
     return status;
 }
 
-char *unit_copied(const char *text)
-{
-    char *copy = malloc(strlen(text) + 1);
-    return copy ? strcpy(copy, text) : NULL;
-}
-
 /* From the first call to the last */
 
-static bool set_starts(Unit *unit)
-{
-    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
-        unit->values[i].real = VARIABLES[i].start;
-        free(unit->values[i].text);
-        unit->values[i].text = VARIABLES[i].kind == STRING ? unit_copied(VARIABLES[i].text) : NULL;
-        if (VARIABLES[i].kind == STRING && !unit->values[i].text)
-            return false;
-        unit->refused[i] = false;
-    }
-    unit->refused_count = 0;
-    unit->start_time = unit->reached = 0.0;
-    unit->phase = INSTANTIATED;
-    unit->failure[0] = '\0';
-    unit->outdated = unit->stale = unit->initialised = false;
-    return true;
-}
-
-Unit *unit_new(const char *name, Reporter report, void *host)
+Unit *unit_new(const char *name)
 {
     Unit *unit = calloc(1, sizeof *unit);
     if (!unit)
         return NULL;
+    unit->space.refusal = unit->spare.refusal = unit->settled.refusal = &unit->refusal;
     unit->values = calloc(VARIABLE_COUNT, sizeof *unit->values);
-    unit->refused = calloc(VARIABLE_COUNT, sizeof *unit->refused);
-    unit->refused_as = calloc(VARIABLE_COUNT, sizeof *unit->refused_as);
-    unit->space = calloc(1, sizeof *unit->space);
-    unit->spare = calloc(1, sizeof *unit->spare);
-    unit->settled = calloc(1, sizeof *unit->settled);
-    unit->model = calloc(1, MODEL_SIZE);
-    unit->name = unit_copied(name ? name : "");
-    unit->report = report;
-    unit->host = host;
-    if (!unit->values || !unit->refused || !unit->refused_as || !unit->space || !unit->spare || !unit->settled ||
-        !unit->model || !unit->name || !set_starts(unit)) {
-        unit_free(unit);
-        return NULL;
-    }
-    return unit;
-}
-
-static void free_space(Space *space)
-{
-    if (space)
-        space_free(space);
-    free(space);
+    unit->model = calloc(1, MODEL.size);
+    unit->name = copied(name ? name : "");
+    if (unit->values && unit->model && unit->name && unit_set_starts(unit))
+        return unit;
+    unit_free(unit);
+    return NULL;
 }
 
 void unit_free(Unit *unit)
@@ -82,51 +43,50 @@ void unit_free(Unit *unit)
     for (size_t i = 0; unit->values && i < VARIABLE_COUNT; i++)
         free(unit->values[i].text);
     free(unit->values);
-    free(unit->refused);
-    free(unit->refused_as);
-    free_space(unit->space);
-    free_space(unit->spare);
-    free_space(unit->settled);
+    space_free(&unit->space);
+    space_free(&unit->spare);
+    space_free(&unit->settled);
     free(unit->model);
     free(unit->name);
     free(unit);
 }
 
+static void forget(Unit *unit)
+{
+    unit->initialised = false;
+    space_empty(&unit->space);
+    space_empty(&unit->settled);
+    memset(unit->model, 0, MODEL.size);
+}
+
 Status unit_reset(Unit *unit)
 {
-    space_empty(unit->space);
-    space_empty(unit->settled);
-    memset(unit->model, 0, MODEL_SIZE);
-    if (!set_starts(unit))
+    forget(unit);
+    unit->start_time = unit->reached = 0.0;
+    unit->phase = INSTANTIATED;
+    unit->failure[0] = '\0';
+    unit->outdated = unit->stale = false;
+    if (!unit_set_starts(unit))
         return unit_say(unit, ERROR, "reset: there is no memory left");
     return OK;
 }
 
-/* Why the model refused. */
-static const char *reason_of(const Unit *unit)
+void unit_initialise(Unit *unit)
 {
-    return unit->space->message[0] ? unit->space->message : unit->settled->message;
-}
-
-Status unit_prepare(Unit *unit, const char *call)
-{
-    jmp_buf back;
-    unit->initialised = false;
-    unit->space->back = unit->settled->back = &back;
-    unit->space->message[0] = unit->settled->message[0] = '\0';
-    space_empty(unit->space);
-    space_empty(unit->settled);
-    memset(unit->model, 0, MODEL_SIZE);
-    if (setjmp(back)) {
-        unit_say(unit, DISCARD, "%s: %s", call, reason_of(unit));
-        return DISCARD;
-    }
-    model_initialise(unit->model, unit);
+    forget(unit);
+    MODEL.initialise(unit->model, unit);
     unit->reached = unit->start_time;
     exchange_begin(unit);
     unit->live = 0;
     unit->outdated = false;
     unit->initialised = true;
+}
+
+Status unit_prepare(Unit *unit, const char *call)
+{
+    if (setjmp(unit->refusal.back))
+        return unit_say(unit, DISCARD, "%s: %s", call, unit->refusal.message);
+    unit_initialise(unit);
     return OK;
 }
 
@@ -140,15 +100,13 @@ static Status wrong_phase(Unit *unit, const char *call)
 
 Status unit_setup(Unit *unit, double start_time)
 {
-    if (unit->phase != INSTANTIATED || !isfinite(start_time)) {
-        char text[NUMBER_SIZE];
-        write_shortest(text, start_time);
+    char text[NUMBER_SIZE];
+    if (unit->phase != INSTANTIATED || !isfinite(start_time))
         return unit_say(
             unit, ERROR,
             "setupExperiment: the start time %s s was ignored: it must be finite, and set before the initialisation "
             "begins",
-            text);
-    }
+            write_shortest(text, start_time));
     unit->start_time = unit->reached = start_time;
     return OK;
 }
@@ -168,11 +126,10 @@ Status unit_exit_initialisation(Unit *unit)
         return wrong_phase(unit, "exitInitializationMode");
     unit->phase = STEPPING;
     unit->outdated = false;
-    if (unit_prepare(unit, "exitInitializationMode") != OK) {
-        snprintf(unit->failure, sizeof unit->failure, "%s", reason_of(unit));
-        return ERROR;
-    }
-    return OK;
+    if (unit_prepare(unit, "exitInitializationMode") == OK)
+        return OK;
+    memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);
+    return ERROR;
 }
 
 Status unit_terminate(Unit *unit)
@@ -182,31 +139,6 @@ Status unit_terminate(Unit *unit)
 }
 
 /* Steps */
-
-/* Write a number as the type of a variable shows it. */
-static const char *written(Kind kind, double value, char text[NUMBER_SIZE])
-{
-    if (kind == REAL)
-        write_shortest(text, value);
-    else if (kind == BOOLEAN)
-        snprintf(text, NUMBER_SIZE, "%s", value != 0.0 ? "True" : "False");
-    else
-        snprintf(text, NUMBER_SIZE, "%.0f", value);
-    return text;
-}
-
-/* Write why a value is refused. */
-static const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE])
-{
-    const Variable *variable = &VARIABLES[reference];
-    const char *blank = variable->physical_unit[0] ? " " : "";
-    char text[NUMBER_SIZE];
-    snprintf(
-        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name,
-        written(variable->kind, value, text), blank,
-        variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
-    return reason;
-}
 
 /* Whether a step begins where the one before ended: otherwise the state would belong to another time. */
 static bool begins_well(const Unit *unit, double time, double step)
@@ -223,10 +155,10 @@ static Status refuse_for_values(Unit *unit, double time)
         used = (size_t)snprintf(
             reasons, sizeof reasons, "%s (the initialisation failed; reset the unit)", unit->failure);
     for (size_t i = 0; i < VARIABLE_COUNT && used < sizeof reasons; i++) {
-        if (unit->refused[i])
+        if (unit->values[i].refused)
             used += (size_t)snprintf(
                 reasons + used, sizeof reasons - used, "%s%s", used ? "; " : "",
-                out_of_range(i, unit->refused_as[i], reason));
+                out_of_range(i, unit->values[i].refused_as, reason));
     }
     return unit_say(
         unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time, reasons);
@@ -239,151 +171,54 @@ static Status refuse_step(Unit *unit, double time, double step)
         return unit_say(
             unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
             PHASES[unit->phase], time);
-    if (unit->refused_count || unit->failure[0])
+    if (unit->refused_count || !unit->initialised)
         return refuse_for_values(unit, time);
-    if (!(step > 0.0 && step < LONGEST_STEP)) {
-        write_shortest(first, step);
+    if (!(step > 0.0 && step < LONGEST_STEP))
         return unit_say(
-            unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s", first, time,
-            LONGEST_STEP);
-    }
-    write_shortest(first, time);
-    write_shortest(second, unit->reached);
+            unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s",
+            write_shortest(first, step), time, LONGEST_STEP);
     return unit_say(
         unit, DISCARD,
         "doStep: the step begins at t = %s s, the one before ended at %s s: time must neither repeat nor jump; to go "
         "back, restore a state from then",
-        first, second);
+        write_shortest(first, time), write_shortest(second, unit->reached));
 }
 
-/* Copy what lives to the spare space and take the rest back. */
-static void tidy(Unit *unit)
+bool unit_is_untidy(const Unit *unit)
 {
-    Space *old = unit->space;
-    space_empty(unit->spare);
-    unit->spare->back = old->back;
-    model_keep(unit->model, unit->spare);
+    return MODEL.write && unit->space.taken > 2 * unit->live + UNTIDY;
+}
+
+void unit_tidy(Unit *unit)
+{
+    const Space old = unit->space;
+    Bytes bytes = {NULL, 0, 0, &unit->spare};
+    space_empty(&unit->spare);
+    MODEL.write(unit->model, &bytes);
+    bytes.size = bytes.used;
+    bytes.at = space_take(&unit->spare, (int64_t)bytes.size, 1);
+    bytes.used = 0;
+    MODEL.write(unit->model, &bytes);
+    bytes.used = 0;
+    MODEL.read(unit->model, &bytes);
     unit->space = unit->spare;
     unit->spare = old;
-    unit->live = unit->space->taken;
+    unit->live = unit->space.taken;
 }
 
 Status unit_step(Unit *unit, double time, double step)
 {
-    jmp_buf back;
     if (unit->exchange)
         return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
-    if (unit->phase != STEPPING || unit->refused_count || unit->failure[0] || !(step > 0.0 && step < LONGEST_STEP) ||
-        !begins_well(unit, time, step))
+    if (unit->phase != STEPPING || unit->refused_count || !unit->initialised ||
+        !(step > 0.0 && step < LONGEST_STEP) || !begins_well(unit, time, step))
         return refuse_step(unit, time, step);
-    unit->space->back = unit->settled->back = &back;
-    unit->space->message[0] = unit->settled->message[0] = '\0';
-    if (setjmp(back))
-        return unit_say(unit, DISCARD, "doStep: %s", reason_of(unit));
-    if (unit->space->taken > 2 * unit->live + UNTIDY)
-        tidy(unit);
-    model_advance(unit->model, unit, time, step);
+    if (setjmp(unit->refusal.back))
+        return unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
+    if (unit_is_untidy(unit))
+        unit_tidy(unit);
+    MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;
     return OK;
-}
-
-/* Values */
-
-static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
-
-static bool known(Unit *unit, const char *verb, Kind kind, uint32_t reference, Status *status)
-{
-    if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
-        return true;
-    *status = unit_say(
-        unit, ERROR, "%s%s: no %s variable has value reference %lu", verb, KINDS[kind], KINDS[kind],
-        (unsigned long)reference);
-    return false;
-}
-
-static bool open_to_set(const Unit *unit, uint32_t reference)
-{
-    const Variable *variable = &VARIABLES[reference];
-    const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
-    if (!early && !exchange_lets_change(unit, reference))
-        return false;
-    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
-}
-
-/* Say that a variable may not be set to ``value`` now. */
-static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
-{
-    const Variable *variable = &VARIABLES[reference];
-    const char *quote = variable->kind == STRING ? "'" : "";
-    const char *reason = variable->causality == OUTPUT  ? "is an output"
-                         : variable->causality == LOCAL ? "is calculated"
-                         : unit->exchange               ? "is fixed in model exchange once initialisation has ended"
-                                                        : "is fixed once initialisation has ended";
-    return unit_say(
-        unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,
-        value, quote);
-}
-
-Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
-{
-    Status status = OK;
-    char text[NUMBER_SIZE];
-    if (!known(unit, "set", kind, reference, &status))
-        return status;
-    if (!open_to_set(unit, reference))
-        return closed_to_set(unit, reference, written(kind, value, text));
-    const Variable *variable = &VARIABLES[reference];
-    if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
-        unit->refused_count += !unit->refused[reference];
-        unit->refused[reference] = true;
-        unit->refused_as[reference] = value;
-        char reason[MESSAGE_SIZE];
-        return unit_say(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
-    }
-    if (unit->refused[reference]) {
-        unit->refused[reference] = false;
-        unit->refused_count--;
-    }
-    unit->values[reference].real = value;
-    unit->stale = EXCHANGE && unit->initialised;
-    unit->outdated = unit->phase == INITIALISING;
-    return OK;
-}
-
-Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
-{
-    Status status = OK;
-    if (!known(unit, "set", STRING, reference, &status))
-        return status;
-    if (!open_to_set(unit, reference))
-        return closed_to_set(unit, reference, text ? text : "");
-    char *copy = text ? unit_copied(text) : NULL;
-    if (!copy)
-        return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
-    free(unit->values[reference].text);
-    unit->values[reference].text = copy;
-    unit->outdated = unit->phase == INITIALISING;
-    return OK;
-}
-
-Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
-{
-    Status status = OK;
-    if (!known(unit, "get", kind, reference, &status))
-        return status;
-    if (unit->outdated)
-        status = unit_prepare(unit, "get");
-    if (unit->stale && unit->initialised)
-        exchange_refresh(unit);
-    *value = unit->values[reference].real;
-    return status;
-}
-
-Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
-{
-    Status status = OK;
-    if (known(unit, "get", STRING, reference, &status))
-        *text = unit->values[reference].text;
-    return status;
 }

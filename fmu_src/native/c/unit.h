@@ -3,12 +3,12 @@
  * A unit is instantiated, initialising, stepping, terminated. Parameters may be set up to the end of the
  * initialisation; outputs are right from the start time on, also while the unit is initialising. A value that is not
  * finite or out of range is refused where it is set, and steps are refused until the variable has a good one.
- * fmi2_unit.c and fmi3_unit.c put the functions of the standard on top, a model (plant.c, ...) lies below.
+ * fmi2.c and fmi3.c put the functions of the standard on top, a model (plant.c, ...) lies below.
  */
 #ifndef UNIT_H
 #define UNIT_H
 
-#include "space.h"
+#include "memory.h"
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
@@ -26,10 +26,50 @@ typedef struct {
     const char *text; /* start of a String */
 } Variable;
 
+typedef struct {
+    double real;       /* of a Real, Integer or Boolean */
+    char *text;        /* of a String */
+    bool refused;      /* the last value was bad */
+    double refused_as; /* that value */
+} Value;
+
+typedef struct Unit Unit;
+typedef struct Model Model;
+
+/* What a model gives. The first two may refuse; then the model is as it was. Without a memory, the last two are NULL. */
+typedef struct {
+    size_t size; /* of Model */
+    void (*initialise)(Model *model, Unit *unit);
+    void (*advance)(Model *model, Unit *unit, double time, double step);
+    void (*write)(const Model *model, Bytes *bytes);
+    void (*read)(Model *model, Bytes *bytes);
+} ModelFunctions;
+extern const ModelFunctions MODEL;
+
+/* What a model gives for Model Exchange, in which the importer integrates its states; NULL in other units.
+ *
+ * The variables of the states stand at ``first_state``, those of their derivatives behind them. Continuous inputs are
+ * the first variables of the unit. Events are in time only: no law steps with the state, corners are left to the solver.
+ */
+typedef struct {
+    size_t states, inputs, outputs;   /* their numbers */
+    size_t first_state, first_output; /* their value references */
+    void (*begin)(Model *model, Unit *unit); /* may refuse */
+    double *(*state)(Model *model);
+    void (*rates)(const Model *model, const Unit *unit, double time, double rates[]);
+    void (*show)(const Model *model, Unit *unit);
+    /* Slopes of rates and outputs in the direction of ``states`` and ``inputs``, at ``time`` since the start. */
+    void (*slopes)(
+        const Model *model, const Unit *unit, double time, const double states[], const double inputs[],
+        double rates[], double outputs[]);
+    double (*next_event)(const Model *model, double time); /* since the start; infinity if there is none */
+} Exchange;
+extern const Exchange *const EXCHANGE;
+
 /* Generated from the unit's definition: variables.c. A value reference is a place in VARIABLES. */
 extern const Variable VARIABLES[];
 extern const size_t VARIABLE_COUNT;
-extern const char UNIT_NAME[], UNIT_TOKEN[];
+extern const char UNIT_TOKEN[];
 
 /* The limits of the unit in Python: fmu_src/slave_base.py. */
 extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
@@ -37,83 +77,86 @@ extern const double LONGEST_STEP;    /* of a communication step [s]; this also k
 extern const int64_t MOST_SUBSTEPS;  /* inside of one communication step */
 extern const double CLOCK_TOLERANCE; /* of the begin of a step, as a share of the step */
 
-typedef struct {
-    double real; /* of a Real, Integer or Boolean */
-    char *text;  /* of a String */
-} Value;
-
-typedef struct Unit Unit;
-typedef struct Model Model;
-typedef void (*Reporter)(Unit *unit, Status status, const char *message);
-
-/* What a model that has Model Exchange gives; NULL in other units (exchange.h). */
-typedef struct Exchange Exchange;
-extern const Exchange *const EXCHANGE;
-
 struct Unit {
     Phase phase;
     double start_time, reached; /* start of the run, end of the last step [s] */
     Value *values;
-    bool *refused;      /* variables whose last value was bad */
-    double *refused_as; /* that value */
     size_t refused_count;
-    bool outdated;   /* the outputs do not follow from the values yet */
-    bool exchange;   /* instantiated for model exchange */
-    bool stale;      /* variables of model exchange do not follow from state and time yet */
-    double passed, next_event; /* events in time, since the start [s] */
-    char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
+    bool outdated;    /* the outputs do not follow from the values yet */
     bool initialised; /* the model has been initialised with the values as they are */
-    Space *space;    /* of the model's memory between steps */
-    Space *spare;    /* where that is moved when it is tidied up */
-    Space *settled;  /* of what the model computes once, from its parameters */
-    size_t live;     /* bytes of the memory when it was last tidied up */
+    char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
     Model *model;
-    Reporter report;
-    void *host; /* of the layer above */
+    Space space;   /* of the model's memory between steps */
+    Space spare;   /* where that is moved when it is tidied up */
+    Space settled; /* of what the model computes once, from its parameters */
+    size_t live;   /* bytes of the memory when it was last tidied up */
+    Refusal refusal;
+    bool exchange; /* instantiated for model exchange */
+    bool stale;    /* variables of model exchange do not follow from state and time yet */
+    double passed, next_event; /* events in time, since the start [s] */
+    void (*report)(Unit *unit, Status status, const char *message);
+    void (*log)(void); /* of the layer above: the host's callback, its argument, whether it wants to hear */
+    void *environment;
+    bool logging;
     char *name;
 };
 
-/* What a model gives. The first three may refuse; then the model is as it was. */
-extern const size_t MODEL_SIZE;
-void model_initialise(Model *model, Unit *unit);
-void model_advance(Model *model, Unit *unit, double time, double step);
-void model_read(Model *model, Bytes *bytes);
-void model_write(const Model *model, Bytes *bytes);
-void model_keep(Model *model, Space *space); /* copy all lists between steps to another space */
-
-Unit *unit_new(const char *name, Reporter report, void *host);
+/* unit.c: from the first call to the last. */
+Unit *unit_new(const char *name);
 void unit_free(Unit *unit);
 Status unit_reset(Unit *unit);
-
 Status unit_setup(Unit *unit, double start_time);
 Status unit_enter_initialisation(Unit *unit);
 Status unit_exit_initialisation(Unit *unit);
 Status unit_step(Unit *unit, double time, double step);
 Status unit_terminate(Unit *unit);
+Status unit_say(Unit *unit, Status status, const char *format, ...);
 
-/* Values by reference. A Boolean is 0 or 1. */
+/* Compute state and outputs at the start time from the values that are set; the first may refuse, the second says so. */
+void unit_initialise(Unit *unit);
+Status unit_prepare(Unit *unit, const char *call);
+
+/* Move what the model remembers to the spare space, which becomes the space, and take the rest back. */
+bool unit_is_untidy(const Unit *unit);
+void unit_tidy(Unit *unit);
+
+/* values.c: values by reference. A Boolean is 0 or 1. */
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text);
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
+bool unit_set_starts(Unit *unit);
+char *copied(const char *text); /* on the heap, or NULL */
 
-/* The whole state as bytes; unit_restore refuses those of another unit and then changes nothing. */
-size_t unit_state_size(Unit *unit);
-Status unit_save(Unit *unit, unsigned char *at, size_t size);
-Status unit_restore(Unit *unit, const unsigned char *at, size_t size);
+/* Write why a value is refused. */
+const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE]);
 
-/* Compute state and outputs at the start time from the values that are set. */
-Status unit_prepare(Unit *unit, const char *call);
+/* state.c: the whole state as bytes that the host keeps. One of another unit is refused and changes nothing. */
+typedef struct {
+    size_t size;
+    unsigned char bytes[];
+} State;
+Status state_get(Unit *unit, void **state);
+Status state_set(Unit *unit, const State *state);
+Status state_serialise(Unit *unit, const State *state, void *bytes, size_t size);
+Status state_deserialise(Unit *unit, const void *bytes, size_t size, void **state);
 
-/* Begin model exchange, where the unit does: may refuse. In exchange.c, or nothing in units without it. */
-void exchange_begin(Unit *unit);
-/* Compute the variables that follow from state and time. */
-void exchange_refresh(Unit *unit);
+/* exchange.c: Model Exchange. */
+void exchange_begin(Unit *unit); /* may refuse */
+void exchange_refresh(Unit *unit); /* compute the variables that follow from state and time */
+bool exchange_lets_change(const Unit *unit, uint32_t reference); /* whether it may be set after the initialisation */
+Status exchange_set_time(Unit *unit, double time);
+Status exchange_set_states(Unit *unit, const double states[], size_t count);
+Status exchange_get_states(Unit *unit, double states[], size_t count);
+Status exchange_get_rates(Unit *unit, double rates[], size_t count);
+Status exchange_get_nominals(Unit *unit, double nominals[], size_t count);
 
-/* Whether a variable may be set once the initialisation has ended: not a parameter of states that an importer integrates. */
-bool exchange_lets_change(const Unit *unit, uint32_t reference);
+/* Pass an event that is due; return the time of the next one, or infinity. */
+Status exchange_update(Unit *unit, double *next);
 
-char *unit_copied(const char *text); /* on the heap, or NULL */
-Status unit_say(Unit *unit, Status status, const char *format, ...);
+/* Product of the Jacobian with a seed: of derivatives and outputs by states and continuous inputs. */
+Status exchange_slopes(
+    Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
+    const double seed[], double sensitivity[]);
 
 #endif

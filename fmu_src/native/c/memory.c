@@ -1,4 +1,4 @@
-#include "space.h"
+#include "memory.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -68,17 +68,17 @@ void refuse(Space *space, const char *format, ...)
 {
     va_list values;
     va_start(values, format);
-    vsnprintf(space->message, sizeof space->message, format, values);
+    vsnprintf(space->refusal->message, MESSAGE_SIZE, format, values);
     va_end(values);
-    longjmp(*space->back, 1);
+    longjmp(space->refusal->back, 1);
 }
 
 /* Python writes 1e-05 and 1e+16 with an exponent and all between with a point. */
-void write_shortest(char text[NUMBER_SIZE], double value)
+const char *write_shortest(char text[NUMBER_SIZE], double value)
 {
     if (!isfinite(value)) {
         snprintf(text, NUMBER_SIZE, "%s", isnan(value) ? "nan" : value > 0.0 ? "inf" : "-inf");
-        return;
+        return text;
     }
     int digits = 0;
     do
@@ -89,13 +89,12 @@ void write_shortest(char text[NUMBER_SIZE], double value)
         const int decimals = digits - 1 - exponent;
         snprintf(text, NUMBER_SIZE, "%.*f", decimals > 1 ? decimals : 1, value);
     }
+    return text;
 }
 
 const char *shortest(Space *space, double value)
 {
-    char *text = space_take(space, NUMBER_SIZE, 1);
-    write_shortest(text, value);
-    return text;
+    return write_shortest(space_take(space, NUMBER_SIZE, 1), value);
 }
 
 void write_bytes(Bytes *bytes, const void *from, size_t size)
@@ -105,10 +104,34 @@ void write_bytes(Bytes *bytes, const void *from, size_t size)
     bytes->used += size;
 }
 
+static const char NO_STATE[] = "these bytes are no state of this unit";
+
 void read_bytes(Bytes *bytes, void *to, size_t size)
 {
     if (size > bytes->size - bytes->used)
-        refuse(bytes->space, "these bytes are no state of this unit");
+        refuse(bytes->space, NO_STATE);
     memcpy(to, bytes->at + bytes->used, size);
     bytes->used += size;
+}
+
+void write_bool(Bytes *bytes, const bool *x)
+{
+    const unsigned char byte = *x;
+    write_bytes(bytes, &byte, 1);
+}
+
+void read_bool(Bytes *bytes, bool *x)
+{
+    unsigned char byte = 0;
+    read_bytes(bytes, &byte, 1);
+    if (byte > 1)
+        refuse(bytes->space, NO_STATE);
+    *x = byte;
+}
+
+void read_count(Bytes *bytes, int64_t *count)
+{
+    read_bytes(bytes, count, sizeof *count);
+    if (*count < 0 || (uint64_t)*count > bytes->size - bytes->used)
+        refuse(bytes->space, NO_STATE);
 }

@@ -1,0 +1,146 @@
+/* Values of variables: what may be set, what is refused. */
+#include "unit.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+char *copied(const char *text)
+{
+    char *copy = malloc(strlen(text) + 1);
+    return copy ? strcpy(copy, text) : NULL;
+}
+
+bool unit_set_starts(Unit *unit)
+{
+    unit->refused_count = 0;
+    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
+        Value *value = &unit->values[i];
+        free(value->text);
+        *value = (Value){.real = VARIABLES[i].start};
+        if (VARIABLES[i].kind == STRING && !(value->text = copied(VARIABLES[i].text)))
+            return false;
+    }
+    return true;
+}
+
+/* Write a number as the type of a variable shows it. */
+static const char *written(Kind kind, double value, char text[NUMBER_SIZE])
+{
+    if (kind == REAL)
+        return write_shortest(text, value);
+    if (kind == BOOLEAN)
+        return value != 0.0 ? "True" : "False";
+    snprintf(text, NUMBER_SIZE, "%.0f", value);
+    return text;
+}
+
+const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE])
+{
+    const Variable *variable = &VARIABLES[reference];
+    const char *blank = variable->physical_unit[0] ? " " : "";
+    char text[NUMBER_SIZE];
+    snprintf(
+        reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name,
+        written(variable->kind, value, text), blank,
+        variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
+    return reason;
+}
+
+static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
+
+static bool known(Unit *unit, const char *verb, Kind kind, uint32_t reference, Status *status)
+{
+    if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
+        return true;
+    *status = unit_say(
+        unit, ERROR, "%s%s: no %s variable has value reference %lu", verb, KINDS[kind], KINDS[kind],
+        (unsigned long)reference);
+    return false;
+}
+
+static bool open_to_set(const Unit *unit, uint32_t reference)
+{
+    const Variable *variable = &VARIABLES[reference];
+    const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
+    if (unit->phase == TERMINATED || (!early && !exchange_lets_change(unit, reference)))
+        return false;
+    return variable->causality == INPUT || (variable->causality == PARAMETER && (early || variable->tunable));
+}
+
+/* Say that a variable may not be set to ``value`` now. */
+static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
+{
+    const Variable *variable = &VARIABLES[reference];
+    const char *quote = variable->kind == STRING ? "'" : "";
+    const char *reason = variable->causality == OUTPUT  ? "is an output"
+                         : variable->causality == LOCAL ? "is calculated"
+                         : unit->phase == TERMINATED ? "cannot be set, the unit is terminated"
+                         : unit->exchange               ? "is fixed in model exchange once initialisation has ended"
+                                                        : "is fixed once initialisation has ended";
+    return unit_say(
+        unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,
+        value, quote);
+}
+
+Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
+{
+    Status status = OK;
+    char text[NUMBER_SIZE];
+    if (!known(unit, "set", kind, reference, &status))
+        return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, written(kind, value, text));
+    const Variable *variable = &VARIABLES[reference];
+    Value *own = &unit->values[reference];
+    if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
+        unit->refused_count += !own->refused;
+        own->refused = true;
+        own->refused_as = value;
+        char reason[MESSAGE_SIZE];
+        return unit_say(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
+    }
+    unit->refused_count -= own->refused;
+    own->refused = false;
+    own->real = value;
+    unit->stale = EXCHANGE && unit->initialised;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
+{
+    Status status = OK;
+    if (!known(unit, "set", STRING, reference, &status))
+        return status;
+    if (!open_to_set(unit, reference))
+        return closed_to_set(unit, reference, text ? text : "");
+    char *copy = text ? copied(text) : NULL;
+    if (!copy)
+        return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
+    free(unit->values[reference].text);
+    unit->values[reference].text = copy;
+    unit->outdated = unit->phase == INITIALISING;
+    return OK;
+}
+
+Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
+{
+    Status status = OK;
+    if (!known(unit, "get", kind, reference, &status))
+        return status;
+    if (unit->outdated)
+        status = unit_prepare(unit, "get");
+    if (unit->stale && unit->initialised)
+        exchange_refresh(unit);
+    *value = unit->values[reference].real;
+    return status;
+}
+
+Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
+{
+    Status status = OK;
+    if (known(unit, "get", STRING, reference, &status))
+        *text = unit->values[reference].text;
+    return status;
+}
