@@ -24,7 +24,7 @@ def identifier_state(unit: Instance) -> IdentifierState:
     if not unit.is_native:
         return restored(json.loads(data)["hidden"][0][0])
     memory = _Bytes(data)
-    memory.skip(data.index(b"\0") + 1 + 8 + 8 + 1 + 1 + 8 + 8)  # signature, phase, failure, whether initialised, times
+    memory.skip(data.index(b"\0") + 1 + 8 + 8 + 8 + 1 + 1 + 1 + 8 + 8)  # token, sum, phase, failure, two flags, times
     for variable in unit.description.modelVariables:
         memory.skip(8 + 1 + 8)
         if variable.type == "String":

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from .errors import Refusal
-from .value_table import EARLY, LATE, ValueTable
+from .value_table import EARLY, LATE, NEVER, ValueTable
 from .variables import Value, Variable
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
@@ -62,7 +62,7 @@ class Lifecycle:
         self.phase = phase
         if phase != TERMINATED:
             self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
-        self.table.open_for(LATE if self.is_initialised() else EARLY)
+        self.table.open_for({STEPPING: LATE, TERMINATED: NEVER}.get(phase, EARLY))
         self._steady = phase == STEPPING and not self.table.refused
 
     def is_initialised(self) -> bool:

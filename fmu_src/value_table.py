@@ -15,8 +15,8 @@ from .variables import Value, Variable, problem_with
 TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
 """Python type of each FMI type."""
 
-EARLY, LATE = ("input", "parameter"), ("input",)
-"""Causalities that may be set before and after the end of the initialisation; tunable parameters may always be set."""
+EARLY, LATE, NEVER = ("input", "parameter"), ("input", "tunable"), ()
+"""Causality or variability of what may be set before and after the end of the initialisation, and after the end."""
 
 _PICKERS_KEPT = 256
 """A host reads the same few sets of variables again and again; the bound is for one that does not."""
@@ -40,15 +40,15 @@ class ValueTable:
         self.refused: dict[int, str] = {}
         self.open_for(EARLY)
 
-    def open_for(self, causalities: tuple[str, ...]) -> None:
-        """Allow setting variables of these causalities, and tunable parameters, from now on.
+    def open_for(self, kinds: tuple[str, ...]) -> None:
+        """Allow setting variables of these kinds from now on.
 
         ``limits`` holds the bounds of every such variable by its reference, ``real_limits`` those of the Reals.
         """
         self.limits = {
             reference: variable.bounds
             for reference, variable in enumerate(self.variables)
-            if variable.causality in causalities or variable.variability == "tunable"
+            if variable.causality in kinds or variable.variability in kinds
         }
         reals = self.of_type["Real"]
         self.real_limits = {reference: bounds for reference, bounds in self.limits.items() if reference in reals}
@@ -71,7 +71,8 @@ class ValueTable:
             return _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self.limits:
-            reason = "is an output" if variable.causality == "output" else "is fixed once initialisation has ended"
+            reason = "is fixed once initialisation has ended" if self.limits else "cannot be set, the unit is terminated"
+            reason = "is an output" if variable.causality == "output" else reason
             return f"{variable.name} {reason}; the value {value!r} was ignored"
         problem = problem_with(variable, value)
         if problem is not None:

@@ -14,8 +14,9 @@ from heli_identifier.online import (
     default_settings,
     determined,
     is_closed,
+    is_due,
     prepare,
-    take_samples,
+    take_sample,
 )
 from heli_identifier.online.excitation import (
     SquareChirp,
@@ -119,7 +120,8 @@ def identifier_twin() -> Definition:
     return Definition(
         "identifier.c",
         (
-            take_samples,
+            is_due,
+            take_sample,
             begin_sampling,
             before_samples,
             prepare,
@@ -175,13 +177,13 @@ def exciter_twin() -> Definition:
             combined,
         ),
         externals={phases: "phases"},
-        files=("mersenne.c", "stateless.c"),
+        files=("mersenne.c",),
     )
 
 
 def player_twin() -> Definition:
     """LogPlayer, whose file is read in C."""
-    return Definition("player.c", files=("log_file.h", "log_file.c", "stateless.c"))
+    return Definition("player.c")
 
 
 DEFINITIONS = {

@@ -16,7 +16,7 @@ from .definitions import DEFINITIONS
 from .tables import variables_header, variables_source
 from .translator import Struct, Translation, header, persistence, source
 
-RUNTIME = ("arithmetic.h", "space.h", "space.c", "unit.h", "unit.c", "state.c", "calls.h", "calls.c")
+RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
 """Files in C that every unit has."""
 
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
@@ -81,18 +81,14 @@ def native_sources(
             f"{unit.__name__} runs in Python only; there is C for {', '.join(DEFINITIONS)}. Leave native away for it"
         )
     definition, model_header, model_source = _model(unit.__name__, exchange is not None)
-    own = [*RUNTIME, f"fmi{fmi}_unit.c", definition.adapter, *definition.files]
-    own += ["absent.h"] if fmi == 3 else []
-    if exchange is not None:
-        own += ["dual.h", "exchange.h", "exchange.c", f"fmi{fmi}_exchange.c", exchange.adapter]
-    else:
-        own += ["no_exchange.c", f"fmi{fmi}_no_exchange.c"]
+    own = [*RUNTIME, f"fmi{fmi}.c", definition.adapter, *definition.files]
+    own += ["dual.h", exchange.adapter] if exchange is not None else []
     variables = (*unit.variables, *(exchange.variables if exchange else ()))
     found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
     found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
     found["model.h"], found["model.c"] = model_header, model_source
     found["variables.h"] = variables_header(variables, definition)
-    found["variables.c"] = variables_source(unit, variables, start_values, token)
+    found["variables.c"] = variables_source(unit, variables, start_values, token, exchange is not None)
     return dict(sorted(found.items()))
 
 

@@ -56,13 +56,14 @@ def _converted(kind: CType, text: str) -> str:
 
 
 def variables_source(
-    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str
+    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str, exchanged: bool
 ) -> str:
-    """Return variables.c: all variables, the unit's name, the token of its model description, its limits."""
+    """Return variables.c: all variables, the token of its model description, its limits."""
     rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
     return (
         '/* Generated from the unit\'s definition. */\n#include "unit.h"\n\n'
-        f"const char UNIT_NAME[] = {quoted(unit.__name__)};\nconst char UNIT_TOKEN[] = {quoted(token)};\n\n"
+        f"const char UNIT_TOKEN[] = {quoted(token)};\n"
+        f"{'' if exchanged else 'const Exchange *const EXCHANGE = NULL;'}\n\n"
         f"const bool HAS_PAST = {'true' if unit.has_past else 'false'};\n"
         f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
         f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"

@@ -1,10 +1,17 @@
-"""Read a measured log for the player with the standard library alone, because a host may have nothing else."""
+"""Read a measured log for the player with the standard library alone, because a host may have nothing else.
+
+The grammar is strict and small, since the player in C (``native/c/player.c``) has the same one: lines that end in LF or
+CR LF, cells between commas, quotes around a whole cell ("" is a quote in it), decimal numbers with a point. Blank lines
+and blanks around cells do not count.
+"""
 
 from __future__ import annotations
 
-import csv
-from math import isfinite, radians
-from typing import Any, NamedTuple
+import os
+import re
+from math import isfinite, nan, radians
+from stat import S_ISREG
+from typing import NamedTuple
 
 from ..errors import Refusal
 from .signals import AXES
@@ -19,6 +26,12 @@ _HEADERS = {
     **{axis: {f"{axis} [rad]": 1.0, f"{axis} [deg]": radians(1.0)} for axis in AXES},
 }
 """Accepted headers of each signal with the factor to SI."""
+
+_BLANKS = " \t\r\v\f"
+_CELL = re.compile(r'[ \t\r\v\f]*(?:"((?:[^"]|"")*)"[ \t\r\v\f]*|([^",]*))(,|\Z)')
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_SHOWN = 300
+"""Characters of a text from the file that a message shows."""
 
 
 class Recording(NamedTuple):
@@ -38,55 +51,76 @@ def read_recording(path: str) -> Recording:
         The log cannot be played: no file, no table, a missing column, an unknown unit, a cell that is no finite
         number, time that does not increase. The message names file, row and column.
     """
-    if not path:
-        raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            table = csv.reader(file, skipinitialspace=True)
-            header = [cell.strip() for cell in next(table, [])]
-            columns = _columns(path, header)
-            times, rows = _rows(path, table, columns)
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
-        raise Refusal(f"the log {path} cannot be read: {problem}") from problem
+    header, *lines = _contents(path).split("\n")
+    columns = _columns(path, header)
+    times: list[float] = []
+    rows: list[tuple[float, ...]] = []
+    for number, line in enumerate(lines, 2):
+        if not line.strip(_BLANKS):
+            continue
+        cells, row = _cells(path, number, line), []
+        for text, index, factor in columns:
+            cell = cells[index] if index < len(cells) else ""
+            value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
+            if not isfinite(value):
+                raise Refusal(
+                    f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number"
+                )
+            row.append(value)
+        if times and row[0] <= times[-1]:
+            raise Refusal(
+                f"the log {path}, row {number}: time = {row[0]:g} s must be greater than {times[-1]:g} s, "
+                "the time of the row before"
+            )
+        times.append(row[0])
+        rows.append(tuple(row[1:]))
     if not rows:
         raise Refusal(f"the log {path} has no rows below its header")
     return Recording(path, tuple(time - times[0] for time in times), tuple(rows))
 
 
-def _columns(path: str, header: list[str]) -> list[tuple[str, int, float]]:
+def _contents(path: str) -> str:
+    """Return the bytes of a file as characters; only ASCII counts."""
+    if not path:
+        raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
+    try:
+        if not S_ISREG(os.stat(path).st_mode):  # a pipe or a device may never end
+            raise Refusal(f"the log {path} is no file")
+        with open(path, "rb") as file:
+            text = file.read().decode("latin-1")
+    except (OSError, ValueError) as problem:
+        raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem
+    if "\0" in text:
+        raise Refusal(f"the log {path} holds a NUL byte: it is no text")
+    return text.removeprefix("\u00ef\u00bb\u00bf")  # the mark of UTF-8
+
+
+def _cells(path: str, number: int, line: str) -> list[str]:
+    """Return the cells of a line without the blanks around them."""
+    cells, at = [], 0
+    while True:
+        found = _CELL.match(line, at)
+        if found is None:
+            raise Refusal(f"the log {path}, row {number}: a quote is not closed, or stands inside of a cell")
+        quoted, plain, end = found.groups()
+        cells.append((plain if quoted is None else quoted.replace('""', '"')).strip(_BLANKS))
+        at = found.end()
+        if not end:
+            return cells
+
+
+def _columns(path: str, line: str) -> list[tuple[str, int, float]]:
     """Return header text, position and factor to SI of time and each signal."""
-    found = []
+    found, header = [], _cells(path, 1, line)
     for accepted in _HEADERS.values():
         places = [index for index, text in enumerate(header) if text in accepted]
         if len(places) != 1:
             count = "no column" if not places else f"{len(places)} columns"
-            raise Refusal(f"the log {path} has {count} {' or '.join(map(repr, accepted))}; its header is {header}")
+            wanted = " or ".join(map(repr, accepted))
+            raise Refusal(f"the log {path} has {count} {wanted}; its header is: {_ascii(line)}")
         found.append((header[places[0]], places[0], accepted[header[places[0]]]))
     return found
 
 
-def _rows(path: str, table: Any, columns: list[tuple[str, int, float]]) -> tuple[list[float], list[tuple[float, ...]]]:
-    """Return times and rows in SI units; in messages the header is row 1."""
-    times: list[float] = []
-    rows: list[tuple[float, ...]] = []
-    for cells in table:
-        if not cells:
-            continue
-        row = []
-        for text, index, factor in columns:
-            cell = cells[index] if index < len(cells) else ""
-            try:
-                value = float(cell) * factor
-            except ValueError:
-                value = float("nan")
-            if not isfinite(value):
-                raise Refusal(f"the log {path}, row {table.line_num}, column {text!r}: {cell!r} is not a finite number")
-            row.append(value)
-        if times and row[0] <= times[-1]:
-            raise Refusal(
-                f"the log {path}, row {table.line_num}: time = {row[0]:g} s must be greater than {times[-1]:g} s, "
-                "the time of the row before"
-            )
-        times.append(row[0])
-        rows.append(tuple(row[1:]))
-    return times, rows
+def _ascii(text: str) -> str:
+    return re.sub(r"[^\x00-\x7f]", "?", text[:_SHOWN])

@@ -15,7 +15,7 @@ from .linear_algebra import total
 from .noise_model import Noise
 from .plan import Plan, prepare
 from .prediction_error import noise_of
-from .sampled import Sampled, begin_sampling, take_samples
+from .sampled import Sampled, begin_sampling, is_due, take_sample, take_samples
 from .score import Score
 from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
 from .signals import (
@@ -55,6 +55,7 @@ __all__ = [
     "determined",
     "elevation_regression",
     "is_closed",
+    "is_due",
     "noise_of",
     "output_of",
     "pitch_regression",
@@ -63,6 +64,7 @@ __all__ = [
     "restored",
     "start",
     "step",
+    "take_sample",
     "take_samples",
     "total",
     "travel_regression",

@@ -32,6 +32,27 @@ def begin_sampling(time: float, now: Sample, plan: Plan) -> Sampled:
     return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel), time, time, now)
 
 
+def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
+    """Return whether a further sample is due up to ``time`` [s]."""
+    period = plan.settings.sample_time
+    return sampled.first + (sampled.state.samples + 1) * period <= time + _EARLY * period
+
+
+def take_sample(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput]:
+    """Take in the next sample, which is due up to ``time`` [s], at which ``now`` is read."""
+    period = plan.settings.sample_time
+    due = sampled.first + (sampled.state.samples + 1) * period
+    v_front, v_rear, pitch, elevation, travel = now
+    if due < time - _EARLY * period:
+        v_front, v_rear, pitch_0, elevation_0, travel_0 = sampled.previous
+        share = (due - sampled.before) / (time - sampled.before)
+        pitch = pitch_0 + share * (pitch - pitch_0)
+        elevation = elevation_0 + share * (elevation - elevation_0)
+        travel = travel_0 + share * (travel - travel_0)
+    state, output = step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan)
+    return sampled._replace(state=state), output
+
+
 def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput | None]:
     """Take in the samples that are due up to ``time`` [s], at which ``now`` is read.
 
@@ -41,19 +62,7 @@ def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tupl
     output : IdentifierOutput or None
         None if no sample was due.
     """
-    state, first, before, previous = sampled
-    period = plan.settings.sample_time
-    instant = _EARLY * period
     output: IdentifierOutput | None = None
-    due = first + (state.samples + 1) * period
-    while due <= time + instant:
-        v_front, v_rear, pitch, elevation, travel = now
-        if due < time - instant:
-            v_front, v_rear, pitch_0, elevation_0, travel_0 = previous
-            share = (due - before) / (time - before)
-            pitch = pitch_0 + share * (pitch - pitch_0)
-            elevation = elevation_0 + share * (elevation - elevation_0)
-            travel = travel_0 + share * (travel - travel_0)
-        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
-        due = first + (state.samples + 1) * period
-    return Sampled(state, first, time, now), output
+    while is_due(sampled, time, plan):
+        sampled, output = take_sample(sampled, time, now, plan)
+    return sampled._replace(before=time, previous=now), output

@@ -139,10 +139,19 @@ static void advance(Model *model, Unit *unit, double time, double step)
             "%.3g samples of sample.time = %g s are due at t = %g s; at most %lld are taken in one step, take shorter "
             "ones",
             (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
-    const Row_Sampled_Maybe_IdentifierOutput next = sampled_take_samples(
-        &unit->space, &model->sampled, time, now, &model->plan);
-    if (next.x1.some) {
-        const double *estimates = &next.x1.value.parameters.a_wx;
+    Row_Sampled_IdentifierOutput next = {.x0 = model->sampled};
+    bool taken = false;
+    for (; sampled_is_due(&next.x0, time, &model->plan); taken = true) {
+        if (taken && unit_is_untidy(unit)) {
+            unit_keep(unit);
+            model->sampled = next.x0;
+            unit_tidy(unit);
+            next.x0 = model->sampled;
+        }
+        next = sampled_take_sample(&unit->space, &next.x0, time, now, &model->plan);
+    }
+    if (taken) {
+        const double *estimates = &next.x1.parameters.a_wx;
         double total = 0.0;
         for (int i = 0; i < PARAMETERS; i++)
             total += estimates[i];
@@ -153,9 +162,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
                 "[rad]) were [%s, %s, %s, %s, %s]",
                 time, shortest(&unit->space, now.x0), shortest(&unit->space, now.x1), shortest(&unit->space, now.x2),
                 shortest(&unit->space, now.x3), shortest(&unit->space, now.x4));
-        show(model, unit, &next.x1.value);
+        show(model, unit, &next.x1);
     }
     model->sampled = next.x0;
+    model->sampled.before = time;
+    model->sampled.previous = now;
 }
 
 static void write(const Model *model, Bytes *bytes)

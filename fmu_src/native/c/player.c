@@ -1,34 +1,226 @@
-/* LogPlayer: shows at each time the row of a log with the latest time up to it. */
+/* LogPlayer: shows at each time the row of a log with the latest time up to it.
+ *
+ * The log is CSV as fmu_src/units/log_file.py reads it, with the same words where it cannot be played.
+ */
+#define _POSIX_C_SOURCE 200809L
 #include "unit.h"
-#include "log_file.h"
 #include "variables.h"
 
-static const double EARLY = 1e-9; /* [s]; communication points k H have rounding errors */
+#include <errno.h>
+#include <locale.h>
+#include <stdio.h>
+#include <sys/stat.h>
+
+#ifndef S_ISREG
+#define S_ISREG(mode) (((mode) & S_IFMT) == S_IFREG)
+#endif
+
+enum { SIGNALS = 5, COLUMNS = SIGNALS + 1, SHOWN = 300 };
+
+static const double EARLY = 1e-9;                  /* [s]; communication points k H have rounding errors */
+static const double DEGREE = 0.017453292519943295; /* math.radians(1.0) [rad] */
+static const char BLANKS[] = " \t\r\v\f";
+
+/* Accepted headers of each column, the first in SI, the second in degrees. */
+static const char *const HEADERS[COLUMNS][2] = {
+    {"time [s]", NULL}, {"v_front [V]", NULL}, {"v_rear [V]", NULL}, {"pitch [rad]", "pitch [deg]"},
+    {"elevation [rad]", "elevation [deg]"}, {"travel [rad]", "travel [deg]"}};
 
 struct Model {
-    Log log;
+    int64_t count;
+    double (*rows)[COLUMNS]; /* time since the first row [s], front and rear voltage [V], pitch, elevation, travel [rad] */
 };
+
+/* The file as text that ends in a zero, without the mark of UTF-8. */
+static char *contents(Space *space, const char *path)
+{
+    struct stat status = {0};
+    if (!path[0])
+        refuse(space, "log.path is empty: set it to a CSV log before initialisation ends");
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode))
+        refuse(space, "the log %s is no file", path);
+    FILE *file = fopen(path, "rb");
+    if (!file)
+        refuse(space, "the log %s cannot be read: %s", path, strerror(errno));
+    const size_t size = (size_t)status.st_size;
+    char *text = malloc(size + 1);
+    const size_t got = text ? fread(text, 1, size, file) : 0;
+    char *kept = NULL;
+    fclose(file);
+    if (text && got == size)
+        kept = memcpy(space_take(space, (int64_t)size + 1, 1), text, size);
+    free(text);
+    if (!kept)
+        refuse(space, "the log %s cannot be read: %s", path, strerror(EIO));
+    if (memchr(kept, '\0', size))
+        refuse(space, "the log %s holds a NUL byte: it is no text", path);
+    kept[size] = '\0';
+    return strncmp(kept, "\xef\xbb\xbf", 3) == 0 ? kept + 3 : kept;
+}
+
+/* The beginning of a text as ASCII. */
+static const char *ascii(Space *space, const char *text)
+{
+    char *out = space_take(space, SHOWN + 1, 1);
+    int i = 0;
+    for (; i < SHOWN && text[i]; i++)
+        out[i] = (unsigned char)text[i] < 128 ? text[i] : '?';
+    out[i] = '\0';
+    return out;
+}
+
+/* End the line at ``at`` with a zero; return the next one, or NULL. */
+static char *end_line(char *at)
+{
+    char *end = strchr(at, '\n');
+    if (end)
+        *end++ = '\0';
+    return end;
+}
+
+/* Take the next cell of a line, in place and without the blanks around it; false behind the last one.
+ *
+ * In quotes it may hold commas, and two quotes are one.
+ */
+static bool next_cell(Space *space, const char *path, long long row, char **at, char **cell)
+{
+    if (!*at)
+        return false;
+    char *from = *at + strspn(*at, BLANKS), *to = from;
+    bool open = *from == '"';
+    *cell = from;
+    if (open) {
+        for (from++; open && *from;) {
+            open = *from != '"' || from[1] == '"';
+            from += *from == '"';
+            if (open)
+                *to++ = *from++;
+        }
+        from += strspn(from, BLANKS);
+    } else {
+        to = from += strcspn(from, ",\"");
+    }
+    if (open || (*from && *from != ','))
+        refuse(space, "the log %s, row %lld: a quote is not closed, or stands inside of a cell", path, row);
+    *at = *from ? from + 1 : NULL;
+    *to = '\0';
+    while (to > *cell && strchr(BLANKS, to[-1]))
+        *--to = '\0';
+    *cell += strspn(*cell, BLANKS);
+    return true;
+}
+
+/* A decimal number, with a point whatever the locale of the host; NaN if the cell is none. */
+static double number(char *cell)
+{
+    static const char DIGITS[] = "0123456789";
+    const char *at = cell + (*cell == '+' || *cell == '-');
+    const size_t whole = strspn(at, DIGITS);
+    char *point = cell + (at - cell) + whole;
+    const size_t decimals = *point == '.' ? strspn(point + 1, DIGITS) : 0;
+    at = point + (*point == '.') + decimals;
+    if (*at == 'e' || *at == 'E') {
+        at += 1 + (at[1] == '+' || at[1] == '-');
+        const size_t exponent = strspn(at, DIGITS);
+        at = exponent ? at + exponent : cell;
+    }
+    if (whole + decimals == 0 || *at)
+        return NAN;
+    const char had = *point;
+    if (had == '.')
+        *point = *localeconv()->decimal_point;
+    const double value = strtod(cell, NULL);
+    *point = had;
+    return value;
+}
+
+/* Find the place and the factor to SI of time and each signal. */
+static void find_columns(
+    Space *space, const char *path, char *line, int64_t places[], double factors[], const char *headers[])
+{
+    int found[COLUMNS] = {0};
+    const char *shown = ascii(space, line);
+    char *cell = NULL;
+    for (int64_t i = 0; next_cell(space, path, 1, &line, &cell); i++) {
+        for (int k = 0; k < 2 * COLUMNS; k++) {
+            if (HEADERS[k / 2][k % 2] && strcmp(HEADERS[k / 2][k % 2], cell) == 0) {
+                places[k / 2] = i;
+                factors[k / 2] = k % 2 ? DEGREE : 1.0;
+                headers[k / 2] = HEADERS[k / 2][k % 2];
+                found[k / 2]++;
+            }
+        }
+    }
+    for (int k = 0; k < COLUMNS; k++) {
+        char count[32] = "no column";
+        const char *const *accepted = HEADERS[k];
+        if (found[k] > 1)
+            snprintf(count, sizeof count, "%d columns", found[k]);
+        if (found[k] != 1)
+            refuse(
+                space, "the log %s has %s '%s'%s%s%s; its header is: %s", path, count, accepted[0],
+                accepted[1] ? " or '" : "", accepted[1] ? accepted[1] : "", accepted[1] ? "'" : "", shown);
+    }
+}
+
+static void read_log(Model *model, Space *space, const char *path)
+{
+    int64_t places[COLUMNS], most = 1;
+    double factors[COLUMNS], first = 0.0, last = 0.0;
+    const char *headers[COLUMNS];
+    char *line = contents(space, path), *next = end_line(line);
+    find_columns(space, path, line, places, factors, headers);
+    for (const char *c = next; c; c = strchr(c, '\n'))
+        most += *c++ != '\0';
+    model->rows = space_take(space, most, sizeof *model->rows);
+    for (long long row = 2; (line = next); row++) {
+        char *cells[COLUMNS] = {"", "", "", "", "", ""}, *cell = NULL;
+        double *values = model->rows[model->count];
+        next = end_line(line);
+        if (line[strspn(line, BLANKS)] == '\0')
+            continue;
+        for (int64_t i = 0; next_cell(space, path, row, &line, &cell); i++) {
+            for (int k = 0; k < COLUMNS; k++)
+                cells[k] = places[k] == i ? cell : cells[k];
+        }
+        for (int k = 0; k < COLUMNS; k++) {
+            values[k] = number(cells[k]) * factors[k];
+            if (!isfinite(values[k]))
+                refuse(
+                    space, "the log %s, row %lld, column '%s': '%s' is not a finite number", path, row, headers[k],
+                    ascii(space, cells[k]));
+        }
+        if (model->count && values[0] <= last)
+            refuse(
+                space, "the log %s, row %lld: time = %g s must be greater than %g s, the time of the row before", path,
+                row, values[0], last);
+        last = values[0];
+        if (model->count++ == 0)
+            first = last;
+        values[0] -= first;
+    }
+    if (!model->count)
+        refuse(space, "the log %s has no rows below its header", path);
+}
 
 static void show(const Model *model, Unit *unit, double time)
 {
-    const Log *log = &model->log;
     const double since_first = time - unit->start_time + unit->values[REF_log_start].real + EARLY;
-    int64_t first = 0, beyond = log->count; /* the first row that is later */
+    int64_t first = 0, beyond = model->count; /* the first row that is later */
     while (first < beyond) {
         const int64_t middle = (first + beyond) / 2;
-        if (since_first < log->times[middle])
+        if (since_first < model->rows[middle][0])
             beyond = middle;
         else
             first = middle + 1;
     }
-    const int64_t row = first > 0 ? first - 1 : 0;
-    for (int k = 0; k < LOG_SIGNALS; k++)
-        unit->values[k].real = log->rows[row * LOG_SIGNALS + k]; /* the first of VARIABLES */
+    for (int k = 0; k < SIGNALS; k++)
+        unit->values[k].real = model->rows[first > 0 ? first - 1 : 0][k + 1]; /* the first of VARIABLES */
 }
 
 static void initialise(Model *model, Unit *unit)
 {
-    model->log = read_log(&unit->settled, unit->values[REF_log_path].text);
+    read_log(model, &unit->settled, unit->values[REF_log_path].text);
     show(model, unit, unit->start_time);
 }
 

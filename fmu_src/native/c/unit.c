@@ -47,6 +47,7 @@ void unit_free(Unit *unit)
     space_free(&unit->spare);
     space_free(&unit->settled);
     free(unit->model);
+    free(unit->before_step);
     free(unit->name);
     free(unit);
 }
@@ -206,6 +207,18 @@ void unit_tidy(Unit *unit)
     unit->live = unit->space.taken;
 }
 
+void unit_keep(Unit *unit)
+{
+    if (!unit->before_step && state_get(unit, &unit->before_step) != OK)
+        refuse(&unit->space, "there is no memory left");
+}
+
+static void drop_state(Unit *unit)
+{
+    free(unit->before_step);
+    unit->before_step = NULL;
+}
+
 Status unit_step(Unit *unit, double time, double step)
 {
     if (unit->exchange)
@@ -213,12 +226,18 @@ Status unit_step(Unit *unit, double time, double step)
     if (unit->phase != STEPPING || unit->refused_count || !unit->initialised ||
         !(step > 0.0 && step < LONGEST_STEP) || !begins_well(unit, time, step))
         return refuse_step(unit, time, step);
-    if (setjmp(unit->refusal.back))
-        return unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
+    if (setjmp(unit->refusal.back)) {
+        unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
+        if (unit->before_step)
+            state_set(unit, unit->before_step);
+        drop_state(unit);
+        return DISCARD;
+    }
     if (unit_is_untidy(unit))
         unit_tidy(unit);
     MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;
+    drop_state(unit);
     return OK;
 }

@@ -90,6 +90,7 @@ struct Unit {
     Space spare;   /* where that is moved when it is tidied up */
     Space settled; /* of what the model computes once, from its parameters */
     size_t live;   /* bytes of the memory when it was last tidied up */
+    void *before_step; /* the state before a long step, in which the space is tidied up */
     Refusal refusal;
     bool exchange; /* instantiated for model exchange */
     bool stale;    /* variables of model exchange do not follow from state and time yet */
@@ -119,6 +120,9 @@ Status unit_prepare(Unit *unit, const char *call);
 /* Move what the model remembers to the spare space, which becomes the space, and take the rest back. */
 bool unit_is_untidy(const Unit *unit);
 void unit_tidy(Unit *unit);
+
+/* Keep the state as it is before the step, which is restored if the step is refused; a model that tidies up calls it. */
+void unit_keep(Unit *unit);
 
 /* values.c: values by reference. A Boolean is 0 or 1. */
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);

@@ -26,7 +26,7 @@ static inline {list} growable_{list}(Space *space, {list} old)
 
 static inline void push_{list}(Space *space, {list} *list, {item} value)
 {{
-    if (is_full(list->count)) {{
+    if (list->count == 0 || list->count == room_for(list->count)) {{
         {list} more = {{list->count, space_take(space, room_for(list->count + 1), sizeof({item}))}};
         for (int64_t i = 0; i < list->count; i++)
             more.at[i] = list->at[i];
@@ -147,7 +147,7 @@ def header(translation: Translation, guard: str, entries: Iterable[Unit], more: 
     return (
         f"/* Translated from the Python sources of the unit; change those, not this file. */\n"
         f"#ifndef {guard}\n#define {guard}\n\n"
-        f'#include "arithmetic.h"\n#include "space.h"\n{duals}\n{types}\n{lists}\n{heads}\n{more}\n#endif\n'
+        f'#include "arithmetic.h"\n#include "memory.h"\n{duals}\n{types}\n{lists}\n{heads}\n{more}\n#endif\n'
     )
 
 
