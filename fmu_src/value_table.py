@@ -50,7 +50,7 @@ class ValueTable:
             for reference, variable in enumerate(self.variables)
             if variable.causality in kinds or variable.variability in kinds
         }
-        reals = self.of_type["Real"]
+        self.kinds, reals = kinds, self.of_type["Real"]
         self.real_limits = {reference: bounds for reference, bounds in self.limits.items() if reference in reals}
 
     def take(self, kind: str, references: Sequence[int], values: Sequence[Value]) -> list[str]:
@@ -71,7 +71,7 @@ class ValueTable:
             return _unknown(kind, reference)
         variable = self.variables[reference]
         if reference not in self.limits:
-            reason = "is fixed once initialisation has ended" if self.limits else "cannot be set, the unit is terminated"
+            reason = "is fixed once initialisation has ended" if self.kinds else "cannot be set, the unit is terminated"
             reason = "is an output" if variable.causality == "output" else reason
             return f"{variable.name} {reason}; the value {value!r} was ignored"
         problem = problem_with(variable, value)

@@ -42,7 +42,7 @@ def library(folder, entries, more="", flags=("-O2",), translation=None):
     (folder / "model.c").write_text(source(units, "model.h", more=more))
     command = [
         *c_compiler(), "-std=c11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off", *flags,
-        "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "space.c"), "-o", "model.so", "-lm",
+        "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",
     ]  # fmt: skip
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
