@@ -25,7 +25,7 @@ from heli_identifier.online.signals import (
     pitch_regression_free,
     travel_regression,
 )
-from heli_identifier.workbench.identify.replay import Replay, replay
+from heli_identifier.workbench.paper.replay import Replay, replay
 
 LONG, SHORT, ROUNDS = 1_000_000, 20_000, 3
 

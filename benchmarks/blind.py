@@ -11,14 +11,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from heli_identifier.cli.campaign import rigs_done
+
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, sources
 from benchmarks.page import write_section
 from heli_identifier.errors import IdentifierError
-from heli_identifier.workbench.campaign.progress import progress_bar
-from heli_identifier.workbench.campaign.results import table, write_table
-from heli_identifier.workbench.campaign.row import Row
-from heli_identifier.workbench.campaign.run import run_campaign
+from heli_identifier.tools.campaign import run_campaign
+from heli_identifier.tools.campaign_rows import Row, write_rows
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -26,7 +26,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def main(arguments: Sequence[str]) -> None:
     asked = _parsed(arguments)
     rigs = sources(asked.groups, asked.limit)
-    with progress_bar() as progress:
+    with rigs_done() as progress:
         rows = run_campaign(
             [source for _, source in rigs.values()],
             asked.output,
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> None:
         print(line)
     command = shlex.join(["python", "-m", "benchmarks.blind", *arguments])
     asked.table.parent.mkdir(parents=True, exist_ok=True)
-    write_table(table(rows), asked.table)
+    write_rows(rows, asked.table)
     write_section(asked.page, "blind", section(groups, {name: case for name, (case, _) in rigs.items()}, command))
     print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}", file=sys.stderr)
 

@@ -8,9 +8,9 @@ from statsmodels.stats.proportion import proportion_confint
 
 from benchmarks.blind_measures import TOLD
 from heli_identifier.online import ModelParameters
-from heli_identifier.workbench.campaign.row import Row
-from heli_identifier.workbench.campaign.summary import (
+from heli_identifier.tools.campaign_rows import (
     UNKNOWN,
+    Row,
     coverage,
     false_entries,
     found_entries,

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from heli_identifier.records import Log
+from heli_identifier.tools import Rig
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
 from heli_identifier.tracing.select import with_shapes
-from heli_identifier.workbench.campaign import Rig
 from heli_plant.effects import effect
 
 TOLD = "told_score"

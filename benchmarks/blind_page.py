@@ -20,8 +20,7 @@ from benchmarks.blind_figures import (
     testable,
     told,
 )
-from heli_identifier.workbench.campaign.row import Row
-from heli_identifier.workbench.campaign.summary import false_entries, named_first, right
+from heli_identifier.tools.campaign_rows import Row, false_entries, named_first, right
 from tests.blind.battery import Case
 
 Rows = Mapping[str, list[Row]]

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping
 
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
+from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.rigs import Effect

@@ -23,7 +23,7 @@ from benchmarks.tables import table
 from fmu_src.variables import Value
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import RigConfiguration
-from heli_identifier.workbench.identify.identification import begun_at, combined, identify_log, settings_for
+from heli_identifier.tools.identification import begun_at, combined, identify_log, settings_for
 
 JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
 SHOWN = ("k_z", "a_e", "k_x")

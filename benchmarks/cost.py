@@ -19,7 +19,7 @@ from benchmarks.timing import in_turn
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose
-from heli_identifier.workbench.identify.replay import replay
+from heli_identifier.workbench.paper.replay import replay
 from heli_identifier.workbench.report.figures.style import write_figure
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2, PlantParameters

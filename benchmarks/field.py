@@ -19,9 +19,9 @@ from threadpoolctl import threadpool_limits
 from benchmarks.field_measures import measured
 from benchmarks.field_rigs import FIELD_GROUPS, field_sources
 from heli_identifier.errors import IdentifierError
+from heli_identifier.tools import GeneratedRig
 from heli_identifier.tracing import diagnose
 from heli_identifier.tracing.helicopter import family_of
-from heli_identifier.workbench.campaign import GeneratedRig
 
 
 class Outcome(NamedTuple):

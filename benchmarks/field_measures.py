@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 from benchmarks.blind_figures import TOLD_NEEDED
 from benchmarks.blind_measures import told_scores
+from heli_identifier.tools import Rig
 from heli_identifier.tracing import Diagnosis
-from heli_identifier.workbench.campaign import Rig
 from heli_plant.effects import effect
 
 DETERMINED = 0.5

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from benchmarks.blind_rigs import SHAPE_NAMES
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
+from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
 from heli_plant.effects import CATALOGUE, effect
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
 from tests.blind.field.generator import FieldRig

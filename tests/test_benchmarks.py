@@ -20,7 +20,7 @@ from benchmarks.soak_run import CASES, GAIN_LIMIT
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, in_turn, ratio
 from heli_identifier.online import IdentifierSettings
-from heli_identifier.workbench.identify.replay import replay
+from heli_identifier.workbench.paper.replay import replay
 from heli_plant.effects import CATALOGUE
 from tests.faults.case import ROOT
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from heli_identifier.tools.key import result_key, source_digest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.tracing import DiagnosisSettings
-from heli_identifier.workbench.campaign import (
+from heli_identifier.tools import (
     FolderRig,
     GeneratedRig,
     Rig,
@@ -19,18 +19,22 @@ from heli_identifier.workbench.campaign import (
     folder_rigs,
     generated_rigs,
 )
-from heli_identifier.workbench.campaign.key import result_key, source_digest
-from heli_identifier.workbench.campaign.results import Results, complete, read_rows, table, write_table
-from heli_identifier.workbench.campaign.row import truth_columns
-from heli_identifier.workbench.campaign.summary import (
+from heli_identifier.tools.campaign_rows import (
+    Results,
     all_named,
+    complete,
     coverage,
     false_entries,
     named_first,
+    read_rows,
     right,
     summarised,
+    table,
+    truth_columns,
     unknown_recognised,
+    write_table,
 )
+from heli_identifier.tracing import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
 
@@ -107,7 +111,7 @@ def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuratio
 
 
 GENERATOR = """
-from heli_identifier.workbench.campaign import Rig
+from heli_identifier.tools import Rig
 from heli_identifier.records import Log
 from heli_identifier.tracing import DiagnosisSettings
 

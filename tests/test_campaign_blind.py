@@ -10,9 +10,8 @@ from benchmarks.blind_measures import measured
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
 from benchmarks.page import markers, write_section
-from heli_identifier.workbench.campaign import TrueEffect, TrueUnknown, Truth
-from heli_identifier.workbench.campaign.results import complete
-from heli_identifier.workbench.campaign.row import truth_columns
+from heli_identifier.tools import TrueEffect, TrueUnknown, Truth
+from heli_identifier.tools.campaign_rows import complete, truth_columns
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.kinds import STRENGTHS, draw_rig

@@ -14,11 +14,10 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
+from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
+from heli_identifier.tools.campaign import run_campaign
+from heli_identifier.tools.campaign_rows import CONSOLIDATED, diagnosed, read_rows
 from heli_identifier.tracing import DiagnosisSettings
-from heli_identifier.workbench.campaign import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
-from heli_identifier.workbench.campaign.results import CONSOLIDATED, read_rows
-from heli_identifier.workbench.campaign.row import diagnosed
-from heli_identifier.workbench.campaign.run import run_campaign
 
 RIGS = 8
 

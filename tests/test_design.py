@@ -10,11 +10,19 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.excitation import Excitation, Multisine
-from heli_identifier.workbench.design.closed_loop import additions, flight_outlooks, pid_settings
-from heli_identifier.workbench.design.naming import effects_named
-from heli_identifier.workbench.design.rehearsal import ProcessNoise, Proposal, rehearsed, rehearsed_voltages
-from heli_identifier.workbench.design.separation import Limits, Outlook, outlook, ranked
-from heli_identifier.workbench.design.writing import warning
+from heli_identifier.tools.experiment import (
+    Limits,
+    Outlook,
+    ProcessNoise,
+    Proposal,
+    effects_named,
+    outlook,
+    ranked,
+    rehearsed,
+    separation_warning,
+)
+from heli_identifier.tools.flight import additions, flight_outlooks
+from heli_identifier.tools.loop import pid_settings
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -59,7 +67,7 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 @pytest.mark.parametrize(("least", "said"), [(0.97, True), (0.9, False)])
 def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing(least, said):
     alike = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
-    text = warning([alike, replace(alike, correlation=least)], effects_named(("motor_lag", "input_delay"))) or ""
+    text = separation_warning([alike, replace(alike, correlation=least)], effects_named(("motor_lag", "input_delay"))) or ""
     # the separable share is sqrt(1 - .97^2) = .243, so that errors are 4 times as large
     for part in ("separates motor_lag from input_delay", "at least 0.970", "4 times"):
         assert (part in text) is said
@@ -83,7 +91,7 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
 
 
 def test_a_rehearsal_without_process_noise_is_the_simulation_on_the_encoders_grid():
-    signal = rehearsed_voltages(multisines(1.0, 0.3).excitation, 20.0)
+    signal = multisines(1.0, 0.3).voltages(20.0)
     quiet = rehearsed(PLANT, signal, ProcessNoise(deviation=0.0))
     counts = quiet[:, 0] / (2.0 * np.pi / 4096)
     # rounding of a double at a few hundred counts is far below this

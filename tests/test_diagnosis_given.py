@@ -10,9 +10,9 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_logs, read_log
+from heli_identifier.tools import Rig
+from heli_identifier.tools.campaign_rows import diagnosed
 from heli_identifier.tracing import DiagnosisSettings, diagnose
-from heli_identifier.workbench.campaign import Rig
-from heli_identifier.workbench.campaign.row import diagnosed
 from heli_plant.parameters import TABLE_2
 
 TRAINING, HELD_OUT = demo_logs("rig-a")

@@ -14,10 +14,10 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
+from heli_identifier.tools import Finding, fleet_of, pooled, rig_folders
+from heli_identifier.tools.fleet import fleet_document
+from heli_identifier.tools.fleet_page import fleet_page, fleet_sentence
 from heli_identifier.tracing import Verdict
-from heli_identifier.workbench.fleet import Finding, fleet_of, pooled, rig_folders
-from heli_identifier.workbench.fleet.document import fleet_document
-from heli_identifier.workbench.fleet.page import fleet_page, fleet_sentence
 from heli_plant.effects import CATALOGUE
 from tests.diagnosis_example import adequate, found_effects
 

@@ -6,8 +6,7 @@ import heli_identifier as hi
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
 from heli_identifier.records import RigConfiguration
-from heli_identifier.workbench.identify.given_lag import MOVED
-from heli_identifier.workbench.identify.method import choose, loop_is_closed
+from heli_identifier.tools.identification import LONGER, choose, loop_is_closed
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
@@ -33,7 +32,7 @@ def test_logs_in_open_loop_are_identified_by_the_papers_adaptation():
 def test_what_a_given_lag_means_for_the_parameters_is_said():
     """A lag T in front of a motion of frequency w costs the gain a factor 1/sqrt(1 + (w T)^2); a longer one, more."""
     found = hi.identify(noisy(TABLE_2, drive(40.0), 1))
-    longer = RigConfiguration(motor_time_constant=found.given_lag.lag + MOVED)
+    longer = RigConfiguration(motor_time_constant=found.given_lag.lag + LONGER)
     again = hi.identify(noisy(TABLE_2, drive(40.0), 1), configuration=longer, method=ADAPTATION)
     for name, change in found.given_lag.changes.items():
         assert again.estimates[name].value == pytest.approx(found.estimates[name].value * (1.0 + change), rel=1e-12)

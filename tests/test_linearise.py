@@ -12,16 +12,20 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
+    closed_loop,
+    controller,
+    frequencies,
+    margins,
+    margins_over,
+    plant_response,
+    step_response,
+)
+from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
+from heli_identifier.tools.loop import closed_loop, controller, frequencies, is_stable, margins_over, plant_response, step_response, unit_step
+from heli_identifier.tools.pid import PEAK, design_pid, drawn_plants, retuned, weighted_error
 from heli_identifier.workbench.delivery.diagnosis_document import document_text
 from heli_identifier.workbench.delivery.parameter_file import read_parameters
 from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
-from heli_identifier.workbench.linearise.closed_loop import closed_loop, controller
-from heli_identifier.workbench.linearise.design import design, drawn_plants
-from heli_identifier.workbench.linearise.linear_model import linear_model, linearise
-from heli_identifier.workbench.linearise.margins import frequencies, margins, margins_over, plant_response
-from heli_identifier.workbench.linearise.operating_point import operating_point
-from heli_identifier.workbench.linearise.retuning import PEAK, retuned, weighted_error
-from heli_identifier.workbench.linearise.step_response import step_response
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -29,6 +33,13 @@ from tests.diagnosis_example import AFTER, example
 
 H = 0.01
 PID = PidSettings()
+
+
+def margins(model, settings):
+    """Margins around one plant."""
+    omega = frequencies(H)
+    found = margins_over(plant_response(model, omega)[None], settings, H, omega)
+    return {name: alone for name, (alone,) in found.items()}
 
 
 def model_at(parameters, pitch=0.0, elevation=0.0):
@@ -65,7 +76,7 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     A[6, 6] = A[7, 7] = -1.0 / p.T_m
     B = np.zeros((8, 2))
     B[6, 0] = B[7, 1] = 1.0 / p.T_m
-    model = linearise(p, point)
+    model = linear_system(p, point)
     # the Runge-Kutta step's own error, (h lambda)^5/120/h, is 2.5e-6 for the motors of 12.5/s were they not exact;
     # the central difference adds some 1e-9/h
     assert np.abs(model.A - A).max() < 5e-6
@@ -75,7 +86,7 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
 
 def test_sampling_the_continuous_system_gives_the_sampled_one():
     point = operating_point(AFTER, 0.1, 0.2)
-    continuous, sampled = linearise(AFTER, point), linearise(AFTER, point, H)
+    continuous, sampled = linear_system(AFTER, point), linear_system(AFTER, point, H)
     expected = control.sample_system(continuous, H, method="zoh")
     # entries of A below 1e-6 are set to zero: over a period that is 1e-8
     assert np.abs(expected.A - sampled.A).max() < 1e-7
@@ -84,7 +95,7 @@ def test_sampling_the_continuous_system_gives_the_sampled_one():
 
 
 def test_the_linear_model_names_its_signals_for_python_control():
-    system = linearise(TABLE_2, operating_point(TABLE_2))
+    system = linear_system(TABLE_2, operating_point(TABLE_2))
     assert isinstance(system, control.StateSpace)
     assert system.input_labels == ["v_front", "v_rear"]
     assert system.output_labels == ["pitch", "elevation", "travel"]
@@ -97,7 +108,7 @@ def test_the_linear_model_names_its_signals_for_python_control():
 def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
     plant = TABLE_2._replace(arm_bending_elevation=bending, quadratic_thrust_rotors=0.1)
     point = operating_point(plant, 0.1, 0.2)
-    model = linearise(plant, point, H)
+    model = linear_system(plant, point, H)
     assert model.nstates == (10 if bending else 8)
     size = 1e-4
     moves = size * np.random.default_rng(1).normal(size=(300, 2))
@@ -128,8 +139,8 @@ def test_the_linear_controller_is_the_controller():
     for _ in range(200):
         angles, references = 1e-3 * random.normal(size=(2, 3))
         state, voltages = pid_step(state, *angles, tuple(references), H, PID._replace(trim=0.0))
-        assert np.abs(K.C @ z + K.D @ angles + K.H @ references - voltages).max() < 1e-9
-        z = K.A @ z + K.B @ angles + K.E @ references
+        assert np.abs(K.C @ z + K.D @ (*angles, *references) - voltages).max() < 1e-9
+        z = K.A @ z + K.B @ (*angles, *references)
     # rounding of a difference at the integrals' scale
     assert np.abs(z - state).max() < 1e-9
 
@@ -145,7 +156,7 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
     def stable(factor):
         plant = model.sampled
         louder = control.ss(plant.A, plant.B @ (np.eye(2) + (factor - 1.0) * projector), plant.C, plant.D, H)
-        return closed_loop(replace(model, sampled=louder), PID).is_stable
+        return is_stable(closed_loop(replace(model, sampled=louder), PID))
 
     # the grid has a per cent from one frequency to the next, and the margin is interpolated
     assert stable(0.99 * margin)
@@ -155,7 +166,7 @@ def test_the_loop_becomes_unstable_where_its_gain_margin_says(axis, channel):
 def test_the_phase_margin_and_crossover_are_those_of_python_control():
     model = model_at(TABLE_2)
     K = controller(PID, H)
-    pid = control.ss(K.A, K.B, K.C, K.D, H)
+    pid = control.ss(K.A, K.B[:, :3], K.C, K.D[:, :3], H)
     plant, wait = model.sampled, control.tf([1], [1, 0], H)
     split, join = np.array([[0.5], [-0.5]]), np.array([[1.0, -1.0]])
     loop = -control.ss([], [], [], join, H) * pid * plant * control.ss([], [], [], split, H)
@@ -179,7 +190,7 @@ def test_a_point_that_no_allowed_plant_can_hold_is_refused():
     # Two draws of a spring that is known to a hundred times its stiffness: both lie far from any that 5 V can hold.
     values = plant_values(AFTER, {"a_e": Estimate(AFTER.a_e, 100.0 * AFTER.a_e, "1/s^2")})
     with pytest.raises(ConfigurationError, match="none of 2 plants that the data allow has an equilibrium at pitch 0"):
-        design(ParameterSet("HelicopterPlant", values), elevation=0.3, draws=2)
+        design_pid(ParameterSet("HelicopterPlant", values), elevation=0.3, draws=2)
 
 
 def test_an_input_delay_takes_its_phase_off_the_margin():
@@ -191,9 +202,9 @@ def test_an_input_delay_takes_its_phase_off_the_margin():
 
 def test_the_papers_pid_is_stable_on_table_2_and_its_printed_sign_is_not():
     model = model_at(TABLE_2)
-    assert closed_loop(model, PID).is_stable
+    assert is_stable(closed_loop(model, PID))
     printed = PID._replace(pitch=type(PID.pitch)(*(-gain for gain in PID.pitch)))
-    assert not closed_loop(model, printed).is_stable
+    assert not is_stable(closed_loop(model, printed))
 
 
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
@@ -218,7 +229,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     settings = PID._replace(trim=point.v_front + point.v_rear)
     simulated = step_response(plant, point, settings, "pitch", size=1e-3, duration=4.0)
     loop = closed_loop(linear_model(plant, point), settings)
-    linear = 1e-3 * loop.trajectory(loop.R[:, 0], 400)[:, 0]
+    linear = 1e-3 * unit_step(loop, 0, 400)[:, 0]
     assert np.abs(simulated.angle[:100]).max() < 1e-9
     # the square of a motion of 1e-3 rad
     assert np.abs(simulated.angle[100:] - linear).max() < 2e-6

@@ -2,8 +2,7 @@
 
 import pytest
 
-from heli_identifier.workbench.linearise.advice import control_advice
-from heli_identifier.workbench.linearise.retuning import PEAK
+from heli_identifier.tools.pid import PEAK, control_advice
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.parameters import TABLE_2
 

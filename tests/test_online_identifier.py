@@ -20,7 +20,7 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.online.excitation import paper_excitation
-from heli_identifier.workbench.identify.replay import replay
+from heli_identifier.workbench.paper.replay import replay
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state

@@ -17,8 +17,8 @@ from heli_identifier.online.outside import (
     shares,
     widened,
 )
-from heli_identifier.workbench.design.closed_loop import Addition, flown
-from heli_identifier.workbench.design.rehearsal import ProcessNoise
+from heli_identifier.tools.experiment import ProcessNoise
+from heli_identifier.tools.flight import Addition, flown
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2, PlantParameters
 

@@ -7,10 +7,10 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import IdentifierSettings
-from heli_identifier.workbench.identify.replay import replay
 from heli_identifier.workbench.paper import Extent, reproduce
 from heli_identifier.workbench.paper.closed_loop import PLANT, STEP_SIZE, STEP_TIME, closed_loops
 from heli_identifier.workbench.paper.published import TRUTH
+from heli_identifier.workbench.paper.replay import replay
 from heli_identifier.workbench.paper.runs import (
     FREE,
     INITIAL_ESTIMATES,

@@ -2,6 +2,8 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,8 +13,10 @@ import typer
 from heli_identifier.cli.options import Config, Json
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.campaign.sources import Source
-    from heli_identifier.workbench.campaign.summary import Summary
+    from heli_identifier.tools import Progress, Row, Source, Summary
+
+LINES = 20
+"""Number of lines that a whole campaign writes on its progress where there is no terminal."""
 
 FAILED = 1
 """Exit code where a rig could not be diagnosed."""
@@ -23,7 +27,7 @@ def campaign(
         Path | None,
         typer.Argument(
             metavar="FOLDER",
-            help="Folder with a sub-folder for each rig, which holds train*.csv and held*.csv.",
+            help="Folder with a sub-folder for each rig, with its logs, CSV or MATLAB, as for `heli fleet`.",
             show_default=False,
         ),
     ] = None,
@@ -35,7 +39,7 @@ def campaign(
         str,
         typer.Option(
             metavar="MODULE:FUNCTION",
-            help="Function that makes a heli_identifier.workbench.campaign.Rig of a seed, in place of FOLDER.",
+            help="Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER.",
             show_default=False,
         ),
     ] = "",
@@ -65,19 +69,14 @@ def campaign(
     from heli_identifier.cli.logs import found_configuration
     from heli_identifier.cli.terminal import note, print_json
     from heli_identifier.tracing import DiagnosisSettings
-    from heli_identifier.workbench.campaign.cluster import require_packages
 
-    require_packages()
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
     # These take a second or two to import: the words of the command are checked before.
-    from heli_identifier.workbench.campaign.progress import progress_bar
-    from heli_identifier.workbench.campaign.results import CONSOLIDATED
-    from heli_identifier.workbench.campaign.run import run_campaign
-    from heli_identifier.workbench.campaign.summary import summarised
+    from heli_identifier.tools import CONSOLIDATED, run_campaign, summarised
 
     settings = DiagnosisSettings.from_rig(configuration)
-    with progress_bar() as progress:
+    with rigs_done() as progress:
         rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
@@ -89,13 +88,31 @@ def campaign(
         raise typer.Exit(FAILED)
 
 
+@contextmanager
+def rigs_done() -> "Iterator[Progress]":
+    """Show how many rigs are done on the error stream: a bar on a terminal, some twenty lines elsewhere."""
+    from heli_identifier.cli.terminal import progress_bar
+
+    failed = 0
+    with progress_bar() as bar:
+
+        def show(done: int, total: int, row: "Row | None") -> None:
+            nonlocal failed
+            failed += bool(row and row.get("error"))
+            bar(f"{done} of {total} rigs done" + (f", {failed} failed" if failed else ""), done / total)
+            if not sys.stderr.isatty() and (row is None or done == total or done % max(1, total // LINES) == 0):
+                typer.echo(f"{done} of {total} rigs done", err=True)
+
+        yield show
+
+
 def _sources(
     folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
 ) -> "list[Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
     from heli_identifier.cli.logs import shared_configuration
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.campaign.sources import folder_rigs, generated_rigs
+    from heli_identifier.tools import generated_rigs, rigs_below
 
     if (folder is None) == (generator == ""):
         raise ConfigurationError("name either a folder of rigs or a --generator.")
@@ -104,7 +121,7 @@ def _sources(
             raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
-        return [*folder_rigs(folder, shared_configuration(config))]
+        return [*rigs_below(folder, shared_configuration(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.

@@ -52,9 +52,7 @@ def design(
     """
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.errors import ConfigurationError, require_range
-    from heli_identifier.workbench.design.naming import effects_named
-    from heli_identifier.workbench.design.separation import Limits, designs
-    from heli_identifier.workbench.design.writing import as_documents, as_rows, warning, write_voltages
+    from heli_identifier.tools import Limits, designs, effects_named, experiment_table, separation_warning
 
     require_range("duration", duration, "s", 20.0, 3600.0)
     if [separate is not None, show is not None, closed_loop].count(True) != 1:
@@ -77,20 +75,20 @@ def design(
         )
     listed = ranked[: 10 if json else 5]
     if json:
-        print_json(as_documents(listed, entries))
+        print_json([one.document(entries) for one in listed])
     else:
-        print_table("Experiments, best first", *as_rows(listed, entries))
+        print_table("Experiments, best first", *experiment_table(listed, entries))
         typer.echo(
             "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
         )
         typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
         if len(entries) > 1:
             typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")
-    text = warning(listed, entries)
+    text = separation_warning(listed, entries)
     if text is not None:
         warn(text)
     if output is not None:
-        write_voltages(ranked[0], output)
+        ranked[0].write_voltages(output)
         note(f"voltages of the best: {output}")
 
 
@@ -140,13 +138,7 @@ def _in_closed_loop(
     """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.errors import ConfigurationError, require_range
-    from heli_identifier.workbench.design.closed_loop import (
-        flight_documents,
-        flight_outlooks,
-        flight_rows,
-        pid_settings,
-    )
-    from heli_identifier.workbench.design.separation import Limits
+    from heli_identifier.tools import Limits, flight_outlooks, flight_table, pid_settings
 
     if output is not None:
         raise ConfigurationError("--output writes voltages of an open loop; with --closed-loop there are none.")
@@ -161,8 +153,8 @@ def _in_closed_loop(
             "hover; widen the limits."
         )
     if json:
-        print_json(flight_documents(ranked))
+        print_json([one.document for one in ranked])
         return
-    print_table("Standard errors of what the loop hides, best first", *flight_rows(ranked))
+    print_table("Standard errors of what the loop hides, best first", *flight_table(ranked))
     if not gains:
         note("no --controller given: the PID of the units flies with its default gains")

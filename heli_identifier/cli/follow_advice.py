@@ -6,12 +6,12 @@ from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heli_identifier.errors import ConfigurationError
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.linearise.advice import Advice
+    from heli_identifier.tools import Advice
     from heli_plant.control import PidSettings
     from heli_plant.parameters import PlantParameters
 
@@ -43,7 +43,7 @@ class Adviser:
 
         from heli_identifier.cli.guard import bound_to_parent
         from heli_identifier.signals import unheard
-        from heli_identifier.workbench.linearise.advice import control_advice
+        from heli_identifier.tools import control_advice
 
         if self.asked is not None:
             self.asked.cancel()
@@ -112,23 +112,10 @@ def controller_of(path: Path | None) -> "PidSettings | None":
     """
     if path is None:
         return None
+    from heli_identifier.tools import CONTROLLER, pid_settings
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.linearise.documents import CONTROLLER
-    from heli_plant.control import AxisGains, PidSettings
 
     given = read_parameters(path)
     if given.unit != CONTROLLER:
         raise ConfigurationError(f"{path} holds parameters of the {given.unit}, those of the {CONTROLLER} are needed.")
-    usual, values = PidSettings(), given.start_values
-    axes: dict[str, Any] = {
-        axis: AxisGains(
-            *(values.get(f"{axis}.{gain}", getattr(getattr(usual, axis), gain)) for gain in AxisGains._fields)
-        )
-        for axis in ("pitch", "elevation", "travel")
-    }
-    return usual._replace(
-        **axes,
-        trim=values.get("trim", usual.trim),
-        rate_time_constant=values.get("rate.time_constant", usual.rate_time_constant),
-        voltage_limit=values.get("voltage_limit", usual.voltage_limit),
-    )
+    return pid_settings(given.start_values)

@@ -18,10 +18,10 @@ LEAST_AFTER_CHANGE = 30.0
 
 def conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
     """Diagnose the recording; where it holds too little, leave the twin's parameters and unit."""
-    from heli_identifier.cli.logs import SHORTEST_TO_SPLIT
     from heli_identifier.cli.terminal import note, warn
     from heli_identifier.errors import IdentifierError
     from heli_identifier.live.session import IN_USE, RECORDED
+    from heli_identifier.tools import SHORTEST_TO_SPLIT
 
     session.in_use().write(folder / IN_USE)
     path = folder / RECORDED

@@ -35,10 +35,9 @@ def identify(
     from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.records import read_logs
+    from heli_identifier.tools import identify as identify_logs
     from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.interface.identification import RESULTS
-    from heli_identifier.workbench.interface.identification import identify as identify_logs
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
@@ -67,4 +66,4 @@ def identify(
     for text in found.warnings:
         warn(text)
     if not json:
-        note(f"written: {', '.join(str(output / name) for name in RESULTS)}")
+        note(f"written: {', '.join(str(output / name) for name in found.files)}")

@@ -25,12 +25,11 @@ def linearise(
     """
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.files import write_atomically
+    from heli_identifier.tools import design_pid
     from heli_identifier.workbench.delivery.diagnosis_document import document_text
     from heli_identifier.workbench.delivery.parameter_file import read_parameters
     from heli_identifier.workbench.delivery.provenance import from_command_line
     from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.linearise.design import design
-    from heli_identifier.workbench.linearise.documents import controller_parameters, design_document, matlab_bytes
     from heli_identifier.workbench.report.figures.over_time import step_figure
     from heli_identifier.workbench.report.figures.style import write_figure
     from heli_identifier.workbench.report.rounding import significant
@@ -38,12 +37,12 @@ def linearise(
     with whole_folder(output) as draft:
         given = read_parameters(parameters)
         with progress_bar() as progress:
-            made = design(given, pitch, elevation, progress=progress)
+            made = design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
-        document = design_document(made, origin)
+        document = made.document(origin)
         write_atomically(draft / "linear_model.json", document_text(document))
-        write_atomically(draft / "linear_model.mat", matlab_bytes(made))
-        controller_parameters(made, origin).write(draft / "controller.json")
+        write_atomically(draft / "linear_model.mat", made.matlab_bytes())
+        made.controller_parameters(origin).write(draft / "controller.json")
         write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
     if json:
         print_json(document)

@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from heli_identifier.cli.terminal import note, warn
@@ -12,16 +11,9 @@ from heli_identifier.records import (
     Log,
     RigConfiguration,
     read_configuration,
-    read_log,
-    read_logs,
     suspicions,
 )
-
-TRAINING_SHARE = 2.0 / 3.0
-"""Share of a single log that is fitted to; the rest is held out."""
-
-SHORTEST_TO_SPLIT = 15.0
-"""Length [s] from which a single log is split."""
+from heli_identifier.tools import read_split
 
 
 def configuration_here() -> Path | None:
@@ -67,31 +59,10 @@ def split_logs(
     LogError
         A log cannot be read, no training log is left, or a single log is too short to be split.
     """
-    form = configuration.format
     if not training:
         raise LogError("no log is left to fit to: all that were named are held out by --validate.")
-    if not held_out and len(training) > 1:
-        note(f"held out: {training[-1]}, the last log (name others with --validate)")
-        training, held_out = training[:-1], training[-1:]
-    if held_out:
-        logs = read_logs((*training, *held_out), form, start, end)
-    else:
-        logs = _parts(training[0], configuration, start, end)
-    print_notes(logs)
-    return logs[: len(training)], logs[len(training) :]
-
-
-def _parts(path: Path, configuration: RigConfiguration, start: float | None, end: float | None) -> tuple[Log, Log]:
-    """Split a single log in time: the first two thirds, and the last third."""
-    whole = read_log(path, configuration.format, start, end)
-    if whole.duration < SHORTEST_TO_SPLIT:
-        raise LogError(
-            f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
-            f"{SHORTEST_TO_SPLIT:g} s are needed; name a second log with --validate."
-        )
-    cut = whole.start + TRAINING_SHARE * whole.duration
-    last = whole.start + whole.duration - 0.5 * whole.step
-    note(f"held out: the last third of {path}, from {cut:.4g} s on (name another log with --validate)")
-    first = read_log(path, configuration.format, whole.start, cut - 0.5 * whole.step)
-    rest = read_log(path, configuration.format, cut, last)
-    return first, replace(rest, name=f"{rest.name} from {cut:.4g} s")
+    fitted, judged, held_back = read_split(training, held_out, configuration.format, start, end)
+    if held_back:
+        note(f"{held_back} (name another log with --validate)")
+    print_notes((*fitted, *judged))
+    return fitted, judged

@@ -22,8 +22,8 @@ from scipy.signal import lfilter
 
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.online.excitation import paper_excitation, voltages
-from heli_identifier.workbench.identify.replay import replay
 from heli_identifier.workbench.paper.published import TRUTH
+from heli_identifier.workbench.paper.replay import replay
 from heli_plant.compiled import compiled_for, parameter_record, read_only
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step

@@ -27,8 +27,8 @@ from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.identify.identification import EstimateHistory, Together
-    from heli_identifier.workbench.linearise.step_response import StepResponse
+    from heli_identifier.tools.identification import EstimateHistory, Together
+    from heli_identifier.tools.loop import StepResponse
 
 NAMES = ModelParameters._fields
 

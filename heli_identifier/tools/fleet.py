@@ -16,19 +16,27 @@ An effect *repeats* if at least two rigs name it, or if the estimates of all rig
 * and the mean lies in the catalogue's plausible range: no loss of thrust is negative.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from enum import StrEnum
 from math import isfinite
+from typing import Any
+
+from scipy.stats import false_discovery_control
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
-from heli_identifier.tracing import Diagnosis, FoundEffect, Verdict
-from heli_identifier.workbench.fleet.meta_analysis import LEVEL, Pooled, pooled
+from heli_identifier.tools.meta_analysis import LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
+from heli_identifier.tools.rigs import Rig, error_text
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Verdict, diagnose
+from heli_identifier.workbench.delivery.diagnosis_document import estimate_entry, plain
 from heli_identifier.workbench.report.sentences import effect_name
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
+
+SCHEMA = "heli-fleet/1"
+"""Of fleet.json."""
 
 
 class Finding(StrEnum):
@@ -100,6 +108,19 @@ class Coefficient:
         """Rigs that the mean is made of."""
         return tuple(entry for entry in self.rigs if not entry.left_out)
 
+    @property
+    def figures(self) -> dict[str, Any]:
+        """Mean and rigs for a JSON file."""
+        return {
+            "unit": self.unit,
+            "alike": self.mean.alike if self.mean else None,
+            "pooled": asdict(self.mean) if self.mean else None,
+            "rigs": [
+                {"rig": one.rig, **estimate_entry(one.estimate), "verdict": one.verdict, "left_out": one.left_out}
+                for one in self.rigs
+            ],
+        }
+
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
@@ -114,24 +135,112 @@ class Fleet:
         :class:`Finding`; inside of these the effects that most rigs name first.
     parameters : tuple of Coefficient
         Parameters of the corrected models by the paper's symbols.
+    failures : mapping of str to str
+        Why a rig has no diagnosis, by rig.
     """
 
     diagnoses: Mapping[str, Diagnosis]
     effects: tuple[Coefficient, ...]
     parameters: tuple[Coefficient, ...]
+    failures: Mapping[str, str] = field(default_factory=dict)
 
     def found(self, *findings: Finding) -> tuple[Coefficient, ...]:
         """Effects with one of these findings."""
         return tuple(entry for entry in self.effects if entry.finding in findings)
 
+    def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
+        """Give the content of fleet.json.
 
-def fleet_of(diagnoses: Mapping[str, Diagnosis]) -> Fleet:
+        Parameters
+        ----------
+        provenance : mapping
+            Versions, command and date, from :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+        """
+        return plain(
+            {
+                "schema": SCHEMA,
+                "rigs": [
+                    {
+                        "rig": rig,
+                        "verdict": found.verdict.value,
+                        "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
+                        "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
+                        "use": {axis: report.use.value for axis, report in found.axes.items()},
+                        "held_out_nats": found.held_out.gain.value,
+                        "prediction_1s_rad": {
+                            axis: {
+                                "before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value
+                            }
+                            for axis, report in found.axes.items()
+                        },
+                        "data": [{"file": e.file, "sha256": e.sha256, "used_for": e.used_for} for e in found.data],
+                        "notes": found.notes,
+                        "seconds": found.seconds,
+                    }
+                    for rig, found in self.diagnoses.items()
+                ],
+                "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
+                "effects": [
+                    {"name": effect.name, "axis": effect.axis, "finding": effect.finding, "named": effect.named}
+                    | effect.figures
+                    for effect in self.effects
+                ],
+                "parameters": [{"name": parameter.name} | parameter.figures for parameter in self.parameters],
+                "settings": {
+                    "level": LEVEL,
+                    "false_discovery_rate": FALSE_DISCOVERY_RATE,
+                    "largest_like_spread": LARGEST_LIKE_SPREAD,
+                },
+                "provenance": provenance,
+            }
+        )  # fmt: skip
+
+
+def diagnose_rigs(
+    rigs: Mapping[str, Rig],
+    failures: Mapping[str, str] | None = None,
+    progress: Callable[[str, float], None] = lambda what, share: None,
+) -> Fleet:
+    """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone.
+
+    Parameters
+    ----------
+    rigs : mapping of str to Rig
+        By name.
+    failures : mapping of str to str, optional
+        Rigs that could not even be read, and why.
+    progress : callable, optional
+        Called with what is being done and the share that is done.
+
+    Raises
+    ------
+    IdentifierError
+        Fewer than two rigs could be diagnosed; the message says what is wrong with the others.
+    """
+    diagnoses: dict[str, Diagnosis] = {}
+    lost = dict(failures or {})
+    for number, (name, rig) in enumerate(rigs.items() if len(rigs) > 1 else ()):
+
+        def within(what: str, share: float, name: str = name, number: int = number) -> None:
+            progress(f"{name}: {what}", (number + share) / len(rigs))
+
+        settings = DiagnosisSettings.from_rig(rig.configuration) if rig.configuration else DiagnosisSettings()
+        try:
+            diagnoses[name] = diagnose(rig.training, held_out=rig.held_out, settings=settings, progress=within)
+        except Exception as error:
+            lost[name] = error_text(error)
+    return fleet_of(diagnoses, lost)
+
+
+def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
     """Set the diagnoses of several rigs beside each other.
 
     Parameters
     ----------
     diagnoses : mapping of str to Diagnosis
         By the name of the rig; at least two.
+    failures : mapping of str to str, optional
+        Why a rig has no diagnosis, by rig.
 
     Raises
     ------
@@ -139,7 +248,8 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis]) -> Fleet:
         Fewer than two diagnoses.
     """
     if len(diagnoses) < 2:
-        raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")
+        wrong = "".join(f"; rig {rig}: {error}" for rig, error in (failures or {}).items())
+        raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given{wrong}")
     keys = dict.fromkeys((entry.name, entry.axis) for found in diagnoses.values() for entry in found.catalogue)
     estimates = {key: [e for rig, found in diagnoses.items() for e in _of_effect(rig, found, key)] for key in keys}
     means = {key: _mean(entries) for key, entries in estimates.items()}
@@ -155,13 +265,19 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis]) -> Fleet:
     )
     symbols = dict.fromkeys(symbol for found in diagnoses.values() for symbol in found.parameters_after)
     parameters = [_parameter(symbol, diagnoses) for symbol in symbols]
-    return Fleet(dict(diagnoses), tuple(effects), tuple(p for p in parameters if p.mean is not None))
+    determined = tuple(parameter for parameter in parameters if parameter.mean is not None)
+    return Fleet(dict(diagnoses), tuple(effects), determined, dict(failures or {}))
 
 
 def _of_effect(rig: str, diagnosis: Diagnosis, key: tuple[str, str]) -> list[RigEstimate]:
     """Give the catalogue's estimate of one effect on one rig; none if its catalogue lacks the entry."""
     found = {(named.name, named.axis): named for named in diagnosis.effects if named.coefficient is not None}
-    rivals = [named for named in found.values() if key in named.alternatives or _same_mechanism(named, key)]
+    family = effect(*key).family
+    rivals = [
+        named
+        for named in found.values()
+        if key in named.alternatives or (named.axis == key[1] and effect(named.name, named.axis).family == family)
+    ]
     estimates = []
     for entry in diagnosis.catalogue:
         if (entry.name, entry.axis) != key:
@@ -173,11 +289,6 @@ def _of_effect(rig: str, diagnosis: Diagnosis, key: tuple[str, str]) -> list[Rig
             left_out = f"{effect_name(rivals[0].name, rivals[0].axis)} is named in its place"
         estimates.append(RigEstimate(rig, entry.estimate, str(entry.verdict), key in found, left_out))
     return estimates
-
-
-def _same_mechanism(found: FoundEffect, key: tuple[str, str]) -> bool:
-    """Whether a named effect acts on the axis of an entry by the mechanism of that entry."""
-    return found.axis == key[1] and effect(found.name, found.axis).family == effect(*key).family
 
 
 def _parameter(symbol: str, diagnoses: Mapping[str, Diagnosis]) -> Coefficient:
@@ -204,16 +315,14 @@ def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
 
 def _shown_together(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
     """Effects that the estimates of all rigs show together."""
-    from statsmodels.stats.multitest import fdrcorrection
-
     tested = {key: mean for key, mean in means.items() if mean is not None}
     if not tested:
         return set()
-    refuted, _ = fdrcorrection([mean.none_p for mean in tested.values()], FALSE_DISCOVERY_RATE)
+    corrected = false_discovery_control([mean.none_p for mean in tested.values()])
     return {
         key
-        for (key, mean), yes in zip(tested.items(), refuted, strict=True)
-        if yes and mean.p < 1.0 - LEVEL and effect(*key).lower <= mean.mean <= effect(*key).upper
+        for (key, mean), p in zip(tested.items(), corrected, strict=True)
+        if p <= FALSE_DISCOVERY_RATE and mean.p < 1.0 - LEVEL and effect(*key).lower <= mean.mean <= effect(*key).upper
     }
 
 

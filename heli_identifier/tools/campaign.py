@@ -1,0 +1,327 @@
+"""Campaigns: every rig of a list diagnosed once on Dask, whatever happens to workers or to the campaign itself.
+
+A result is called by a digest of everything that it depends on: the rig's name and content, the settings, and the
+source of all code that takes part. A campaign that is started again skips the rigs that have a result of this name;
+rigs that failed are tried again. Only the client writes results, each as it arrives. A worker that dies loses at most
+the rig that it was diagnosing, which Dask gives to another worker.
+
+Each worker diagnoses one rig at a time on one core: rigs are independent, so more rigs at once use the cores better
+than more threads per rig. Dask and pyarrow are optional (``pip install 'heli-twin[cluster]'``).
+"""
+
+import hashlib
+import json
+import os
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict
+from importlib.util import find_spec
+from itertools import islice
+from logging import CRITICAL
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from heli_identifier.drafts import draft_folder
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.tools.campaign_rows import (
+    Row,
+    complete,
+    diagnosis_columns,
+    read_rows,
+    truth_columns,
+    write_rows,
+)
+from heli_identifier.tools.rigs import Source, digest_once, error_text, named_function, source_digest
+from heli_identifier.tracing import DiagnosisSettings, diagnose
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+CONSOLIDATED = "campaign.parquet"
+
+CODE = (
+    "heli_plant",
+    "heli_identifier.online",
+    "heli_identifier.records",
+    "heli_identifier.tracing",
+)
+"""Packages that a diagnosis runs."""
+
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
+"""Environment of a worker process; linear-algebra libraries read it once, when they are loaded."""
+
+MOST_WORKERS = 1000
+"""Processes that are started on one machine at most."""
+
+CONNECTING = 60.0
+"""Time limit [s] for a scheduler to answer, and then for its first worker."""
+
+PATIENCE = {"distributed.deploy.lost-worker-timeout": "1 day", "distributed.scheduler.no-workers-timeout": "10 minutes"}
+"""How long a worker that has died may take to come back.
+
+Dask looks 15 s after the death of a worker whether there is one, and otherwise gives its place up for good. On a busy
+machine, where a start takes seconds, it may find it between two deaths; without a worker a campaign would never end.
+Should there be none for a long time all the same, the rigs that wait for one fail, with a row that says so.
+"""
+
+Work = Callable[[Source, DiagnosisSettings, str | None], Row]
+Progress = Callable[[int, int, Row | None], None]
+"""Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
+
+
+def run_campaign(
+    sources: Sequence[Source],
+    folder: str | Path,
+    settings: DiagnosisSettings | None = None,
+    measure: str | None = None,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    progress: Progress = lambda done, total, row: None,
+    work: Work | None = None,
+) -> list[Row]:
+    """Diagnose every rig that has no result yet.
+
+    Parameters
+    ----------
+    sources : sequence of Source
+        Their names must differ.
+    folder : path
+        Folder of the results, made if it is missing: ``rows/<key>.parquet``, one row each, and ``campaign.parquet`` of
+        them all. A file appears whole or not at all.
+    settings : DiagnosisSettings, optional
+    measure : str, optional
+        "module:function" of further figures, see :func:`diagnosed`.
+    scheduler : str, optional
+        Address of a running scheduler, "tcp://host:8786"; without it processes are started on this machine.
+    workers : int, optional
+        Number of processes to start; one per core if not given.
+    progress : callable, optional
+        Called after every result.
+    work : callable, optional
+        What a worker does with a source; :func:`diagnosed` by default.
+
+    Returns
+    -------
+    list of dict
+        One row per source, in their order; also written to ``campaign.parquet``.
+
+    Raises
+    ------
+    ConfigurationError
+        Two rigs have the same name, an optional package is missing, no scheduler answers, it has no worker or its
+        workers run another version of this software, or the folder cannot be used.
+    """
+    require_packages()
+    if workers is not None and scheduler is not None:
+        raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
+    settings, folder = settings or DiagnosisSettings(), Path(folder)
+    by_key, rows, present = _keyed(sources, settings, measure), folder / "rows", folder.exists()
+    try:
+        rows.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ConfigurationError(
+            f"{folder} cannot hold results: {error.strerror}; name another output folder."
+        ) from error
+    try:
+        known = {key: row for key in by_key if (row := read_row(rows, key)) and row["error"] is None}
+        progress(len(known), len(by_key), None)
+        waiting = {key: source for key, source in by_key.items() if key not in known}
+        if waiting:
+            with connected(scheduler, workers) as client:
+                for row in _arriving(client, waiting, work or diagnosed, settings, measure):
+                    write_rows([row], rows / f"{row['key']}.parquet")
+                    known[row["key"]] = complete(row)
+                    progress(len(known), len(by_key), row)
+        found = [known[key] for key in by_key]
+        write_rows(found, folder / CONSOLIDATED)
+        return found
+    finally:
+        with suppress(OSError):  # folders that hold results stay
+            rows.rmdir()
+            if not present:
+                folder.rmdir()
+
+
+def read_row(folder: Path, key: str) -> Row | None:
+    """Return the row of a key, None if there is none."""
+    path = folder / f"{key}.parquet"
+    return next(iter(read_rows(path)), None) if path.exists() else None
+
+
+def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
+    """Load and diagnose one rig.
+
+    Parameters
+    ----------
+    source : Source
+    settings : DiagnosisSettings
+        The rig's own configuration overrides what they give of the rig: motor lag, voltage limit, rest pitch.
+    measure : str, optional
+        "module:function", called with the rig, truth included, and its diagnosis after that has ended. It returns
+        further figures, a mapping of str to float for the column ``measures``.
+
+    Returns
+    -------
+    dict
+        The row without its key. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one
+        bad rig does not end the campaign.
+    """
+    began = perf_counter()
+    row: Row = {"rig": source.rig}
+    try:
+        rig = source.load()
+        row |= truth_columns(rig.truth)
+        own = settings if rig.configuration is None else DiagnosisSettings.from_rig(rig.configuration)
+        diagnosis = diagnose(rig.training, held_out=rig.held_out, settings=own)
+        row |= diagnosis_columns(diagnosis)
+        if measure:
+            row["measures"] = dict(named_function(measure)(rig, diagnosis))
+    except Exception as error:
+        row |= {"error": error_text(error), "seconds": perf_counter() - began}
+    return row
+
+
+def require_packages() -> None:
+    """Check that the optional packages are installed.
+
+    Raises
+    ------
+    ConfigurationError
+        One is missing; the message says how to install it.
+    """
+    missing = [name for name in ("distributed", "pyarrow") if find_spec(name) is None]
+    if missing:
+        raise ConfigurationError(
+            f"a campaign needs Dask and pyarrow, and {' and '.join(missing)} cannot be found; install both with "
+            "pip install 'heli-twin[cluster]'."
+        )
+
+
+def code_digest() -> str:
+    """Return the digest of the source of every package that a diagnosis runs."""
+    return digest_once(CODE)
+
+
+def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -> str:
+    """Return the name of a result by the rig's name, the digests of its logs and of the code, and the settings.
+
+    It has 96 bits, with which no two of a billion results share one.
+    """
+    parts = [rig, content, json.dumps(asdict(settings), sort_keys=True), code]
+    return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:24]
+
+
+def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:
+    """Return the sources by the keys of their results."""
+    twice = [name for name, count in Counter(source.rig for source in sources).items() if count > 1]
+    if twice:
+        raise ConfigurationError(f"two rigs are called {twice[0]!r}; every rig needs its own name.")
+    code = code_digest()
+    if measure:
+        named_function(measure)
+        code += f" {measure} {source_digest([measure.partition(':')[0]])}"
+    return {result_key(source.rig, source.content(), settings, code): source for source in sources}
+
+
+@contextmanager
+def connected(scheduler: str | None = None, workers: int | None = None) -> "Iterator[Client]":
+    """Yield a Dask client of a scheduler, or of processes on this machine that are closed at the end."""
+    import dask
+    from distributed import Client, LocalCluster
+
+    if scheduler is None:
+        with (
+            draft_folder() as scratch,
+            # The scheduler makes its folder, too; that of the workers is named below.
+            dask.config.set(
+                {"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": str(scratch), **PATIENCE}
+            ),
+            # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
+            # Any free port for Dask's own pages: two campaigns may run at once.
+            LocalCluster(
+                n_workers=workers or os.cpu_count() or 1,
+                threads_per_worker=1,
+                memory_limit=0,
+                dashboard_address=":0",
+                silence_logs=CRITICAL,
+                local_directory=str(scratch),
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=CONNECTING)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(
+            f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// address."
+        ) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=CONNECTING)
+        except TimeoutError:
+            raise ConfigurationError(
+                f"the scheduler at {scheduler} has no worker; start some with "
+                f"`dask worker {scheduler} --nthreads 1 --nworkers -1`."
+            ) from None
+        _check_versions(client)
+        yield client
+
+
+def _check_versions(client: "Client") -> None:
+    """Refuse workers whose code differs: their rows would be taken for results of this version."""
+    try:
+        digests = client.run(code_digest)
+    except ImportError as error:
+        raise ConfigurationError(
+            f"a worker cannot import {error.name}; install this software, with its cluster extra, on every machine."
+        ) from error
+    others = sorted(worker for worker, digest in digests.items() if digest != code_digest())
+    if others:
+        raise ConfigurationError(
+            f"the worker at {others[0]} runs another version of this software ({len(others)} of {len(digests)} do); "
+            "install the same one on every machine."
+        )
+
+
+def _arriving(
+    client: "Client", waiting: Mapping[str, Source], work: Work, settings: DiagnosisSettings, measure: str | None
+) -> Iterator[Row]:
+    """Yield each row as it arrives.
+
+    A worker gets one rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig that
+    it has suspected four times.
+    """
+    from distributed import as_completed
+
+    left, at_work = iter(waiting.items()), as_completed()
+    keys = {}
+
+    def supply() -> None:
+        free = max(1, len(client.nthreads())) - at_work.count()
+        for key, source in islice(left, max(0, free)):
+            future = client.submit(work, source, settings, measure, key=f"diagnose-{key}", pure=False)
+            keys[future.key] = key
+            at_work.add(future)
+
+    supply()
+    for future in at_work:
+        key = keys[future.key]
+        if future.cancelled():
+            raise ConfigurationError(
+                "the scheduler went away; the results so far are kept, and the same command continues from there."
+            )
+        try:
+            row = future.result()
+        except Exception as error:
+            row = {"rig": waiting[key].rig, "error": f"{type(error).__name__}: {error}"}
+        # While this process holds a future, Dask would compute its result again after the death of a worker.
+        future.release()
+        supply()
+        yield row | {"key": key}

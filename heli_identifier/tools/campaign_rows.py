@@ -1,0 +1,327 @@
+"""The rows of a campaign: what was found and, in columns that begin with ``true_``, what is true; and their figures.
+
+A row holds plain values by column, which travel between processes and fit a line of a Parquet table. The diagnosis
+never sees the truth; rows are judged against it afterwards.
+
+*Named first*: the strongest entry is an effect of the rig, on an axis on which it acts; an effect that acts on several
+axes is true on each of them. *False*: an entry that the rig does not have; an "unknown" entry is false on every rig
+without an unknown torque. *Right*: everything that the rig has is found, and nothing else. *Covered*: the 95 % interval
+of a parameter or coefficient holds the true value.
+"""
+
+import io
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import write_atomically
+from heli_identifier.online import Estimate, ModelParameters
+from heli_identifier.tools.rigs import Truth
+from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
+from heli_plant.effects import AXES
+
+if TYPE_CHECKING:
+    import pyarrow
+
+Row = dict[str, Any]
+"""Values by column; a missing column is null."""
+
+Entry = tuple[str, str]
+"""Name and axis."""
+
+BASE = ModelParameters._fields
+"""Parameters of the simplified model, by the paper's symbols."""
+
+STAGES = ("before", "after", "noise_floor")
+
+UNKNOWN = "unknown"
+"""Name of an entry for a torque that is no effect of the catalogue."""
+
+
+def error_column(axis: str, stage: str) -> str:
+    """Return the column of the 1 s prediction error [rad] of an axis at one of :data:`STAGES`."""
+    return f"{axis}_1s_{stage}_rad"
+
+
+def schema() -> "pyarrow.Schema":
+    """Return the columns and their types."""
+    import pyarrow as pa
+
+    text, number = pa.string(), pa.float64()
+    effect = {
+        "name": text, "axis": text, "coefficient": number, "standard_error": number, "score": number, "verdict": text,
+        "alternatives": pa.list_(text), "variable": text, "frequency_hz": number,
+    }  # fmt: skip
+    possible = {"name": text, "axis": text, "score": number, "in_plant": pa.bool_()}
+    true_effect = {"name": text, "axis": text, "coefficient": number}
+    columns: dict[str, pa.DataType] = {
+        "rig": text,
+        "key": text,
+        "error": text,
+        "verdict": text,
+        "effects": pa.list_(pa.struct(list(effect.items()))),
+        "possible": pa.list_(pa.struct(list(possible.items()))),
+        "closed_loop": pa.bool_(),
+        "held_out_nats": number,
+        **{f"{axis}_use": text for axis in AXES},
+        **{column: number for symbol in BASE for column in (symbol, f"{symbol}_se")},
+        **{error_column(axis, stage): number for axis in AXES for stage in STAGES},
+        "seconds": number,
+        "measures": pa.map_(text, number),
+        "true_kind": text,
+        "true_effects": pa.list_(pa.struct(list(true_effect.items()))),
+        "true_unknown": pa.struct([("axis", text), ("variable", text)]),
+        **{f"true_{symbol}": number for symbol in BASE},
+    }
+    return pa.schema(list(columns.items()))
+
+
+def complete(row: Row) -> Row:
+    """Return a row with every column, None in those that it lacks."""
+    return dict.fromkeys(schema().names) | row
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Read rows as :func:`write_rows` wrote them.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is not a result of a campaign.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return pq.read_table(path, schema=schema()).to_pylist(maps_as_pydicts="strict")
+    except (pa.ArrowException, OSError) as error:
+        raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
+
+
+def write_rows(rows: Sequence[Row], path: Path) -> Path:
+    """Write rows as a Parquet file, so that no reader ever sees half of it.
+
+    Raises
+    ------
+    ConfigurationError
+        The folder cannot be written to.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    buffer, table = io.BytesIO(), pa.Table.from_pylist([complete(row) for row in rows], schema=schema())
+    pq.write_table(table, buffer, compression="zstd")
+    try:
+        return write_atomically(path, buffer.getvalue())
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be written: {error}.") from error
+
+
+def diagnosis_columns(diagnosis: Diagnosis) -> Row:
+    """Return what was found: verdict, effects, parameters after with standard errors, errors, seconds."""
+    row: Row = {
+        "verdict": diagnosis.verdict.value,
+        "effects": [_effect(found) for found in diagnosis.effects],
+        "possible": [
+            {"name": e.name, "axis": e.axis, "score": e.score, "in_plant": e.in_plant} for e in diagnosis.possible
+        ],
+        "closed_loop": diagnosis.closed_loop,
+        "held_out_nats": diagnosis.held_out.gain.value,
+        "seconds": diagnosis.seconds,
+    }
+    for symbol in BASE:
+        estimate = diagnosis.parameters_after[symbol]
+        row[symbol], row[f"{symbol}_se"] = estimate.value, estimate.standard_error
+    for axis in AXES:
+        row[f"{axis}_use"] = diagnosis.axes[axis].use.value
+        for stage in STAGES:
+            row[error_column(axis, stage)] = getattr(diagnosis.axes[axis], stage).prediction_1s.value
+    return row
+
+
+def _effect(found: FoundEffect) -> Row:
+    coefficient = found.coefficient
+    return {
+        "name": found.name,
+        "axis": found.axis,
+        "coefficient": coefficient.value if coefficient else None,
+        "standard_error": coefficient.standard_error if coefficient else None,
+        "score": found.score,
+        "verdict": found.verdict.value,
+        "alternatives": [f"{name} {axis}" for name, axis in found.alternatives],
+        "variable": None if isinstance(found.shape, NamedShape) else found.shape.variable,
+        "frequency_hz": found.shape.frequency_hz if isinstance(found.shape, PeriodicShape) else None,
+    }
+
+
+def truth_columns(truth: Truth | None) -> Row:
+    """Return what is true; no columns where it is not known."""
+    if truth is None:
+        return {}
+    unknown = truth.unknown
+    return {
+        "true_kind": truth.kind,
+        "true_effects": [{"name": e.name, "axis": e.axis, "coefficient": e.coefficient} for e in truth.effects],
+        "true_unknown": {"axis": unknown.axis, "variable": unknown.variable} if unknown else None,
+        **{f"true_{symbol}": truth.parameters[symbol] for symbol in BASE if symbol in truth.parameters},
+    }
+
+
+# --- rows judged against the truth -------------------------------------------------------------------------------
+
+
+def true_entries(row: Row) -> set[Entry]:
+    """Return the effects that the rig has."""
+    return {(effect["name"], effect["axis"]) for effect in row["true_effects"] or ()}
+
+
+def found_entries(row: Row) -> list[Entry]:
+    """Return the entries found, unknown effects included, strongest evidence first."""
+    return [(effect["name"], effect["axis"]) for effect in row["effects"] or ()]
+
+
+def named_first(row: Row) -> bool:
+    """Whether the strongest entry is true."""
+    found = found_entries(row)
+    return bool(found) and found[0] in true_entries(row)
+
+
+def all_named(row: Row) -> bool:
+    """Whether every effect of the rig is named, on at least one of its axes."""
+    true = true_entries(row)
+    return {name for name, _ in true} == {name for name, axis in found_entries(row) if (name, axis) in true}
+
+
+def false_entries(row: Row) -> list[Entry]:
+    """Return the found entries that the rig does not have."""
+    true, holds_unknown = true_entries(row), row["true_unknown"] is not None
+    return [entry for entry in found_entries(row) if entry not in true and not (entry[0] == UNKNOWN and holds_unknown)]
+
+
+def unknown_recognised(row: Row) -> bool:
+    """Whether the verdict is an unknown effect, on the true axis and of the true variable."""
+    true = row["true_unknown"]
+    if true is None or row["verdict"] != RigVerdict.UNKNOWN_EFFECT:
+        return False
+    wanted = (UNKNOWN, true["axis"], true["variable"])
+    return any((found["name"], found["axis"], found["variable"]) == wanted for found in row["effects"])
+
+
+def right(row: Row) -> bool:
+    """Whether everything that the rig has is found, and nothing else."""
+    if row["error"] is not None:
+        return False
+    found = all_named(row) if row["true_unknown"] is None else unknown_recognised(row)
+    return found and not false_entries(row)
+
+
+def coverage(row: Row) -> dict[str, bool]:
+    """Return for every parameter and coefficient of known true value whether its 95 % interval holds that value."""
+    figures = {symbol: (row[symbol], row[f"{symbol}_se"], row[f"true_{symbol}"]) for symbol in BASE}
+    strengths = {(effect["name"], effect["axis"]): effect["coefficient"] for effect in row["true_effects"] or ()}
+    for found in row["effects"] or ():
+        true = strengths.get((found["name"], found["axis"]))
+        figures[f"{found['name']} {found['axis']}"] = found["coefficient"], found["standard_error"], true
+    held = {}
+    for name, (value, error, true) in figures.items():
+        if None not in (value, error, true):
+            low, high = Estimate(value, error, "").interval
+            held[name] = low <= true <= high
+    return held
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Rigs of one kind.
+
+    Attributes
+    ----------
+    kind : str
+        As in the truth; empty where the truth is not known.
+    rigs : int
+        Number of diagnosed rigs.
+    shown, adequate, unknown : int
+        Rigs of each verdict.
+    named_first, false, recognised, right : int
+        Rigs whose strongest entry is true; with a false entry; whose unknown torque is recognised; that were found
+        right. All 0 where the truth is not known.
+    """
+
+    kind: str
+    rigs: int
+    shown: int
+    adequate: int
+    unknown: int
+    named_first: int
+    false: int
+    recognised: int
+    right: int
+
+
+@dataclass(frozen=True)
+class Summary:
+    """All rigs of a campaign.
+
+    Attributes
+    ----------
+    kinds : tuple of Kind
+    effects : tuple of (str, int)
+        Entries "name axis" and the number of rigs on which each was found, most frequent first.
+    failures : tuple of (str, str)
+        Rig and error text of each diagnosis that failed.
+    covered, intervals : int
+        95 % intervals that hold the true value, and intervals whose true value is known.
+    seconds : tuple of float or None
+        Median, 95 % quantile and largest of the times of one diagnosis on one core [s]; None where there is none.
+    """
+
+    kinds: tuple[Kind, ...]
+    effects: tuple[tuple[str, int], ...]
+    failures: tuple[tuple[str, str], ...]
+    covered: int
+    intervals: int
+    seconds: tuple[float, float, float] | None
+
+    @property
+    def coverage(self) -> float | None:
+        """Share of the 95 % intervals that hold the true value; None where no truth is known."""
+        return self.covered / self.intervals if self.intervals else None
+
+
+def summarised(rows: Sequence[Row]) -> Summary:
+    """Return the figures of rows, kinds in the order of their first rig."""
+    done = [row for row in rows if row["error"] is None]
+    held = [hit for row in done for hit in coverage(row).values()]
+    seconds = np.quantile([row["seconds"] for row in done], (0.5, 0.95, 1.0)).tolist() if done else None
+    return Summary(
+        tuple(
+            _kind(kind, [row for row in done if row["true_kind"] == kind])
+            for kind in dict.fromkeys(row["true_kind"] for row in done)
+        ),
+        tuple(Counter(" ".join(entry) for row in done for entry in found_entries(row)).most_common()),
+        tuple((row["rig"], row["error"]) for row in rows if row["error"] is not None),
+        sum(held),
+        len(held),
+        seconds and tuple(seconds),
+    )
+
+
+def _kind(kind: str | None, rows: Sequence[Row]) -> Kind:
+    verdicts = Counter(row["verdict"] for row in rows)
+    judged = rows if kind is not None else []
+    return Kind(
+        kind or "",
+        len(rows),
+        verdicts[RigVerdict.EFFECTS_SHOWN],
+        verdicts[RigVerdict.MODEL_ADEQUATE],
+        verdicts[RigVerdict.UNKNOWN_EFFECT],
+        sum(named_first(row) for row in judged),
+        sum(bool(false_entries(row)) for row in judged),
+        sum(unknown_recognised(row) for row in judged),
+        sum(right(row) for row in judged),
+    )

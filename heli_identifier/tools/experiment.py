@@ -1,0 +1,327 @@
+"""The excitation that would show an effect, or separate two, within limits of voltage and angle.
+
+The proposals are multisines of three bands, levels and strengths, and the paper's own signals. Each is rehearsed: the
+plant is simulated from rest with encoders and a first-order Gauss-Markov torque on each axis. On this record the
+signatures of the effects are computed as in a diagnosis: what each would change in the innovations of a filter that
+knows plant and air, with the signatures of the fitted parameters projected out. The length of a signature is the
+inverse standard error of its coefficient. With rho the correlation of two signatures, each standard error grows by
+1 / sqrt(1 - rho^2) if both effects are in question.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.files import write_atomically
+from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
+from heli_identifier.records import Log
+from heli_identifier.tracing import (
+    DiagnosisSettings,
+    Likelihood,
+    Model,
+    Scores,
+    around,
+    coordinates_of,
+    helicopter,
+    records_of,
+)
+from heli_plant.along import run_alone
+from heli_plant.effects import CATALOGUE, Effect
+from heli_plant.encoders import EncoderCounts
+from heli_plant.errors import did_you_mean
+from heli_plant.parameters import PlantParameters
+from heli_plant.state import rest_state
+
+STEP = 0.01
+"""Sampling period [s]."""
+
+BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}
+"""Bands [Hz] of the multisines."""
+
+BASES = (0.0, 0.6, 1.25, 2.5)
+"""Base voltages of each rotor [V]; near zero the rotors reverse."""
+
+STRENGTHS = (0.25, 0.6, 1.2)
+"""Root-mean-square values [V] of the signals on the difference and on the sum."""
+
+TYPICAL = 2.5
+"""Voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm."""
+
+INSEPARABLE = 0.95
+"""Correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third."""
+
+
+@dataclass(frozen=True)
+class ProcessNoise:
+    """A random torque on each axis: standard ``deviation`` [rad/s^2] and ``correlation_time`` [s]."""
+
+    deviation: float = 0.003
+    correlation_time: float = 1.0
+
+    def torque(self, count: int) -> NDArray[np.float64]:
+        """Draw ``count`` samples, shape (count, 3), :data:`STEP` apart; the same ones in every call."""
+        kept = float(np.exp(-STEP / self.correlation_time))
+        white = np.random.default_rng(0).standard_normal((count, 3)) * self.deviation * np.sqrt(1.0 - kept * kept)
+        return lfilter([1.0], [1.0, -kept], white, axis=0)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds of an experiment: voltage [V] and angles [rad]; the travel is free."""
+
+    voltage: float = 5.0
+    pitch: float = 1.2
+    elevation: float = 0.8
+
+    def __post_init__(self) -> None:
+        require_range("voltage limit", self.voltage, "V", 0.1, 100.0)
+        require_range("pitch limit", self.pitch, "rad", 0.01, 100.0)
+        require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """An excitation and its description in words."""
+
+    name: str
+    excitation: Excitation
+
+    def voltages(self, duration: float) -> NDArray[np.float64]:
+        """Return the voltages (N, 2) [V], sampled every :data:`STEP` for a ``duration`` [s]."""
+        return np.array([voltages(k * STEP, self.excitation) for k in range(round(duration / STEP))])
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """The expected result of one experiment.
+
+    Attributes
+    ----------
+    proposal : Proposal
+    duration : float
+        [s].
+    visibility : tuple of float
+        Share of each effect's signature that the fitted parameters cannot imitate.
+    standard_errors : tuple of float
+        Of each coefficient, in its unit, if only this effect is added to the model.
+    correlation : float
+        Of the two signatures, of the shapes that show most; 0 for a single effect.
+    largest_pitch, largest_elevation : float
+        Largest angle reached [rad].
+    """
+
+    proposal: Proposal
+    duration: float
+    visibility: tuple[float, ...]
+    standard_errors: tuple[float, ...]
+    correlation: float
+    largest_pitch: float
+    largest_elevation: float
+
+    @property
+    def separated_errors(self) -> tuple[float, ...]:
+        """Standard errors if both effects are in question."""
+        separable = float(np.sqrt(max(1.0 - self.correlation**2, 1e-12)))
+        return tuple(error / separable for error in self.standard_errors)
+
+    def document(self, effects: Sequence[Effect]) -> dict[str, Any]:
+        """Give the same for JSON."""
+        each = zip(effects, self.visibility, self.standard_errors, self.separated_errors, strict=True)
+        return {
+            "experiment": self.proposal.name,
+            "duration_s": self.duration,
+            "effects": [
+                {
+                    "name": entry.name,
+                    "axis": entry.axis,
+                    "visibility": visibility,
+                    "standard_error": alone,
+                    "standard_error_separated": separated,
+                    "unit": entry.unit,
+                }
+                for entry, visibility, alone, separated in each
+            ],
+            "correlation": self.correlation,
+            "largest_pitch_rad": self.largest_pitch,
+            "largest_elevation_rad": self.largest_elevation,
+        }
+
+    def write_voltages(self, path: Path) -> None:
+        """Write time [s], v_front [V], v_rear [V] of the experiment as a CSV file that a rig can play."""
+        lines = ["time [s],v_front [V],v_rear [V]"]
+        rows = self.proposal.voltages(self.duration)
+        lines += [f"{k * STEP:.2f},{front:.5f},{rear:.5f}" for k, (front, rear) in enumerate(rows)]
+        write_atomically(path, "\n".join(lines) + "\n")
+
+
+def effects_named(words: Sequence[str]) -> tuple[Effect, ...]:
+    """Return the catalogue's entries for words NAME, or NAME:AXIS where the catalogue has the effect on several axes.
+
+    Raises
+    ------
+    ConfigurationError
+        A name is unknown (the nearest is proposed), or stands for several axes, or two words for one effect.
+    """
+    found = []
+    for word in words:
+        name, _, axis = word.partition(":")
+        of_name = [entry for entry in CATALOGUE if entry.name == name]
+        if not of_name:
+            hint = did_you_mean(name, {entry.name for entry in CATALOGUE}) or "; `heli effects` lists them."
+            raise ConfigurationError(f"no effect is called {name!r}{hint}")
+        fitting = [entry for entry in of_name if axis in ("", entry.axis)]
+        if len(fitting) != 1:
+            choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)
+            raise ConfigurationError(f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
+        found += fitting
+    if len(found) == 2 and found[0] == found[1]:
+        raise ConfigurationError(f"{words[0]} and {words[1]} are the same effect; two different ones are needed.")
+    return tuple(found)
+
+
+def proposals(limit: float) -> Iterator[Proposal]:
+    """Yield the excitations, their voltages clipped to plus or minus ``limit`` [V]."""
+    for experiment in (1, 2):
+        name = f"the paper's experiment {experiment} on both channels, base 1.5 V"
+        yield Proposal(name, paper_excitation(experiment, "both", base=1.5))
+    for base in BASES:
+        for on_difference, difference in BANDS.items():
+            for on_sum, total in BANDS.items():
+                for rms in STRENGTHS:
+                    signals = (
+                        Multisine(rms, *difference, period=30.0, seed=1),
+                        Multisine(rms, *total, period=45.0, seed=2),
+                    )
+                    yield Proposal(
+                        f"multisines of {rms:g} V rms, {on_difference} on v_f - v_r and {on_sum} on v_f + v_r, "
+                        f"base {base:g} V",
+                        Excitation(base, *signals, limit),
+                    )
+
+
+def rehearsed(
+    parameters: PlantParameters, signal: NDArray[np.float64], noise: ProcessNoise | None = None
+) -> NDArray[np.float64]:
+    """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
+    start = rest_state(parameters, float(signal[0].sum()))
+    torque = (noise or ProcessNoise()).torque(len(signal))
+    angles = run_alone(signal, STEP, np.array(start, dtype=float), parameters, torque)
+    widths = 2.0 * np.pi / np.array(EncoderCounts())
+    return np.round(angles / widths) * widths
+
+
+def outlook(
+    proposal: Proposal, parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits
+) -> Outlook | None:
+    """Simulate one proposal; None where it breaks a limit."""
+    signal = proposal.voltages(duration)
+    angles = rehearsed(parameters, signal)
+    pitch, elevation, _ = np.abs(angles).max(axis=0).tolist()
+    if not np.isfinite(angles).all() or pitch > limits.pitch or elevation > limits.elevation:
+        return None
+    scores = _scores(Log("rehearsal", 1.0 / STEP, signal, angles), parameters, effects)
+    found = scores.scores((), among=[effect.field for effect in effects])
+    own = [found[effect.field] for effect in effects]
+    G = scores.signatures([score.column for score in own], ())
+    rho = G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]) if len(own) > 1 else 0.0
+    return Outlook(
+        proposal,
+        duration,
+        tuple(score.visibility for score in own),
+        tuple(score.standard_error if score.visibility > 0.0 else np.inf for score in own),
+        abs(float(rho)),
+        pitch,
+        elevation,
+    )
+
+
+def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) -> Scores:
+    """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
+    fields, noise = {effect.field for effect in effects}, ProcessNoise()
+    rig = helicopter(DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
+    rho, c = noise.deviation / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / noise.correlation_time)
+    likelihood = Likelihood(rig, records_of((log,), rig, {}))
+    off = parameters._replace(**dict.fromkeys(fields, 0.0))
+    model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.offset_width)
+    base = [name for name in rig.base if name not in fields]
+    known = around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
+    return Scores(known, [effect for effect in rig.effects if effect.field in fields])
+
+
+def designs(
+    parameters: PlantParameters,
+    effects: Sequence[Effect],
+    duration: float = 90.0,
+    limits: Limits | None = None,
+    progress: Callable[[str, float], None] = lambda what, share: None,
+) -> list[Outlook]:
+    """Simulate every proposal and rank those within the limits, see :func:`ranked`.
+
+    Parameters
+    ----------
+    parameters : PlantParameters
+        Of the rig.
+    effects : sequence of Effect
+        One to show, or two to separate.
+    duration : float
+        Of the experiment [s].
+    limits : Limits, optional
+    progress : callable, optional
+        Called with what is being done and the share that is done.
+    """
+    limits = limits or Limits()
+    every, found = list(proposals(limits.voltage)), []
+    for count, proposal in enumerate(every):
+        progress(f"simulating {count + 1} of {len(every)}", count / len(every))
+        if (one := outlook(proposal, parameters, effects, duration, limits)) is not None:
+            found.append(one)
+    return ranked(found)
+
+
+def ranked(outlooks: Sequence[Outlook]) -> list[Outlook]:
+    """Sort outlooks, best first.
+
+    The rank is by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
+    """
+    if not outlooks:
+        return []
+    errors = np.array([one.separated_errors for one in outlooks])
+    order = np.argsort((errors / errors.min(axis=0)).max(axis=1))
+    return [outlooks[i] for i in order]
+
+
+def separation_warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> str | None:
+    """Return a warning if none of the experiments separates the two effects."""
+    if len(effects) < 2:
+        return None
+    least = min(outlooks, key=lambda one: one.correlation)
+    if least.correlation <= INSEPARABLE:
+        return None
+    growth = max(both / alone for both, alone in zip(least.separated_errors, least.standard_errors, strict=True))
+    return (
+        f"none of these experiments separates {effects[0].name} from {effects[1].name}: the correlation of their "
+        f"signatures is at least {least.correlation:.3f}, and the standard errors are {growth:.0f} times those of "
+        "either effect alone"
+    )
+
+
+def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> tuple[list[str], list[list[str]]]:
+    """Return columns and rows of a table: visibility, separated standard error, correlation, largest angles."""
+    columns = ["experiment"]
+    for entry in effects:
+        columns += [f"visibility of {entry.name}>", f"its error [{entry.unit}]>"]
+    rows = []
+    for one in outlooks:
+        row = [one.proposal.name]
+        for visible, error in zip(one.visibility, one.separated_errors, strict=True):
+            row += [f"{100.0 * visible:.0f} %", f"{error:.2g}"]
+        rows.append(
+            [*row, f"{one.correlation:.2f}", f"{one.largest_pitch:.2f} rad", f"{one.largest_elevation:.2f} rad"]
+        )
+    return [*columns, "correlation>", "pitch to>", "elevation to>"], rows

@@ -1,0 +1,493 @@
+"""The on-line identifier over measured logs, with its standard errors: one history per log, and all logs together.
+
+In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
+prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
+log twice. The first pass finds the noise model, which is the same for all logs of a rig, parameters to begin with and
+the motors' lag; the second begins with the means of these. Nothing is counted twice: Gamma(0) is the same in both.
+
+Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
+each axis (:mod:`heli_identifier.online.feedback`), roughly normal in open loop. With n logs the loop is closed if one
+of the 3 n scores is beyond the quantile that all of them together exceed in 1 % of the cases, or if on one axis the sum
+of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices: least squares would be wrong on it.
+
+The adaptation takes the motors' lag T_m for known, and no standard error covers a wrong one. The logs are therefore
+identified once more with T_m + :data:`LONGER`; the differences are the sensitivities.
+"""
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import write_atomically
+from heli_identifier.online import (
+    ADAPTATION,
+    CLOSED,
+    METHODS,
+    PREDICTION_ERROR,
+    Estimate,
+    IdentifierSettings,
+    Lag,
+    ModelParameters,
+    Noise,
+    noise_of,
+    output_of,
+    prepare,
+    start,
+    step,
+)
+from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
+from heli_identifier.tracing import sign_notes
+from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
+from heli_identifier.workbench.delivery.provenance import from_python
+from heli_identifier.workbench.interface import several
+from heli_identifier.workbench.report.rounding import unit_text, with_interval
+from heli_identifier.workbench.report.sentences import meaning_of
+from heli_identifier.workbench.report.small_table import Tabular
+from heli_plant.effects import AXES
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import PlantParameters
+
+NAMES = ModelParameters._fields
+"""The paper's symbols of the estimated parameters; they are fields of :class:`PlantParameters`."""
+
+CONSISTENT = 2.0
+"""Birge ratio above which logs disagree by more than their standard errors allow."""
+
+FALSE_ALARMS = 0.01
+"""Share of sets of logs in open loop in which one score is beyond the quantile by chance."""
+
+LONGER = 0.01
+"""By how much the lag is longer where its influence is computed [s]."""
+
+LEAST = 0.01
+"""Relative change of a parameter from which on it is worth a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class EstimateHistory:
+    """Estimates of one log over time.
+
+    Attributes
+    ----------
+    name : str
+        Of the log.
+    time : NDArray, shape (M,)
+        [s].
+    parameters, standard_errors : NDArray, shape (M, 11)
+        By :data:`NAMES`, in the units of :class:`PlantParameters`.
+    feedback : tuple of float
+        Scores of a closed loop on pitch, elevation and travel at the end [1].
+    noise : tuple of Noise
+        Noise models of the three axes at the end; empty where the method is the adaptation.
+    lag : Lag
+        The motors' lag at the end, with a standard error of 0 where it was given [s].
+    """
+
+    name: str
+    time: NDArray[np.float64]
+    parameters: NDArray[np.float64]
+    standard_errors: NDArray[np.float64]
+    feedback: tuple[float, float, float]
+    noise: tuple[Noise, ...]
+    lag: Lag
+
+    @property
+    def last(self) -> dict[str, Estimate]:
+        """The last estimates by symbol, with the motors' lag ``T_m`` where it was estimated."""
+        found = {
+            name: Estimate(float(value), float(error), BY_FIELD[name].unit)
+            for name, value, error in zip(NAMES, self.parameters[-1], self.standard_errors[-1], strict=True)
+        }
+        if self.lag.standard_error > 0.0:
+            found["T_m"] = Estimate(self.lag.value, self.lag.standard_error, BY_FIELD["T_m"].unit)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Together:
+    """Estimates from several logs together by symbol, and ``notes`` on logs that disagree."""
+
+    estimates: Mapping[str, Estimate]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The ``method`` taken, why, and whether a controller flew."""
+
+    method: str
+    reason: str
+    closed_loop: bool
+
+
+@dataclass(frozen=True)
+class GivenLag:
+    """The ``lag`` that was given [s], and relative changes of parameters by symbol with one longer by `LONGER`."""
+
+    lag: float
+    changes: Mapping[str, float]
+
+    @property
+    def sentence(self) -> str:
+        """What to keep in mind."""
+        large = [f"{name} by {100.0 * change:+.1f} %" for name, change in self.changes.items() if abs(change) >= LEAST]
+        effect = f"the estimates change, {', '.join(large)}" if large else f"no estimate changes by {100.0 * LEAST:g} %"
+        return (
+            f"the motors' lag was taken for {self.lag:g} s, which the intervals do not allow for: "
+            f"with a lag longer by {LONGER:g} s {effect}"
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Identification(Tabular):
+    """Parameters that the identifier found.
+
+    Attributes
+    ----------
+    histories : tuple of EstimateHistory
+        Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the
+        fields of :class:`heli_identifier.online.parameters.ModelParameters`.
+    together : Together
+        All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``.
+    parameters : ParameterSet
+        The plant with these estimates.
+    choice : Choice
+        The method that was taken, why, and whether a controller flew.
+    given_lag : GivenLag or None
+        What the motors' lag means for the parameters, where it was given and not estimated.
+    """
+
+    histories: tuple[EstimateHistory, ...]
+    together: Together
+    parameters: ParameterSet
+    choice: Choice
+    given_lag: GivenLag | None
+
+    files: ClassVar = ("parameters.json", "history.csv", "history.svg")
+    """What :meth:`write` leaves in a folder."""
+
+    @property
+    def estimates(self) -> Mapping[str, Estimate]:
+        """Estimates by the symbols of the paper's Table 2."""
+        return self.together.estimates
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The method and why; what the logs do not determine; what a given lag changes; logs that disagree."""
+        said = [f"method {self.choice.reason}"]
+        hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
+        if hidden:
+            said.append(
+                "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
+                f"{', '.join(hidden)}; `heli design` says what to add to the voltages"
+            )
+        if self.given_lag is not None and self.given_lag.changes:
+            said.append(self.given_lag.sentence)
+        return (*said, *self.together.notes)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Least squares used in closed loop; parameters whose sign no rig has, and what is mistaken in the log."""
+        signs = tuple(sign_notes(self.estimates))
+        if not (self.choice.closed_loop and self.choice.method == ADAPTATION):
+            return signs
+        return (
+            "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say; "
+            f"use --method {PREDICTION_ERROR}",
+            *signs,
+        )
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table :attr:`rows`."""
+        return ("parameter", "meaning", *(history.name for history in self.histories), "together", "unit")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Cells of a table: every parameter, per log and of all logs together, ± 1.96 standard errors."""
+        return [
+            (
+                name,
+                meaning_of(name, value),
+                *(with_interval(history.last[name], unit=False) for history in self.histories),
+                with_interval(value, unit=False),
+                unit_text(value.unit),
+            )
+            for name, value in self.estimates.items()
+        ]
+
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return "Parameters with half of their 95 % intervals"
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Notes and warnings."""
+        return (*self.notes, *self.warnings)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the content of parameters.json."""
+        return self.parameters.to_dict()
+
+    def write(self, folder: str | PathLike[str]) -> Path:
+        """Write parameters.json, history.csv and history.svg into ``folder``, all or nothing; gives the folder.
+
+        Raises
+        ------
+        ConfigurationError
+            The folder cannot be written to.
+        """
+        from heli_identifier.workbench.delivery.staging import whole_folder
+        from heli_identifier.workbench.report.figures.over_time import history_figure
+        from heli_identifier.workbench.report.figures.style import write_figure
+
+        with whole_folder(folder) as draft:
+            self.parameters.write(draft / "parameters.json")
+            write_atomically(draft / "history.csv", history_text(self.histories))
+            write_figure(history_figure(self.histories, self.together), draft / "history.svg")
+        return Path(folder)
+
+    def __repr__(self) -> str:
+        count = len(self.histories)
+        return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
+
+
+def identify(
+    logs: Log | Sequence[Log],
+    *,
+    configuration: RigConfiguration | None = None,
+    filter_frequency: float = 1.0,
+    forgetting: float = 0.001,
+    method: str | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> Identification:
+    """Estimate the eleven parameters of the simplified model, by the method that suits the logs.
+
+    In open loop this is the paper's adaptation, eq. (7). Where a controller flew the rig, least squares is wrong, and
+    prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`).
+
+    Parameters
+    ----------
+    logs : Log or sequence of Log
+        Logs of one rig.
+    configuration : RigConfiguration, optional
+        What is given of the rig: motor time constant, pitch at rest, voltage limit.
+    filter_frequency : float
+        Bandwidth of the state filters [rad/s].
+    forgetting : float
+        Forgetting alpha of the adaptation [1/s].
+    method : str, optional
+        ``adaptation`` or ``prediction_error``; by default the one that suits the logs.
+    progress : callable, optional
+        Called with what is being done and the share that is done, 0 to 1.
+
+    Returns
+    -------
+    Identification
+
+    Raises
+    ------
+    LogError
+        No voltage moves, or two logs share samples.
+    ConfigurationError
+        A setting is out of range, such as a filter too fast for a log's rate, or no method has this name.
+    """
+    if method is not None and method not in METHODS:
+        raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
+    logs, rig = named_apart(several(logs)), configuration or RigConfiguration()
+    check_excitation(logs)
+    check_apart(logs)
+    report = progress or (lambda what, share: None)
+
+    def settings(log: Log, method: str) -> IdentifierSettings:
+        return settings_for(log, rig, filter_frequency, forgetting, method)
+
+    first = []
+    for k, log in enumerate(logs):
+        report(f"identifying from {log.name}", 0.5 * k / len(logs))
+        first.append(identify_log(log, settings(log, PREDICTION_ERROR)))
+    choice = choose([history.feedback for history in first], method)
+    own = [settings(log, choice.method) for log in logs]
+    if choice.method == PREDICTION_ERROR:
+        own = [begun_at(one, first) for one in own]
+    histories = []
+    for k, (log, one) in enumerate(zip(logs, own, strict=True)):
+        report(f"identifying from {log.name}", 0.5 + 0.5 * k / len(logs))
+        histories.append(identify_log(log, one))
+    together = combined(histories)
+    given_lag = effect_of_lag(logs, own, together.estimates) if choice.method == ADAPTATION else None
+    values = {"T_m": rig.motor_time_constant} | {name: one.value for name, one in together.estimates.items()}
+    plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
+    parameters = ParameterSet(PLANT, plant_values(plant, together.estimates), provenance=from_python("identify"))
+    return Identification(tuple(histories), together, parameters, choice, given_lag)
+
+
+def settings_for(
+    log: Log,
+    configuration: RigConfiguration,
+    filter_frequency: float = 1.0,
+    forgetting: float = 0.001,
+    method: str = ADAPTATION,
+) -> IdentifierSettings:
+    """Return the identifier's settings for a log of a rig; the rest as in :func:`identify`.
+
+    Raises
+    ------
+    ConfigurationError
+        A setting is out of range, such as a filter too fast for the log's sampling rate.
+    """
+    return IdentifierSettings(
+        sample_time=log.step,
+        filter_frequency=filter_frequency,
+        forgetting=forgetting,
+        rest_angle=configuration.rest_pitch,
+        motor_time_constant=configuration.motor_time_constant,
+        voltage_limit=configuration.format.voltage_limit,
+        report_interval=max(0.5, 3.0 * log.step),
+        method=method,
+    )
+
+
+def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
+    """Run the identifier over a log; the history has a row for every evaluation of the standard errors."""
+    plan = prepare(settings)
+    samples = np.column_stack((log.voltages, log.angles)).tolist()
+    state = start(plan, *samples[0])
+    every = max(1, round(settings.report_interval / settings.sample_time))
+    time, parameters, errors = [], [], []
+    output = output_of(state, plan)
+    for k, (v_front, v_rear, pitch, elevation, travel) in enumerate(samples[1:], start=1):
+        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
+        if (k % every == 0 and output.adapting) or k == len(samples) - 1:
+            time.append(k * settings.sample_time)
+            parameters.append(tuple(output.parameters))
+            errors.append(tuple(output.standard_errors))
+    axes = () if state.predictors is None else (state.pitch, state.elevation, state.travel)
+    noise = tuple(noise_of(axis) for axis in axes)
+    return EstimateHistory(
+        log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, noise, output.lag
+    )
+
+
+def begun_at(settings: IdentifierSettings, histories: Sequence[EstimateHistory]) -> IdentifierSettings:
+    """Return ``settings`` that begin with the noise models, parameters and lag of a first pass over all logs."""
+    found = {name: estimate.value for name, estimate in combined(histories).estimates.items()}
+    lag = max(found.pop("T_m", settings.motor_time_constant), 0.0)
+    pitch, elevation, travel = (
+        Noise(*np.exp(np.mean(np.log([history.noise[axis] for history in histories]), axis=0)).tolist())
+        for axis in range(3)
+    )
+    return replace(
+        settings, noise=(pitch, elevation, travel), initial=ModelParameters(**found), motor_time_constant=lag
+    )
+
+
+def loop_is_closed(scores: Sequence[Sequence[float]]) -> tuple[bool, str]:
+    """Return whether a controller flew, and the evidence in words.
+
+    Parameters
+    ----------
+    scores : sequence of three floats each, length n
+        Scores of pitch, elevation and travel of every log.
+    """
+    table = np.atleast_2d(np.array(scores, dtype=float))
+    limit = max(CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
+    together = table.sum(axis=0) / np.sqrt(len(table))
+    log, axis = np.unravel_index(np.abs(table).argmax(), table.shape)
+    joint = int(np.abs(together).argmax())
+    if abs(table[log, axis]) <= limit and abs(together[joint]) > CLOSED:
+        closed, axis, value, limit = True, joint, together[joint], CLOSED
+    else:
+        value = table[log, axis]
+        closed = bool(abs(value) > limit)
+    where = AXES[int(axis)]
+    return closed, f"the voltages follow the {where}'s innovations with a score of {abs(value):.1f} (limit {limit:.1f})"
+
+
+def choose(scores: Sequence[Sequence[float]], wanted: str | None) -> Choice:
+    """Return the method for logs with these ``scores``, or the ``wanted`` one."""
+    closed, evidence = loop_is_closed(scores)
+    if wanted is not None:
+        return Choice(wanted, f"{wanted}, as asked for", closed)
+    if closed:
+        return Choice(PREDICTION_ERROR, f"{PREDICTION_ERROR}: a controller flew the rig, since {evidence}", True)
+    return Choice(ADAPTATION, f"{ADAPTATION}: no controller flew the rig, since {evidence}", False)
+
+
+def combined(histories: Sequence[EstimateHistory]) -> Together:
+    """Combine the last estimates of several logs, each weighted by the inverse square of its standard error.
+
+    The standard error of the weighted mean is multiplied by the Birge ratio (Birge, Physical Review 40 (1932)) where
+    that exceeds 1: the logs then scatter by more than their own standard errors allow.
+    """
+    estimates, notes = {}, []
+    lasts = [history.last for history in histories]
+    for name in lasts[0]:
+        values = np.array([last[name].value for last in lasts])
+        errors = np.array([last[name].standard_error for last in lasts])
+        unit = BY_FIELD[name].unit
+        if not (errors > 0.0).all():  # a known rest angle has no error
+            estimates[name] = Estimate(float(values.mean()), None, unit)
+            continue
+        weights = errors**-2.0
+        mean = float(weights @ values / weights.sum())
+        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
+        estimates[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(ratio, 1.0), unit)
+        if len(values) > 1 and ratio > CONSISTENT:
+            notes.append(f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say")
+    if notes:
+        notes.append(
+            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
+            "run `heli diagnose`"
+        )
+    return Together(estimates, tuple(notes))
+
+
+def effect_of_lag(
+    logs: Sequence[Log], settings: Sequence[IdentifierSettings], found: Mapping[str, Estimate]
+) -> GivenLag:
+    """Return what a longer lag changes.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    settings : sequence of IdentifierSettings
+        Of every log, those that gave ``found``.
+    found : mapping of Estimate
+        Estimates of all logs together, by symbol. Of those that are not determined nothing is said.
+    """
+    lag = settings[0].motor_time_constant
+    others = combined(
+        [
+            identify_log(log, replace(own, motor_time_constant=lag + LONGER))
+            for log, own in zip(logs, settings, strict=True)
+        ]
+    ).estimates
+    changes = {
+        name: others[name].value / estimate.value - 1.0
+        for name, estimate in found.items()
+        if estimate.is_determined and estimate.standard_error is not None and estimate.value != 0.0
+    }
+    return GivenLag(lag, changes)
+
+
+def history_text(histories: Sequence[EstimateHistory]) -> str:
+    """Return histories as CSV: log, time, every parameter and every standard error."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    columns = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
+    rows.writerow(["log", "time [s]", *columns, *(f"standard_error.{column}" for column in columns)])
+    for history in histories:
+        table = np.column_stack((history.time, history.parameters, history.standard_errors))
+        rows.writerows([history.name, *row] for row in table.tolist())
+    return text.getvalue()

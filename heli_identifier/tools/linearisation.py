@@ -1,0 +1,191 @@
+"""The plant near an operating point as a linear system, continuous and sampled.
+
+The operating point is an equilibrium of pitch and elevation: v_front, v_rear and the rate at which the arm then travels
+make the accelerations of all three axes zero. Around it
+
+    x' = A x + B u,    y = C x
+
+with x the deviations of pitch, elevation, travel [rad], their rates [rad/s], the lagged voltages nu_front, nu_rear [V]
+and, where the arm bends, q [rad] and q' [rad/s]; u = (v_front, v_rear) [V]; y = the encoders' pitch, elevation, travel
+[rad]. A and B are the slopes of the plant's differential equation (:mod:`heli_plant.continuous`); with a period h the
+slopes of the plant's own step, x_{k+1} = F x_k + G u_k. Both come from dual numbers of the plant's source
+(:mod:`heli_plant.dual`), without a width of differences to choose.
+
+Dry and breakaway friction are left out: at rest their slope is that of a smoothing, not of a rig.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from control import StateSpace, ss
+from scipy.optimize import root
+
+from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.workbench.delivery.parameter_set import ParameterSet
+from heli_plant.continuous import rates_of_change
+from heli_plant.dual import seeded, slopes, with_duals
+from heli_plant.effects import AXES, CATALOGUE, FRICTION
+from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
+from heli_plant.parameters import PlantParameters
+from heli_plant.plant import accelerations, measured_angles, rigid_start, step
+from heli_plant.state import PlantState, start_state
+
+STATES = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "nu_front", "nu_rear")
+BENDING = ("bending", "bending_rate")
+INPUTS = ("v_front", "v_rear")
+PERIOD = 0.01
+"""Control period [s]."""
+
+NOT_LINEAR = tuple(effect.field for effect in CATALOGUE if effect.family == FRICTION)
+"""Coefficients that a linear model leaves out."""
+
+BALANCED = 1e-9
+"""Largest acceleration [rad/s^2] at which a point counts as an equilibrium."""
+
+FURTHEST = 1.5
+"""Largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back."""
+
+
+@dataclass(frozen=True)
+class OperatingPoint:
+    """Where pitch and elevation stand still: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
+
+    pitch: float
+    elevation: float
+    travel_rate: float
+    v_front: float
+    v_rear: float
+
+    def state(self, parameters: PlantParameters) -> PlantState:
+        """Return the plant's state there, motors settled."""
+        front, rear = motor_input(self.v_front, parameters), motor_input(self.v_rear, parameters)
+        return start_state(self.pitch, self.elevation, 0.0, front, rear, (0.0, 0.0, self.travel_rate))
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """The plant at one operating point, continuous and sampled.
+
+    Attributes
+    ----------
+    point : OperatingPoint
+    continuous, sampled : control.StateSpace
+        With named states, inputs and outputs; ``sampled`` every :data:`PERIOD` with held voltages.
+    input_delay : float
+        Delay of the voltages [s]; it is not in the systems.
+    """
+
+    point: OperatingPoint
+    continuous: StateSpace
+    sampled: StateSpace
+    input_delay: float
+
+
+def linearise(
+    parameters: ParameterSet | PlantParameters,
+    elevation: float = 0.0,
+    pitch: float = 0.0,
+    *,
+    period: float | None = None,
+) -> StateSpace:
+    """Linearise the plant at the equilibrium of an elevation and a pitch.
+
+    States are deviations of pitch, elevation, travel [rad], their rates [rad/s], the lagged voltages nu_front, nu_rear
+    [V] and, where the arm bends, its bending [rad] and bending rate [rad/s]. Inputs are v_front and v_rear [V], outputs
+    pitch, elevation and travel [rad]. Dry and breakaway friction and an input delay are not in the model.
+    :mod:`heli_identifier.tools.linearisation` states the equations; `heli linearise` adds intervals, margins and a
+    retuned PID.
+
+    Parameters
+    ----------
+    parameters : ParameterSet or PlantParameters
+        As :func:`heli_identifier.read_parameters` gives them.
+    elevation, pitch : float
+        Operating point [rad].
+    period : float, optional
+        Sampling period [s] over which the voltages are held; without it the system is continuous.
+
+    Returns
+    -------
+    control.StateSpace
+        With 8 or 10 states, 2 inputs, 3 outputs, all named.
+
+    Raises
+    ------
+    ConfigurationError
+        The plant has no equilibrium there within the motors' voltages, the motors have no lag, or the parameters are
+        not those of a plant.
+    """
+    plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
+    return linear_system(plant, operating_point(plant, pitch, elevation), period)
+
+
+def operating_point(parameters: PlantParameters, pitch: float = 0.0, elevation: float = 0.0) -> OperatingPoint:
+    """Find the equilibrium of the plant at a pitch and an elevation [rad].
+
+    Raises
+    ------
+    ConfigurationError
+        An angle is beyond `FURTHEST`, there is no equilibrium, or it needs more than the motors' voltages.
+    """
+    require_range("pitch", pitch, "rad", -FURTHEST, FURTHEST)
+    require_range("elevation", elevation, "rad", -FURTHEST, FURTHEST)
+    switches, unlimited = switched_on(parameters), parameters._replace(v_max=1e6)
+
+    def residual(unknown: np.ndarray) -> tuple[float, float, float]:
+        v_front, v_rear, travel_rate = unknown.tolist()
+        front, rear = motor_input(v_front, unlimited), motor_input(v_rear, unlimited)
+        mu_diff, mu_sum = thrust_voltages(front, rear, 0.0, parameters)
+        rigid = rigid_start(start_state(pitch, elevation, 0.0, front, rear), parameters).elevation
+        return accelerations(
+            0.0, pitch, rigid, 0.0, 0.0, 0.0, travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches, parameters
+        )
+
+    for start in ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0)):  # on either side of a dead zone
+        found = root(residual, start, tol=1e-12)
+        if np.abs(residual(found.x)).max() < BALANCED:
+            break
+    else:
+        raise ConfigurationError(f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad.")
+    v_front, v_rear, travel_rate = found.x.tolist()
+    most = max(abs(v_front), abs(v_rear))
+    if most >= parameters.v_max:
+        raise ConfigurationError(
+            f"pitch {pitch:g} rad and elevation {elevation:g} rad need {most:.3g} V, the motors take "
+            f"{parameters.v_max:g} V; choose a point nearer to rest."
+        )
+    return OperatingPoint(pitch, elevation, travel_rate, v_front, v_rear)
+
+
+def linear_model(parameters: PlantParameters, point: OperatingPoint) -> LinearModel:
+    """Linearise the plant at an operating point, continuous and sampled; errors as :func:`linear_system`."""
+    systems = linear_system(parameters, point), linear_system(parameters, point, PERIOD)
+    return LinearModel(point, *systems, parameters.input_delay_rotors)
+
+
+def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:
+    """Linearise the plant at an operating point as :func:`linearise` does.
+
+    Raises
+    ------
+    ConfigurationError
+        The motors have no lag: the lagged voltages are then not states.
+    """
+    if motor_time_constant(parameters) <= 0.0:
+        raise ConfigurationError(
+            "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag."
+        )
+    smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
+    states = STATES + (BENDING if smooth.arm_bending_elevation != 0.0 else ())
+    n = len(states)
+    centre = rigid_start(point.state(smooth), smooth)
+    numbers = seeded([*(getattr(centre, name) for name in states), point.v_front, point.v_rear])
+    state: Any = centre._replace(**dict[str, Any](zip(states, numbers, strict=False)))
+    if period is None:
+        after = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, smooth)
+    else:
+        after = with_duals(step)(state, *numbers[n:], 0.0, 0.0, period, smooth)
+    rates, C = slopes(after[:n], n + 2), slopes(measured_angles(state), n + 2)[:, :n]
+    names = {"states": list(states), "inputs": list(INPUTS), "outputs": list(AXES)}
+    return ss(rates[:, :n], rates[:, n:], C, np.zeros((len(AXES), len(INPUTS))), period or 0, **names)

@@ -1,0 +1,177 @@
+r"""The mean of one coefficient over several rigs, by a random-effects model.
+
+Rig i gives an estimate y_i with standard error s_i. The model is
+
+    y_i = mu + u_i + e_i,   u_i ~ N(0, tau^2),   e_i ~ N(0, s_i^2)
+
+with the mean mu of the make, the spread tau between its rigs, and
+
+    Q(tau) = sum w_i (y_i - m)^2,   m = sum w_i y_i / sum w_i,   w_i = 1 / (s_i^2 + tau^2).
+
+* Q(tau) falls with tau, and at the true tau it is chi-squared with k - 1 degrees of freedom for k rigs. So every
+  quantile q of that distribution gives one tau, by Q(tau) = q: its mean k - 1 the estimate (Paule and Mandel 1982;
+  DerSimonian and Kacker 2007, eq. 10), its outer quantiles the interval (the Q profile of Viechtbauer 2007), and all of
+  them the confidence distribution of tau.
+* The variance of the mean is max(1, q) / sum w_i with q = Q(tau) / (k - 1), and its quantiles are those of Student's t
+  with k - 1 degrees of freedom (Hartung and Knapp 2001). The lower bound of 1 keeps a few rigs that agree by chance
+  from giving too short an interval (Röver, Knapp and Friede 2015).
+* Q(0) tests whether all rigs have one value (Cochran 1954). I^2 = max(0, 1 - (k - 1) / Q(0)) is the share of the
+  variance of the estimates that the rigs' differences make (Higgins and Thompson 2002, eq. 10).
+* Given tau, the value of a further rig is normal about m with the variance tau^2 + 1 / sum w_i. Its interval holds the
+  middle of the mixture over the confidence distribution of tau (after Nagashima, Noma and Furukawa 2019). The interval
+  with the estimated tau alone (Higgins, Thompson and Spiegelhalter 2009) holds the value in only 86 % where tau is half
+  of the standard errors.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.stats import chi2, norm, t
+
+from heli_identifier.errors import IdentifierError
+
+LEVEL = 0.95
+"""Probability of all intervals."""
+
+LARGEST_LIKE_SPREAD = 0.5
+"""Spread over the size of the mean up to which coefficients are alike: 97.7 % of those of a normal distribution then
+have the sign of the mean."""
+
+HALVINGS = 60
+"""Of the interval of tau: the last one is below the rounding of its upper end."""
+
+QUANTILES = 41
+"""Of the confidence distribution of tau, from which a prediction interval is made."""
+
+Values = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """The random-effects mean of one coefficient, in the unit of the coefficient.
+
+    Attributes
+    ----------
+    mean, standard_error : float
+    interval : tuple of float
+        95 % interval of the mean, by Hartung and Knapp.
+    p : float
+        Two-sided probability of such a mean if the true one is zero, whatever the spread.
+    none_p : float
+        Two-sided probability of such estimates if no rig has the effect: of the fixed-effect mean over its standard
+        error, a normal variable. It is far smaller than p where the rigs are few, as it does without the spread.
+    spread : float
+        tau, the standard deviation between the rigs.
+    spread_interval : tuple of float
+        95 % interval of tau.
+    prediction : tuple of float or None
+        95 % interval of the true value of a further rig; None for two rigs, whose interval says nothing.
+    Q, Q_p : float
+        Statistic of Cochran's test that all rigs have one value, and its probability.
+    I2 : float
+        Share of the variance of the estimates that the rigs' differences make, 0 to 1.
+    rigs : int
+        Number of rigs, k.
+    """
+
+    mean: float
+    standard_error: float
+    interval: tuple[float, float]
+    p: float
+    none_p: float
+    spread: float
+    spread_interval: tuple[float, float]
+    prediction: tuple[float, float] | None
+    Q: float
+    Q_p: float
+    I2: float
+    rigs: int
+
+    @property
+    def alike(self) -> bool:
+        """Whether the spread between the rigs is at most half of the mean."""
+        return self.spread <= LARGEST_LIKE_SPREAD * abs(self.mean)
+
+
+def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
+    """Pool the estimates of one coefficient.
+
+    Parameters
+    ----------
+    values, standard_errors : sequence of float, k of each
+        Estimates of at least two rigs; the standard errors are finite and positive.
+
+    Returns
+    -------
+    Pooled
+
+    Raises
+    ------
+    IdentifierError
+        Fewer than two estimates, or one that is not finite or has no positive standard error.
+    """
+    y, s = np.array(values, dtype=float), np.array(standard_errors, dtype=float)
+    k = len(y)
+    if k < 2 or len(s) != k or not (np.isfinite(y).all() and np.isfinite(s).all() and (s > 0.0).all()):
+        raise IdentifierError(
+            f"estimates {y.tolist()} with standard errors {s.tolist()} cannot be pooled; two or more finite estimates "
+            "with a positive standard error each are needed."
+        )
+    (fixed,), (Q,), (fixed_precision,) = weighted(y, s, [0.0])
+    tails = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
+    tau, low, high = spreads(y, s, [k - 1.0, *chi2.isf(tails, k - 1)]).tolist()
+    (m,), (q,), (precision,) = weighted(y, s, [tau])
+    error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
+    half = float(t.isf(tails[0], k - 1)) * error
+    return Pooled(
+        mean=float(m),
+        standard_error=error,
+        interval=(float(m) - half, float(m) + half),
+        p=float(2.0 * t.sf(abs(m) / error, k - 1)),
+        none_p=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
+        spread=tau,
+        spread_interval=(low, high),
+        prediction=prediction_interval(y, s) if k > 2 else None,
+        Q=float(Q),
+        Q_p=float(chi2.sf(Q, k - 1)),
+        I2=float(1.0 - (k - 1) / Q) if Q > k - 1 else 0.0,
+        rigs=k,
+    )
+
+
+def weighted(y: Values, s: Values, tau: ArrayLike) -> tuple[Values, Values, Values]:
+    """Return m, Q(tau) and sum w_i, each of shape (n,), of estimates (k,) at spreads ``tau`` (n,)."""
+    w = 1.0 / (s**2 + np.square(tau)[:, None])
+    m = w @ y / w.sum(axis=1)
+    return m, (w * (y - m[:, None]) ** 2).sum(axis=1), w.sum(axis=1)
+
+
+def spreads(y: Values, s: Values, q: ArrayLike) -> Values:
+    """Solve Q(tau) = q for every element of ``q`` (n,), all positive; 0 where already Q(0) is at most q."""
+    targets = np.asarray(q, dtype=float)
+    low = np.zeros(len(targets))
+    high = np.sqrt(np.sum((y - y.mean()) ** 2) / targets)  # there Q <= sum (y - mean)^2 / tau^2 = q
+    wanted = weighted(y, s, low)[1] > targets
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        above = weighted(y, s, middle)[1] > targets
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return np.where(wanted, high, 0.0)
+
+
+def prediction_interval(y: Values, s: Values, level: float = LEVEL) -> tuple[float, float]:
+    """Give the interval that holds the true value of a further rig with probability ``level``."""
+    share = (np.arange(QUANTILES) + 0.5) / QUANTILES
+    tau = spreads(y, s, chi2.isf(share, len(y) - 1))
+    m, _, precision = weighted(y, s, tau)
+    deviation = np.sqrt(tau**2 + 1.0 / precision)
+    ends = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
+
+    def beyond(x: float, probability: float) -> float:
+        return float(norm.cdf((x - m) / deviation).mean()) - probability
+
+    low, high = (brentq(beyond, *ends, args=(p,)) for p in (0.5 - 0.5 * level, 0.5 + 0.5 * level))
+    return float(low), float(high)

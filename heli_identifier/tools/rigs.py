@@ -1,0 +1,454 @@
+"""Rigs with their logs, and where they come from: a folder for each, or a generator called with seeds.
+
+A source (:class:`RigFolder`, :class:`GeneratedRig`) is small: a campaign sends it to the worker, which loads the logs
+itself. A worker on another machine must see the folder under the same path, or be able to import the generator.
+"""
+
+import hashlib
+import os
+import sys
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from os import PathLike
+from pathlib import Path
+from typing import Protocol
+
+from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
+from heli_identifier.records import (
+    CONFIGURATION_NAME,
+    Log,
+    LogFormat,
+    RigConfiguration,
+    read_configuration,
+    read_log,
+    read_logs,
+)
+from heli_plant.effects import CATALOGUE
+
+ENDINGS = (".csv", ".mat")
+"""Endings of logs; other files in a rig's folder are left alone."""
+
+HELD_OUT = "held"
+"""A log whose name begins so is held out."""
+
+TRAINING_SHARE = 2.0 / 3.0
+"""Share of a single log that is fitted to; the rest is held out."""
+
+SHORTEST_TO_SPLIT = 15.0
+"""Length [s] from which a single log is split."""
+
+
+@dataclass(frozen=True)
+class TrueEffect:
+    """An effect of the catalogue that a rig really has.
+
+    Attributes
+    ----------
+    name, axis : str
+        As in the catalogue.
+    coefficient : float or None
+        In the catalogue's unit; None where it cannot be compared with an estimate.
+    shape : mapping of str to float
+        Values of the law's shape parameters by their fields in
+        :class:`heli_plant.parameters.PlantParameters`, as far as they are known.
+
+    Raises
+    ------
+    ConfigurationError
+        The catalogue has no such entry.
+    """
+
+    name: str
+    axis: str
+    coefficient: float | None
+    shape: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if (self.name, self.axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}:
+            raise ConfigurationError(
+                f"truth names {self.name!r} on {self.axis!r}, which is not in the catalogue that `heli effects` "
+                "lists; a torque that is not in it is a TrueUnknown."
+            )
+
+
+@dataclass(frozen=True)
+class TrueUnknown:
+    """A torque that is not in the catalogue: the axis it acts on and the variable it depends on."""
+
+    axis: str
+    variable: str
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The true structure of a rig.
+
+    Attributes
+    ----------
+    kind : str
+        Word by which a summary counts the rig.
+    parameters : mapping of str to float
+        Values of the simplified model by the paper's symbols, as far as they are known.
+    effects : tuple of TrueEffect
+        One entry per axis.
+    unknown : TrueUnknown or None
+    """
+
+    kind: str
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    effects: tuple[TrueEffect, ...] = ()
+    unknown: TrueUnknown | None = None
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The data set of one rig.
+
+    Attributes
+    ----------
+    training, held_out : tuple of Log
+        Logs to fit and search in, and held-out logs.
+    truth : Truth or None
+        Not given to the diagnosis; a result row compares it with what was found.
+    configuration : RigConfiguration or None
+        What else is known of the rig; with None the campaign's settings apply.
+    note : str
+        What was held out where no log is named so.
+
+    Raises
+    ------
+    ConfigurationError
+        One kind of log is missing.
+    """
+
+    training: tuple[Log, ...]
+    held_out: tuple[Log, ...]
+    truth: Truth | None = None
+    configuration: RigConfiguration | None = None
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("training", "held_out"):
+            logs = tuple(getattr(self, name))
+            if not logs or not all(isinstance(log, Log) for log in logs):
+                raise ConfigurationError(f"rig.{name} = {logs!r} must hold one or more logs.")
+            object.__setattr__(self, name, logs)
+
+
+class Source(Protocol):
+    """One rig before its logs are loaded."""
+
+    @property
+    def rig(self) -> str:
+        """Name of the rig, unique in the campaign."""
+
+    def content(self) -> str:
+        """Return the digest of the rig's logs, or of what makes them."""
+
+    def load(self) -> Rig:
+        """Return the rig with its logs."""
+
+
+@dataclass(frozen=True)
+class RigFolder:
+    """A rig whose logs lie in a folder.
+
+    Attributes
+    ----------
+    rig : str
+        Name of the folder, or its path where two folders have one name.
+    training : tuple of Path
+        Logs to fit and to search, in the order of their names.
+    held_out : tuple of Path
+        Logs whose names begin with "held"; empty if none does, and the last log is then to be held out.
+    configuration : Path or None
+        heli.toml of the folder, else the one that all rigs share.
+    """
+
+    rig: str
+    training: tuple[Path, ...]
+    held_out: tuple[Path, ...]
+    configuration: Path | None
+
+    def content(self) -> str:
+        """Return the digest of names and bytes of its files."""
+        digest = hashlib.sha256()
+        for path in (*self.training, *self.held_out, *([self.configuration] if self.configuration else [])):
+            digest.update(path.name.encode())
+            digest.update(hashlib.sha256(path.read_bytes()).digest())
+        return digest.hexdigest()
+
+    def load(self, start: float | None = None, end: float | None = None) -> Rig:
+        """Read its logs, from ``start`` to ``end`` [s] in their own time.
+
+        Raises
+        ------
+        LogError, ConfigurationError
+            A log or the configuration cannot be read, or a single log is too short to be split.
+        """
+        configuration = read_configuration(self.configuration) if self.configuration else None
+        form = (configuration or RigConfiguration()).format
+        training, held_out, note = read_split(self.training, self.held_out, form, start, end)
+        return Rig(training, held_out, configuration=configuration, note=note)
+
+
+def read_split(
+    training: Sequence[Path],
+    held_out: Sequence[Path],
+    form: LogFormat,
+    start: float | None = None,
+    end: float | None = None,
+) -> tuple[tuple[Log, ...], tuple[Log, ...], str]:
+    """Read training and held-out logs; without any of the latter hold back the last log, or the end of a single one.
+
+    Returns
+    -------
+    training, held_out : tuple of Log
+    note : str
+        What was held back; empty if nothing.
+
+    Raises
+    ------
+    LogError
+        A log cannot be read, or a single log is too short to be split.
+    """
+    note = ""
+    if not held_out and len(training) > 1:
+        note = f"held out: {training[-1]}, the last log"
+        training, held_out = training[:-1], training[-1:]
+    if held_out:
+        logs = read_logs((*training, *held_out), form, start, end)
+        return logs[: len(training)], logs[len(training) :], note
+    path = training[0]
+    whole = read_log(path, form, start, end)
+    if whole.duration < SHORTEST_TO_SPLIT:
+        raise LogError(
+            f"{path}: {whole.duration:.3g} s are too short to be split into a training part and a held-out part, "
+            f"{SHORTEST_TO_SPLIT:g} s are needed; name a second log with --validate."
+        )
+    cut = whole.start + TRAINING_SHARE * whole.duration
+    first = read_log(path, form, whole.start, cut - 0.5 * whole.step)
+    rest = read_log(path, form, cut, whole.start + whole.duration - 0.5 * whole.step)
+    note = f"held out: the last third of {path}, from {cut:.4g} s on"
+    return (first,), (replace(rest, name=f"{rest.name} from {cut:.4g} s"),), note
+
+
+def rig_folders(
+    folders: Sequence[str | PathLike[str]], configuration: str | PathLike[str] | None = None
+) -> tuple[RigFolder, ...]:
+    """Find the logs of the rigs of a fleet.
+
+    Parameters
+    ----------
+    folders : sequence of path
+        One for each rig, at least two.
+    configuration : path, optional
+        heli.toml of the rigs that have none beside their logs.
+
+    Raises
+    ------
+    ConfigurationError
+        Fewer than two folders, a folder given twice, one that is missing, or one without a log to fit to.
+    """
+    paths = [Path(folder) for folder in folders]
+    for path in paths:
+        if not path.is_dir():
+            raise ConfigurationError(f"{path} is no folder; name a folder of logs for each rig.")
+    times = Counter(path.resolve() for path in paths)
+    twice = [path for path in paths if times[path.resolve()] > 1]
+    if twice:
+        raise ConfigurationError(f"{twice[0]} is given {times[twice[0].resolve()]} times; name each rig once.")
+    if len(paths) < 2:
+        raise ConfigurationError(
+            f"a fleet needs two rigs or more, {len(paths)} given; `heli diagnose` is for the logs of one rig."
+        )
+    names = Counter(path.resolve().name for path in paths)
+    return tuple(
+        rig_folder(path, path.resolve().name if names[path.resolve().name] == 1 else str(path), configuration)
+        for path in paths
+    )
+
+
+def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[RigFolder]:
+    """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
+
+    Parameters
+    ----------
+    folder : path
+    configuration : path, optional
+        heli.toml of the rigs that have none beside their logs.
+
+    Raises
+    ------
+    ConfigurationError
+        The folder is missing, no sub-folder holds a log, or one holds none to fit to.
+    """
+    root = Path(os.path.realpath(folder))
+    if not root.is_dir():
+        raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
+    shared = os.path.realpath(configuration) if configuration else None
+    rigs = [rig_folder(path, path.name, shared) for path in sorted(root.iterdir()) if path.is_dir() and _logs(path)]
+    if not rigs:
+        raise ConfigurationError(
+            f"no sub-folder of {folder} holds a log ({' or '.join(ENDINGS)}); each rig needs one with its logs."
+        )
+    return rigs
+
+
+def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> RigFolder:
+    """Find the logs of one rig.
+
+    Raises
+    ------
+    ConfigurationError
+        The folder holds no log to fit to.
+    """
+    logs = _logs(folder)
+    held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
+    training = tuple(path for path in logs if path not in held_out)
+    if not training:
+        found = f"only {held_out[0].name}, which is held out" if held_out else "no log"
+        raise ConfigurationError(
+            f"{folder} holds {found}; put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
+        )
+    own = folder / CONFIGURATION_NAME
+    return RigFolder(name, training, held_out, own if os.path.lexists(own) else Path(shared) if shared else None)
+
+
+def _logs(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in ENDINGS and path.is_file())
+
+
+@dataclass(frozen=True)
+class GeneratedRig:
+    """A rig that a function makes.
+
+    Attributes
+    ----------
+    rig : str
+    generator : str
+        "module:function"; the function returns a :class:`Rig`.
+    arguments : tuple
+        Arguments of the function, for instance one seed.
+    ingredients : tuple of str
+        Further modules and packages on whose source the logs depend.
+    """
+
+    rig: str
+    generator: str
+    arguments: tuple[str | int | float, ...]
+    ingredients: tuple[str, ...] = ()
+
+    def content(self) -> str:
+        """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
+        modules = (self.generator.partition(":")[0], *self.ingredients)
+        return f"{self.generator} {self.arguments!r} {digest_once(modules)}"
+
+    def load(self) -> Rig:
+        """Make its logs.
+
+        Raises
+        ------
+        ConfigurationError
+            The generator cannot be found or does not return a :class:`Rig`.
+        """
+        rig = named_function(self.generator)(*self.arguments)
+        if not isinstance(rig, Rig):
+            raise ConfigurationError(
+                f"{self.generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed."
+            )
+        return rig
+
+
+def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:
+    """Return ``count`` rigs that ``generator`` makes from the seeds ``first_seed``, ``first_seed`` + 1, ...
+
+    Parameters
+    ----------
+    generator : str
+        "module:function"; the function takes one whole number and returns a :class:`Rig`.
+    count : int
+        At least 1.
+    first_seed : int
+
+    Raises
+    ------
+    ConfigurationError
+        There is no such function, or ``count`` is less than 1.
+    """
+    if count < 1:
+        raise ConfigurationError(f"rigs = {count} must be at least 1.")
+    named_function(generator)
+    return [GeneratedRig(f"seed {seed}", generator, (seed,)) for seed in range(first_seed, first_seed + count)]
+
+
+def named_function(name: str) -> Callable:
+    """Import a function by "module:function".
+
+    Raises
+    ------
+    ConfigurationError
+        The form is wrong, or the module or the function does not exist or cannot be imported.
+    """
+    module, separator, function = name.partition(":")
+    if not (module and separator and function):
+        raise ConfigurationError(f"{name!r} must read module:function, for instance my_rigs:make.")
+    try:
+        found = getattr(import_module(module), function, None)
+    except ModuleNotFoundError as error:
+        raise ConfigurationError(
+            f"{name}: module {error.name} cannot be found; run from the folder that holds it, or put that folder on "
+            "PYTHONPATH."
+        ) from error
+    except (Exception, SystemExit) as error:  # whatever the user's own file does
+        raise ConfigurationError(
+            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it."
+        ) from error
+    if not callable(found):
+        raise ConfigurationError(f"{name}: module {module} has no function {function}.")
+    return found
+
+
+def source_digest(modules: Iterable[str]) -> str:
+    """Return the digest of the source of modules, and of packages with everything in their folders.
+
+    Raises
+    ------
+    ConfigurationError
+        A module cannot be found.
+    """
+    digest = hashlib.sha256()
+    for module in modules:
+        try:
+            spec = find_spec(module)
+        except ModuleNotFoundError:
+            spec = None
+        if spec is None:
+            raise ConfigurationError(
+                f"module {module} cannot be found; run from the folder that holds it, or put that folder on PYTHONPATH."
+            )
+        folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
+        files = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
+        if not folders and spec.origin and spec.origin.endswith(".py"):
+            files = [Path(spec.origin)]
+        for path in files:
+            digest.update(f"{module} {path.name}".encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+digest_once = cache(source_digest)
+"""The same, once in a process; ``modules`` is a tuple."""
+
+
+def error_text(error: Exception) -> str:
+    """Return an error's text, with its place in the code if this software did not raise it on purpose."""
+    if isinstance(error, IdentifierError):
+        return str(error)
+    place = traceback.extract_tb(sys.exc_info()[2])[-1]
+    return f"{type(error).__name__}: {error} (in {place.name}, {os.path.basename(place.filename)} line {place.lineno})"

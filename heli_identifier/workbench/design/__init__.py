@@ -1,1 +1,0 @@
-"""Design of an experiment that would show an effect, or separate two."""

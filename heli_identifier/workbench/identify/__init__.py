@@ -1,1 +1,0 @@
-"""The on-line identifier run over whole logs."""
