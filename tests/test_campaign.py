@@ -1,26 +1,24 @@
 """Campaign: where rigs come from, what a result is called, rows, results, and rows judged against the truth."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from heli_identifier.tools.key import result_key, source_digest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
 from heli_identifier.tools import (
-    FolderRig,
     GeneratedRig,
     Rig,
     TrueEffect,
     TrueUnknown,
     Truth,
-    folder_rigs,
     generated_rigs,
+    rig_folder,
+    rigs_below,
 )
+from heli_identifier.tools.campaign import read_row, result_key, run_campaign
 from heli_identifier.tools.campaign_rows import (
-    Results,
     all_named,
     complete,
     coverage,
@@ -29,11 +27,11 @@ from heli_identifier.tools.campaign_rows import (
     read_rows,
     right,
     summarised,
-    table,
     truth_columns,
     unknown_recognised,
-    write_table,
+    write_rows,
 )
+from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
@@ -74,33 +72,35 @@ def folder_with(tmp_path, *files):
     return tmp_path
 
 
-def test_every_sub_folder_with_both_kinds_of_log_is_a_rig(tmp_path):
-    folder_with(tmp_path, "b/train1.csv", "b/held.csv", "a/train.csv", "a/held1.csv", "notes/readme.txt", "other.csv")
-    assert [source.rig for source in folder_rigs(tmp_path)] == ["a", "b"]
+def test_every_sub_folder_with_a_log_is_a_rig_as_for_a_fleet(tmp_path):
+    folder_with(tmp_path, "b/run1.mat", "b/run2.csv", "a/train.csv", "a/held1.csv", "notes/readme.txt", "other.csv")
+    first, second = rigs_below(tmp_path)
+    assert (first.rig, [path.name for path in first.held_out]) == ("a", ["held1.csv"])
+    assert (second.rig, [path.name for path in second.training], second.held_out) == ("b", ["run1.mat", "run2.csv"], ())
 
 
-def test_sub_folder_without_a_log_to_judge_by_is_refused_by_name(tmp_path):
-    folder_with(tmp_path, "a/train.csv")
-    with pytest.raises(ConfigurationError, match=r"a holds no held\*\.csv"):
-        folder_rigs(tmp_path)
+def test_sub_folder_without_a_log_to_fit_to_is_refused_by_name(tmp_path):
+    folder_with(tmp_path, "a/held.csv")
+    with pytest.raises(ConfigurationError, match=r"a holds only held.csv"):
+        rigs_below(tmp_path)
 
 
 @pytest.mark.parametrize("folder", ["empty", "missing"])
 def test_folder_without_rigs_is_refused(tmp_path, folder):
     (tmp_path / "empty").mkdir()
     with pytest.raises(ConfigurationError, match=folder):
-        folder_rigs(tmp_path / folder)
+        rigs_below(tmp_path / folder)
 
 
 def test_rigs_own_configuration_comes_before_the_shared_one(tmp_path):
     folder_with(tmp_path, "a/train.csv", "a/held.csv", "a/heli.toml", "b/train.csv", "b/held.csv", "lab.toml")
-    own, shared = folder_rigs(tmp_path, tmp_path / "lab.toml")
-    assert (Path(own.configuration).parent.name, Path(shared.configuration).name) == ("a", "lab.toml")
+    own, shared = rigs_below(tmp_path, tmp_path / "lab.toml")
+    assert (own.configuration.parent.name, shared.configuration.name) == ("a", "lab.toml")
 
 
 def test_content_of_a_folder_follows_every_byte_of_its_logs_and_its_configuration(tmp_path):
     folder_with(tmp_path, "train.csv", "held.csv", "heli.toml", "notes.txt")
-    source = FolderRig("a", str(tmp_path), str(tmp_path / "heli.toml"))
+    source = rig_folder(tmp_path, "a")
     seen = {source.content()}
     (tmp_path / "notes.txt").write_text("nothing that a diagnosis reads")
     assert source.content() in seen
@@ -190,42 +190,28 @@ def test_result_is_called_by_rig_content_settings_and_code():
 # --- results -----------------------------------------------------------------------------------------------------
 
 
-def test_row_comes_back_from_its_file_as_it_was(tmp_path):
-    written = row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061, a_wx_se=0.002, measures={"told_score": 7.5})
-    results = Results(tmp_path / "new" / "folder")
-    results.write(written)
-    assert results.read("k") == written
-    assert results.read("another") is None
-
-
-def test_row_written_twice_is_there_once_and_no_draft_is_left(tmp_path):
-    results = Results(tmp_path)
-    results.write(row(error="power cut"))
-    results.write(row())
-    assert [path.name for path in results.rows.iterdir()] == ["k.parquet"]
-    assert results.read("k")["error"] is None
-
-
-def test_failed_and_unlabelled_rows_share_a_table_with_all_others(tmp_path):
+def test_rows_come_back_from_their_file_as_they_were(tmp_path):
     rows = [
-        row(FRICTION, found("dry_friction", "pitch")),
+        row(FRICTION, found("dry_friction", "pitch"), a_wx=0.061, a_wx_se=0.002, measures={"told_score": 7.5}),
         row(),
         complete({"rig": "r", "key": "k", "error": "unreadable"}),
     ]
-    assert read_rows(write_table(table(rows), tmp_path / "all.parquet")) == rows
+    assert read_rows(write_rows(rows, tmp_path / "k.parquet")) == rows
+    assert read_row(tmp_path, "k") == rows[0]
+    assert read_row(tmp_path, "another") is None
+    assert [path.name for path in tmp_path.iterdir()] == ["k.parquet"]  # no draft is left
 
 
 def test_file_that_is_no_result_is_named(tmp_path):
-    (tmp_path / "rows").mkdir()
-    (tmp_path / "rows" / "k.parquet").write_text("torn")
+    (tmp_path / "k.parquet").write_text("torn")
     with pytest.raises(ConfigurationError, match=r"k\.parquet"):
-        Results(tmp_path).read("k")
+        read_row(tmp_path, "k")
 
 
 def test_folder_that_cannot_hold_results_is_named(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigurationError, match="file"):
-        Results(tmp_path / "file")
+    with pytest.raises(ConfigurationError, match="file cannot hold results"):
+        run_campaign([], tmp_path / "file")
 
 
 # --- against the truth -------------------------------------------------------------------------------------------

@@ -14,9 +14,9 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
-from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, Truth, cluster, key
-from heli_identifier.tools.campaign import run_campaign
-from heli_identifier.tools.campaign_rows import CONSOLIDATED, diagnosed, read_rows
+from heli_identifier.tools import CONSOLIDATED, GeneratedRig, Rig, TrueEffect, Truth, campaign, read_rows, run_campaign
+from heli_identifier.tools.campaign import diagnosed
+from heli_identifier.tools.rigs import digest_once
 from heli_identifier.tracing import DiagnosisSettings
 
 RIGS = 8
@@ -140,7 +140,7 @@ def test_two_rigs_of_one_name_are_refused(stand_in):
     ],
 )
 def test_cluster_that_cannot_be_had_is_refused_in_a_sentence(stand_in, monkeypatch, options, said):
-    monkeypatch.setattr(cluster, "CONNECTING", 1.0)
+    monkeypatch.setattr(campaign, "CONNECTING", 1.0)
     with pytest.raises(ConfigurationError, match=said):
         run_campaign(stand_in.sources((1,), 0.0), stand_in.folder, **options)
 
@@ -148,7 +148,7 @@ def test_cluster_that_cannot_be_had_is_refused_in_a_sentence(stand_in, monkeypat
 def test_scheduler_that_runs_already_is_used_and_left_running(stand_in):
     from distributed import Client, LocalCluster
 
-    key.code_digest.cache_clear()  # of this process, which may be older than a source that was saved since
+    digest_once.cache_clear()  # of this process, which may be older than a source that was saved since
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as machines:
         rows = run_campaign(
             stand_in.sources(range(3), 0.0), stand_in.folder, scheduler=machines.scheduler_address, work=stand_in.work
@@ -162,9 +162,9 @@ def test_workers_of_another_version_are_refused(stand_in, monkeypatch, request):
     from distributed import LocalCluster
 
     # As if this process had fewer packages; a worker digests all that it has itself.
-    monkeypatch.setattr(key, "CODE", ("heli_plant",))
-    key.code_digest.cache_clear()
-    request.addfinalizer(key.code_digest.cache_clear)
+    monkeypatch.setattr(campaign, "CODE", ("heli_plant",))
+    digest_once.cache_clear()
+    request.addfinalizer(digest_once.cache_clear)
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as machines,
         pytest.raises(ConfigurationError, match="another version of this software"),
@@ -175,7 +175,7 @@ def test_workers_of_another_version_are_refused(stand_in, monkeypatch, request):
 def test_scheduler_without_a_worker_is_refused_with_the_command_that_starts_one(stand_in, monkeypatch):
     from distributed import LocalCluster
 
-    monkeypatch.setattr(cluster, "CONNECTING", 10.0)  # a busy machine needs its time to connect
+    monkeypatch.setattr(campaign, "CONNECTING", 10.0)  # a busy machine needs its time to connect
     with (
         LocalCluster(n_workers=0, dashboard_address=":0") as machines,
         pytest.raises(ConfigurationError, match="has no worker; start some with `dask worker tcp://"),

@@ -67,7 +67,10 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 @pytest.mark.parametrize(("least", "said"), [(0.97, True), (0.9, False)])
 def test_experiments_that_all_leave_two_effects_alike_are_said_to_separate_nothing(least, said):
     alike = Outlook(multisines(1.5, 0.5), 40.0, (0.1, 0.1), (1e-3, 2e-3), 0.99, 0.5, 0.3)
-    text = separation_warning([alike, replace(alike, correlation=least)], effects_named(("motor_lag", "input_delay"))) or ""
+    text = (
+        separation_warning([alike, replace(alike, correlation=least)], effects_named(("motor_lag", "input_delay")))
+        or ""
+    )
     # the separable share is sqrt(1 - .97^2) = .243, so that errors are 4 times as large
     for part in ("separates motor_lag from input_delay", "at least 0.970", "4 times"):
         assert (part in text) is said

@@ -11,7 +11,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_logs, read_log
 from heli_identifier.tools import Rig
-from heli_identifier.tools.campaign_rows import diagnosed
+from heli_identifier.tools.campaign import diagnosed
 from heli_identifier.tracing import DiagnosisSettings, diagnose
 from heli_plant.parameters import TABLE_2
 

@@ -14,9 +14,8 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_logs
-from heli_identifier.tools import Finding, fleet_of, pooled, rig_folders
-from heli_identifier.tools.fleet import fleet_document
-from heli_identifier.tools.fleet_page import fleet_page, fleet_sentence
+from heli_identifier.tools import Finding, fleet_html, fleet_of, fleet_sentence, rig_folders
+from heli_identifier.tools.meta_analysis import pooled
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
 from tests.diagnosis_example import adequate, found_effects
@@ -218,12 +217,12 @@ def test_page_and_document_hold_every_effect():
         rig({FRICTION: 0.19}, untestable=[CABLE]),
     )
     origin = {"command": "heli fleet <a> b c", "date": "today", "system": "x", "versions": {"heli-twin": "0"}}
-    text = fleet_page(fleet, origin)
+    text = fleet_html(fleet, origin)
     plotted = len(fleet.effects) - len(fleet.found(Finding.NOT_SHOWN)) + len(fleet.parameters)
     assert text.count("<svg") == plotted
     assert "heli fleet &lt;a&gt;" in text
     assert "http" not in text.replace("http://www.w3.org", "")  # nothing is fetched from elsewhere
-    document = json.loads(json.dumps(fleet_document(fleet, origin), allow_nan=False))
+    document = json.loads(json.dumps(fleet.document(origin), allow_nan=False))
     assert document["schema"] == "heli-fleet/1"
     assert {(e["name"], e["axis"]) for e in document["effects"]} == {(e.name, e.axis) for e in CATALOGUE}
     first = document["effects"][0]

@@ -38,7 +38,9 @@ MATHEMATICS = tuple(
 )  # fmt: skip
 
 H = "heli_identifier"
-ROOMS = tuple(f"{H}.{room}" for room in ("online", "records", "tracing", "following", "workbench", "live", "cli"))
+ROOMS = tuple(
+    f"{H}.{room}" for room in ("online", "records", "tracing", "following", "workbench", "live", "tools", "cli")
+)
 """From the ground floor up: a room imports those below it only."""
 
 LINK = tuple(f"{H}.live.{module}" for module in ("datagrams", "port", "order", "clock"))

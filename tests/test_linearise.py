@@ -12,16 +12,17 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
+from heli_identifier.tools.loop import (
     closed_loop,
     controller,
     frequencies,
-    margins,
+    is_stable,
     margins_over,
     plant_response,
     step_response,
+    unit_step,
 )
-from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
-from heli_identifier.tools.loop import closed_loop, controller, frequencies, is_stable, margins_over, plant_response, step_response, unit_step
 from heli_identifier.tools.pid import PEAK, design_pid, drawn_plants, retuned, weighted_error
 from heli_identifier.workbench.delivery.diagnosis_document import document_text
 from heli_identifier.workbench.delivery.parameter_file import read_parameters

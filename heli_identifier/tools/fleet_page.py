@@ -5,28 +5,13 @@ from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
+from heli_identifier.tools.figures import forest_figure
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 from heli_identifier.tracing import Diagnosis
-from heli_identifier.workbench.report.figures.style import (
-    AFTER,
-    BEFORE,
-    MEASURED,
-    MUTED,
-    canvas,
-    inline_svg,
-    key,
-    styled,
-)
+from heli_identifier.workbench.report.figures.style import inline_svg
 from heli_identifier.workbench.report.rounding import p_text, significant, unit_text
 from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
-
-FARTHEST = 2.0
-"""Widths of the part that holds all values, beyond which an interval is cut off and ends in an arrow."""
-
-MARKER = 6.5
 
 _TEMPLATES = files("heli_identifier.workbench.report") / "templates"
 
@@ -173,79 +158,3 @@ def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
         "nats": f"{diagnosis.held_out.gain.value:+.0f}",
         "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
     }
-
-
-@styled
-def forest_figure(coefficient: Coefficient) -> Figure:
-    """Draw the 95 % intervals of all rigs, of the mean (diamond) and of a further rig (thin line).
-
-    A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
-    does without has a word in place of its interval.
-    """
-    rigs = coefficient.rigs
-    names = [entry.rig for entry in rigs]
-    width = 0.35 + 0.075 * max(len(name) for name in (*names, "further rig"))
-    figure, (axes,) = canvas(5.2, 1.15 + 0.26 * (len(rigs) + 2), label_width=width)
-    low, high = _window(coefficient)
-    axes.set_xlim(low, high)
-    parameter = coefficient.finding is None
-    for row, entry in enumerate(rigs):
-        if entry.left_out:
-            word = entry.left_out.partition(":")[0]
-            axes.text(0.01, row, word, transform=axes.get_yaxis_transform(), va="center", color=MUTED, fontsize=9.0)
-            continue
-        colour = AFTER if entry.named or parameter else MEASURED
-        _interval(axes, row, entry.estimate.interval, colour, 2.0)
-        face = colour if entry.named or parameter else "none"
-        axes.plot(entry.estimate.value, row, "o", color=colour, markerfacecolor=face, markersize=MARKER)
-    if coefficient.mean is not None:
-        row = len(rigs)
-        names.append("mean")
-        _interval(axes, row, coefficient.mean.interval, BEFORE, 2.4)
-        axes.plot(coefficient.mean.mean, row, "D", color=BEFORE, markersize=MARKER)
-        axes.axvline(coefficient.mean.mean, color=BEFORE, linewidth=0.8, linestyle=":")
-        if coefficient.mean.prediction is not None:
-            names.append("further rig")
-            _interval(axes, row + 1, coefficient.mean.prediction, BEFORE, 1.0)
-    if low < 0.0 < high:
-        axes.axvline(0.0, color=MUTED, linewidth=0.9)
-    axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.grid(False, axis="y")
-    axes.set_xlabel(f"coefficient [{unit_text(coefficient.unit) or '1'}]")
-    _key(axes, coefficient)
-    return figure
-
-
-def _key(axes: Axes, coefficient: Coefficient) -> None:
-    shown = {"named": (AFTER, AFTER), "not named": (MEASURED, "none")}
-    for word, (colour, face) in shown.items():
-        if coefficient.finding is not None and any(e.named == (word == "named") for e in coefficient.counted):
-            axes.plot([], [], "o", color=colour, markerfacecolor=face, markersize=MARKER, label=word)
-    axes.plot([], [], "D", color=BEFORE, markersize=MARKER, label="mean of the make")
-    key(axes, 3)
-
-
-def _interval(axes: Axes, row: int, interval: tuple[float, float], colour: str, width: float) -> None:
-    """Draw an interval; an end beyond the axes is cut off and becomes an arrow."""
-    left, right = axes.get_xlim()
-    axes.hlines(row, max(interval[0], left), min(interval[1], right), color=colour, linewidth=width)
-    for beyond, edge, marker in ((interval[0] < left, left, "<"), (interval[1] > right, right, ">")):
-        if beyond:
-            axes.plot(edge, row, marker, color=colour, markersize=0.8 * MARKER, clip_on=False)
-
-
-def _window(coefficient: Coefficient) -> tuple[float, float]:
-    """Give the ends of the x axis: all values, zero, and the intervals as far as they are not far wider than that."""
-    values = [entry.estimate.value for entry in coefficient.counted]
-    ends = [end for entry in coefficient.counted for end in entry.estimate.interval]
-    if coefficient.mean is not None:
-        ends += [*coefficient.mean.interval, *(coefficient.mean.prediction or ())]
-    if coefficient.finding is not None:
-        values.append(0.0)
-    middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
-    halves = sorted(0.5 * (e.estimate.interval[1] - e.estimate.interval[0]) for e in coefficient.counted)
-    farthest = FARTHEST * max(reach, halves[0], 1e-9 * abs(middle))
-    low, high = max(min(ends + values), middle - farthest), min(max(ends + values), middle + farthest)
-    margin = 0.05 * (high - low)
-    return low - margin, high + margin

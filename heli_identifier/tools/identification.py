@@ -247,14 +247,14 @@ class Identification(Tabular):
         ConfigurationError
             The folder cannot be written to.
         """
+        from heli_identifier.tools.figures import history_figure
         from heli_identifier.workbench.delivery.staging import whole_folder
-        from heli_identifier.workbench.report.figures.over_time import history_figure
         from heli_identifier.workbench.report.figures.style import write_figure
 
         with whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")
             write_atomically(draft / "history.csv", history_text(self.histories))
-            write_figure(history_figure(self.histories, self.together), draft / "history.svg")
+            write_figure(history_figure(self.histories, self.estimates), draft / "history.svg")
         return Path(folder)
 
     def __repr__(self) -> str:

@@ -1,36 +1,22 @@
 """What develops over time: a run of the master, step responses of the closed loop, estimates of the adaptation."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from heli_identifier.online import ModelParameters
 from heli_identifier.workbench.report.figures.style import (
     AFTER,
     BEFORE,
-    INK,
     MEASURED,
-    MUTED,
     canvas,
-    grid,
     key,
-    shades,
     styled,
     thinned,
 )
 from heli_identifier.workbench.report.rounding import unit_text
-from heli_identifier.workbench.report.sentences import meaning
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import BY_FIELD
-
-if TYPE_CHECKING:
-    from heli_identifier.tools.identification import EstimateHistory, Together
-    from heli_identifier.tools.loop import StepResponse
-
-NAMES = ModelParameters._fields
 
 
 @styled
@@ -84,48 +70,3 @@ def run_figure(
     axes[-1].set_xlabel("time [s]")
     axes[-1].margins(x=0.01)
     return figure
-
-
-@styled
-def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]") -> Figure:
-    """Draw the responses of every axis, the present PID's and the retuned one's."""
-    figure, axes = canvas(6.0, 0.8 + 2.0 * len(before), heights=[1.0] * len(before), space=0.22)
-    for one, old, new in zip(axes, before, after, strict=True):
-        one.axhline(old.size, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
-        one.plot(old.time, old.angle, color=BEFORE, label="present PID")
-        one.plot(new.time, new.angle, color=AFTER, label="retuned PID")
-        one.set_ylabel(f"{old.axis} [rad]")
-    key(axes[0], 2)
-    axes[-1].set_xlabel("time since the step of the reference [s]")
-    axes[-1].margins(x=0.01)
-    return figure
-
-
-@styled
-def history_figure(histories: "Sequence[EstimateHistory]", together: "Together") -> Figure:
-    """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together."""
-    figure, axes = grid(len(NAMES), columns=3)
-    for column, (one, name) in enumerate(zip(axes, NAMES, strict=True)):
-        for history, colour in zip(histories, shades(len(histories)), strict=True):
-            value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
-            one.fill_between(history.time, value - half, value + half, color=colour, alpha=0.18, linewidth=0)
-            one.plot(history.time, value, color=colour, linewidth=1.1, label=history.name)
-        final = together.estimates[name].value
-        one.axhline(final, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), label="together")
-        one.set_ylim(*_limits(histories, column, final))
-        one.set_title(meaning(name), fontsize=9.5)
-        one.set_ylabel(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]")
-        one.set_xlabel("time [s]")
-    key(axes[0], len(histories) + 1, rise=1.14)
-    return figure
-
-
-def _limits(histories: "Sequence[EstimateHistory]", column: int, final: float) -> tuple[float, float]:
-    """Range of the ordinate: where the second half of every history and its band lies, with room around it."""
-    low = high = final
-    for history in histories:
-        late = history.time >= 0.5 * history.time[-1]
-        value, half = history.parameters[late, column], 1.96 * history.standard_errors[late, column]
-        low, high = min(low, float(np.min(value - half))), max(high, float(np.max(value + half)))
-    room = 0.25 * max(high - low, 1e-6)
-    return low - room, high + room
