@@ -6,10 +6,9 @@ import numpy as np
 
 from heli_identifier.following import (
     FollowSettings,
+    IdentifierReport,
     Sample,
-    Told,
     correct,
-    event_document,
     prepare_following,
     start_correcting,
 )
@@ -71,7 +70,7 @@ def followed(rows, fresh=None, **settings):
     state = start_correcting(plan, Sample(*rows[0]))
     events, outputs = [], []
     for k, row in enumerate(rows[1:], 1):
-        state, output = correct(state, Sample(*row, 1.0 if fresh is None else fresh[k]), Told(), plan)
+        state, output = correct(state, Sample(*row, 1.0 if fresh is None else fresh[k]), IdentifierReport(), plan)
         outputs.append(output)
         events.extend(output.events)
     return state, events, outputs, plan
@@ -79,4 +78,4 @@ def followed(rows, fresh=None, **settings):
 
 def documents(events, plan):
     """Give events as they stand in events.json."""
-    return [event_document(event, plan.changes) for event in events]
+    return [event.document() for event in events]

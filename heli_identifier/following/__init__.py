@@ -3,26 +3,33 @@
 Pure steps, standard library only: units carry them (``Corrector``), and ``heli follow`` runs the same.
 """
 
-from .changes import Change, changes
-from .corrector import correct, start_correcting
-from .events import WHAT, WHY, Event, event_document
-from .follower import (
+from .changes import Change
+from .corrector import (
     Follower,
     FollowOutput,
     FollowState,
+    correct,
     follow,
-    identifier_settings,
     parameters_in_use,
     prepare_follower,
-    shares_in_use,
     standard_errors_in_use,
+    start_correcting,
     start_following,
 )
-from .hearing import HEARD
-from .plan import FollowPlan, parameters_of, prepare_following
-from .saving import frozen_state, thawed_state
-from .settings import DEFAULT_EFFECTS, FollowSettings
-from .state import MODES, CorrectorOutput, CorrectorState, Sample, Told
+from .plan import DEFAULT_EFFECTS, FollowPlan, FollowSettings, prepare_following
+from .state import (
+    HEARD,
+    MODES,
+    WHAT,
+    WHY,
+    CorrectorOutput,
+    CorrectorState,
+    Event,
+    IdentifierReport,
+    Sample,
+    frozen_state,
+    thawed_state,
+)
 
 __all__ = [
     "DEFAULT_EFFECTS",
@@ -39,19 +46,14 @@ __all__ = [
     "FollowSettings",
     "FollowState",
     "Follower",
+    "IdentifierReport",
     "Sample",
-    "Told",
-    "changes",
     "correct",
-    "event_document",
     "follow",
     "frozen_state",
-    "identifier_settings",
     "parameters_in_use",
-    "parameters_of",
     "prepare_follower",
     "prepare_following",
-    "shares_in_use",
     "standard_errors_in_use",
     "start_correcting",
     "start_following",

@@ -11,7 +11,7 @@ The log-likelihood ratio of the two is that of a block with
 
     W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b,
 
-and its exponential has mean one given the past, which is all that Page's test asks for (:mod:`.detection`): the
+and its exponential has mean one given the past, which is all that a CUSUM asks for (:mod:`.cusum`): the
 prequential likelihood ratio (Dawid, Journal of the Royal Statistical Society A 147, 1984). Afterwards
 
     m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
@@ -30,10 +30,8 @@ from heli_plant.effects import AXES, effect
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 
-from ..online import Candidate
-from .blocks import Block
-from .changes import ELEVATION, PITCH, smallest_of
-from .detection import Direction
+from .blocks import Block, Packed
+from .changes import ELEVATION, PITCH, Direction, Laws, smallest_size
 
 _SHARE, _MISMATCH = 0.01, 0.003
 """Standard deviations of gains and stiffnesses, and of what a rotor has more thrust than the other, as shares."""
@@ -51,8 +49,8 @@ _WANDERING = 1800.0
 _AGE = 20
 """Blocks after which what was learned counts as learned without a change."""
 
-Packed = tuple[float, ...]
-"""A symmetric matrix as its upper triangle by rows."""
+Deviations = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+"""Square roots of P_0's diagonal for pitch, elevation and travel; the regressors are uncorrelated."""
 
 
 class Coefficients(NamedTuple):
@@ -77,8 +75,8 @@ class Baseline(NamedTuple):
     age: int
 
 
-def deviations(p: PlantParameters, laws: tuple[tuple[Candidate, ...], ...]) -> tuple[tuple[float, ...], ...]:
-    """Return the square roots of P_0's diagonal for pitch, elevation and travel; the regressors are uncorrelated."""
+def prior_deviations(p: PlantParameters, laws: Laws) -> Deviations:
+    """Return by how much the coefficients of the regressors of a twin with the parameters ``p`` may err."""
     gains, stiffnesses = (p.k_x, p.k_z, p.k_y), (p.a_th, p.a_e, 0.0)
     found = []
     for axis in range(3):
@@ -87,56 +85,48 @@ def deviations(p: PlantParameters, laws: tuple[tuple[Candidate, ...], ...]) -> t
         own = [_SHARE * k, _MISMATCH * k, sqrt(_OFFSET * _OFFSET + balance * balance), _DAMPING]
         for law in laws[axis]:
             row = BY_FIELD[effect(law.name, AXES[axis]).field]
-            own.append(_OF_EFFECT * smallest_of(law.name, row.unit) * (k if law.times_gain else 1.0))
+            own.append(_OF_EFFECT * smallest_size(law.name, row.unit) * (k if law.times_gain else 1.0))
         if axis in (PITCH, ELEVATION):
             own.append(_SHARE * abs(stiffnesses[axis]))
         found.append(tuple(own))
-    return tuple(found)
+    return found[0], found[1], found[2]
 
 
-def first_baseline(deviation: tuple[tuple[float, ...], ...]) -> Baseline:
-    """Return the baseline before anything is known; ``deviation`` from :func:`deviations`."""
-    a, b, c = deviation
-    axes = _first(a), _first(b), _first(c)
-    return Baseline(axes, axes, axes, 0)
+def start_baseline(deviations: Deviations) -> Baseline:
+    """Return the baseline before anything is known."""
+    a, b, c = [
+        Coefficients(
+            (0.0,) * len(own), tuple([x**2 if i == j else 0.0 for i, x in enumerate(own) for j in range(len(own))])
+        )
+        for own in deviations
+    ]
+    return Baseline((a, b, c), (a, b, c), (a, b, c), 0)
 
 
-def _first(deviation: tuple[float, ...]) -> Coefficients:
-    n = len(deviation)
-    return Coefficients((0.0,) * n, tuple([deviation[i] ** 2 if i == j else 0.0 for i in range(n) for j in range(n)]))
-
-
-def allowed_for(
-    block: Block, baseline: Baseline, learns: bool, deviation: tuple[tuple[float, ...], ...]
+def allow_for_baseline(
+    block: Block, baseline: Baseline, learns: bool, deviations: Deviations
 ) -> tuple[Block, Baseline]:
     """Return a block as the tests see it, W and u in place of R and b, and the baseline after it.
 
-    ``learns``: whether the twin follows; ``deviation`` from :func:`deviations`.
+    ``learns``: whether the twin follows.
     """
-    information: list[tuple[float, ...]] = []
-    response: list[tuple[float, ...]] = []
-    axes: list[Coefficients] = []
-    for axis in range(3):
-        own = baseline.now[axis]
-        w, u = discounted(block.information[axis], block.response[axis], own)
-        information.append(w)
-        response.append(u)
-        axes.append(learned_from(w, u, own, deviation[axis]) if learns else own)
-    tested = Block((information[0], information[1], information[2]), (response[0], response[1], response[2]))
-    now = axes[0], axes[1], axes[2]
+    found = [discount(block.information[axis], block.response[axis], baseline.now[axis]) for axis in range(3)]
+    (w_1, u_1), (w_2, u_2), (w_3, u_3) = found
+    tested = Block((w_1, w_2, w_3), (u_1, u_2, u_3))
     if not learns:
         return tested, baseline
+    a, b, c = [learn_coefficients(*found[axis], baseline.now[axis], deviations[axis]) for axis in range(3)]
     if baseline.age + 1 < _AGE:
-        return tested, Baseline(now, baseline.coming, baseline.proved, baseline.age + 1)
-    return tested, Baseline(now, now, baseline.coming, 0)
+        return tested, baseline._replace(now=(a, b, c), age=baseline.age + 1)
+    return tested, Baseline((a, b, c), (a, b, c), baseline.coming, 0)
 
 
-def forgotten(baseline: Baseline) -> Baseline:
+def forget_latest(baseline: Baseline) -> Baseline:
     """Return the baseline without what was learned last, which may have come from a change or a fault."""
     return Baseline(baseline.proved, baseline.proved, baseline.proved, 0)
 
 
-def discounted(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed, tuple[float, ...]]:
+def discount(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed, tuple[float, ...]]:
     """Return W (packed) and u of a block with ``r`` (packed) and ``b``."""
     m, p = own.mean, own.covariance
     n = len(m)
@@ -168,7 +158,9 @@ def discounted(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Pack
     return tuple(w), tuple([table[i][2 * n] for i in range(n)])
 
 
-def learned_from(w: Packed, u: tuple[float, ...], own: Coefficients, deviation: tuple[float, ...]) -> Coefficients:
+def learn_coefficients(
+    w: Packed, u: tuple[float, ...], own: Coefficients, deviation: tuple[float, ...]
+) -> Coefficients:
     """Return theta of an axis after a block with W ``w`` and ``u``; ``deviation``: of P_0."""
     p = own.covariance
     n = len(u)
@@ -197,7 +189,7 @@ def learned_from(w: Packed, u: tuple[float, ...], own: Coefficients, deviation: 
     return Coefficients(tuple(mean), tuple(covariance))
 
 
-def uncertain(baseline: Baseline, direction: Direction, error: float, size: float) -> Baseline:
+def add_uncertainty(baseline: Baseline, direction: Direction, error: float, size: float) -> Baseline:
     """Return the baseline after an adoption along ``direction`` D: P + (error^2 + (.1 nu)^2) D D^T.
 
     ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.

@@ -10,34 +10,42 @@ The scale is the innovations' variance lambda, a mean over two minutes, in which
 only: a change must not hide itself in the noise.
 
 Where the innovations are not white, or the twin's values are not quite right, sums along a direction D (of a change,
-:mod:`.changes`) vary by more than R says. With u_k = D^T b of block k the factor is
+:mod:`.changes`) vary by more than R says. With u_k = D^T b of block k the variance inflation factor is
 
     kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
 
 a long-run variance over its value for white innovations (Newey and West, Econometrica 55, 1987, with flat weights).
-It is learned from blocks that have become _PROVED blocks old without an alarm. D^T b and D^T R D are divided by it.
+It is learned from blocks that have become PROVED blocks old without an alarm. D^T b and D^T R D are divided by it.
 """
 
 from math import sqrt
 from typing import NamedTuple
 
+from .changes import Direction
+
 MEMORY = 120.0
 """Blocks over which the noise is averaged."""
-
-_LARGEST = 4.0
-"""Of the mean square of innovations over lambda in one block."""
 
 PROVED = 20
 """Blocks after which a block without an alarm counts as one without a change."""
 
-TESTED = PROVED + 3
-"""Blocks that are kept as the tests see them: a proved one and the two before it."""
+_LARGEST = 4.0
+"""Of the mean square of innovations over lambda in one block."""
 
-_DOUBT, _DOUBTED = 60.0, 1.0
-"""kappa begins at _DOUBTED with the weight of _DOUBT blocks."""
+_LEARNED = 9
+"""Blocks from which the noise is known."""
+
+_COUNT = 1.5e-3
+"""Width of an encoder's grid that the noise begins with [rad]."""
+
+_PRIOR_BLOCKS, _PRIOR_FACTOR = 60.0, 1.0
+"""kappa begins at _PRIOR_FACTOR with the weight of _PRIOR_BLOCKS blocks."""
 
 _LARGEST_TERM = 16.0
 """Of a term of kappa's sum over D^T R D, in size."""
+
+Packed = tuple[float, ...]
+"""A symmetric matrix as its upper triangle by rows."""
 
 
 class Sums(NamedTuple):
@@ -50,51 +58,52 @@ class Sums(NamedTuple):
     psi: tuple[float, ...]
     e: float
     taken: int
-    products: tuple[float, ...]
+    products: Packed
     squares: float
     seen: int
     spoiled: bool
 
 
-class Level(NamedTuple):
+class Noise(NamedTuple):
     """Noise of one axis: ``variance`` lambda [rad^2], and the ``blocks`` that it comes from."""
 
-    variance: float
-    blocks: float
+    variance: float = _COUNT * _COUNT / 12.0
+    blocks: float = 0.0
 
 
-class Colour(NamedTuple):
+class Inflation(NamedTuple):
     """kappa along the direction of one change: the sums of its terms and of D^T R D [1], over ``blocks``."""
 
-    terms: float
-    information: float
-    blocks: float
+    terms: float = 0.0
+    information: float = 0.0
+    blocks: float = 0.0
+
+    @property
+    def factor(self) -> float:
+        """The variance inflation factor kappa [1]."""
+        found = self.terms / self.information if self.information > 0.0 else _PRIOR_FACTOR
+        return max(1.0, (_PRIOR_BLOCKS * _PRIOR_FACTOR + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
 
 
 class Block(NamedTuple):
-    """R (packed upper triangle by rows) and b of pitch, elevation and travel; R and b of an unusable axis are zero."""
+    """R (packed) and b of pitch, elevation and travel; R and b of an unusable axis are zero."""
 
-    information: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+    information: tuple[Packed, Packed, Packed]
     response: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 
 
-def no_sums(size: int) -> Sums:
+def start_sums(size: int) -> Sums:
     """Return the sums before the first sample of ``size`` regressors."""
     return Sums((0.0,) * size, 0.0, 0, (0.0,) * ((size + 1) * (size + 2) // 2), 0.0, 0, False)
 
 
-def added(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
+def add_sample(s: Sums, psi: tuple[float, ...], e: float) -> Sums:
     """Return the sums with a sample."""
-    return s._replace(
-        psi=tuple([a + b for a, b in zip(s.psi, psi, strict=True)]),
-        e=s.e + e,
-        taken=s.taken + 1,
-        squares=s.squares + e * e,
-        seen=s.seen + 1,
-    )
+    total = tuple([a + b for a, b in zip(s.psi, psi, strict=True)])
+    return s._replace(psi=total, e=s.e + e, taken=s.taken + 1, squares=s.squares + e * e, seen=s.seen + 1)
 
 
-def multiplied(s: Sums) -> Sums:
+def add_products(s: Sums) -> Sums:
     """Return the sums with the products of what came in since the last ones."""
     if s.taken == 0:
         return s
@@ -110,82 +119,88 @@ def multiplied(s: Sums) -> Sums:
     return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(products))
 
 
-def parted(s: Sums, level: Level) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return R and b of a complete block, scaled."""
-    n = len(s.psi)
-    information: list[float] = []
-    response: list[float] = []
-    scale = 0.0 if s.spoiled else 1.0 / level.variance
-    k = 0
-    for i in range(n):
-        for _ in range(i, n):
-            information.append(scale * s.products[k])
-            k += 1
-        response.append(scale * s.products[k])
-        k += 1
-    return tuple(information), tuple(response)
+def close_block(sums: tuple[Sums, Sums, Sums], noises: tuple[Noise, Noise, Noise]) -> Block:
+    """Return the complete block, scaled by the noise."""
+    information: list[Packed] = []
+    response: list[tuple[float, ...]] = []
+    for s, noise in zip(sums, noises, strict=True):
+        n, k = len(s.psi), 0
+        scale = 0.0 if s.spoiled else 1.0 / noise.variance
+        scaled = [scale * x for x in s.products]
+        r: list[float] = []
+        b: list[float] = []
+        for i in range(n):
+            r += scaled[k : k + n - i]
+            b.append(scaled[k + n - i])
+            k += n - i + 1
+        information.append(tuple(r))
+        response.append(tuple(b))
+    return Block((information[0], information[1], information[2]), (response[0], response[1], response[2]))
 
 
-def first_level(count: float) -> Level:
-    """Return the noise before the first block; ``count`` is a width of the encoder's grid [rad]."""
-    return Level(count * count / 12.0, 0.0)
+def learn_noise(noise: Noise, s: Sums) -> Noise:
+    """Return the noise after a complete block."""
+    if s.spoiled or s.seen == 0:
+        return noise
+    mean = s.squares / s.seen
+    if noise.blocks == 0.0:
+        return Noise(mean, 1.0)
+    blocks = min(noise.blocks + 1.0, MEMORY)
+    mean = min(mean, _LARGEST * noise.variance)
+    return Noise(noise.variance + (mean - noise.variance) / blocks, blocks)
 
 
-def noise_of(levels: tuple[Level, Level, Level]) -> tuple[float, float, float]:
+def deviations_of(noises: tuple[Noise, Noise, Noise]) -> tuple[float, float, float]:
     """Return the standard deviations of the innovations of the three axes [rad]."""
-    a, b, c = levels
+    a, b, c = noises
     return sqrt(a.variance), sqrt(b.variance), sqrt(c.variance)
 
 
-def noise_is_known(levels: tuple[Level, Level, Level], blocks: int) -> bool:
-    """Return whether the noise comes from that many ``blocks``; an axis that never moves has none."""
-    a, b, c = levels
-    return max(a.blocks, b.blocks, c.blocks) >= blocks
+def is_noise_known(noises: tuple[Noise, Noise, Noise]) -> bool:
+    """Return whether enough blocks have told the noise; an axis that never moves tells none."""
+    return max(noise.blocks for noise in noises) >= _LEARNED
 
 
-def learned(level: Level, s: Sums) -> Level:
-    """Return the noise after a complete block."""
-    if s.spoiled or s.seen == 0:
-        return level
-    mean = s.squares / s.seen
-    if level.blocks == 0.0:
-        return Level(mean, 1.0)
-    blocks = min(level.blocks + 1.0, MEMORY)
-    mean = min(mean, _LARGEST * level.variance)
-    return Level(level.variance + (mean - level.variance) / blocks, blocks)
+def project_block(block: Block, direction: Direction) -> tuple[float, float]:
+    """Return D^T b and D^T R D of a block."""
+    response, information = 0.0, 0.0
+    for axis in range(3):
+        r, b, row = block.information[axis], block.response[axis], direction[axis]
+        n = len(row)
+        k = 0
+        for i in range(n):
+            if row[i] == 0.0:
+                k += n - i
+                continue
+            response += row[i] * b[i]
+            information += row[i] * row[i] * r[k]
+            k += 1
+            for j in range(i + 1, n):
+                information += 2.0 * row[i] * row[j] * r[k]
+                k += 1
+    return response, information
 
 
-UNKNOWN = Colour(0.0, 0.0, 0.0)
-
-
-def coloured(c: Colour, u: float, u_1: float, u_2: float, information: float) -> Colour:
+def learn_inflation(c: Inflation, u: float, u_1: float, u_2: float, information: float) -> Inflation:
     """Return ``c`` after a block with D^T b ``u``, those of the two before it, and its D^T R D."""
     most = _LARGEST_TERM * information
     term = min(max(u * (u + 2.0 * (u_1 + u_2)), -most), most)
     kept = 1.0 - 1.0 / MEMORY
-    return Colour(kept * c.terms + term, kept * c.information + information, kept * c.blocks + 1.0)
+    return Inflation(kept * c.terms + term, kept * c.information + information, kept * c.blocks + 1.0)
 
 
-def kappa(c: Colour) -> float:
-    """Return kappa."""
-    found = c.terms / c.information if c.information > 0.0 else _DOUBTED
-    return max(1.0, (_DOUBT * _DOUBTED + c.blocks * found) / (_DOUBT + c.blocks))
-
-
-def emptied(block: Block) -> Block:
+def empty_block(block: Block) -> Block:
     """Return a block like ``block`` that tells nothing."""
-    a, b, c = block.information
-    d, e, f = block.response
-    return Block(
-        ((0.0,) * len(a), (0.0,) * len(b), (0.0,) * len(c)), ((0.0,) * len(d), (0.0,) * len(e), (0.0,) * len(f))
-    )
+    a, b, c = [(0.0,) * len(x) for x in block.information]
+    d, e, f = [(0.0,) * len(x) for x in block.response]
+    return Block((a, b, c), (d, e, f))
 
 
-def shifted(block: Block, coefficients: tuple[tuple[float, ...], ...]) -> Block:
-    """Return ``block`` for a twin to whose regressors ``coefficients`` were added since: b - R theta on each axis."""
+def shift_block(block: Block, direction: Direction, size: float) -> Block:
+    """Return ``block`` for a twin in which a change of ``size`` along ``direction`` is in use: b - R D size."""
     responses = []
     for axis in range(3):
-        r, b, theta = block.information[axis], list(block.response[axis]), coefficients[axis]
+        r, b, theta = block.information[axis], list(block.response[axis]), [size * x for x in direction[axis]]
         k = 0
         for i in range(len(b)):
             b[i] -= r[k] * theta[i]

@@ -1,88 +1,126 @@
-"""The corrector: one sample in, the values in use out."""
+"""The corrector: one sample in, the values in use out. The follower: the same with the on-line identifier beside it."""
 
-from heli_plant.communication import begin
+from typing import NamedTuple
+
+from heli_plant.communication import PlantMemory
 from heli_plant.motor import saturate
-from heli_plant.observer import Torque, measured_against
+from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
-from .baseline import allowed_for, first_baseline
-from .blocks import TESTED, UNKNOWN, Block, Sums, added, first_level, learned, multiplied, no_sums, noise_of, parted
-from .detection import AT_ZERO, NOTHING
-from .errors import Row, rms
-from .events import Event
-from .gap import crossed, no_gap, widened
-from .instant import Instant, later
-from .judgement import KEPT, judged
-from .plan import FollowPlan
-from .roughness import no_roughness, roughened
-from .sensitivity import corrected_sensitivity, no_sensitivity
+from ..online import (
+    PREDICTION_ERROR,
+    IdentifierOutput,
+    IdentifierSettings,
+    IdentifierState,
+    Plan,
+    before_samples,
+    prepare,
+    start,
+    step,
+)
+from .baseline import allow_for_baseline, forget_latest, start_baseline
+from .blocks import (
+    PROVED,
+    Inflation,
+    Noise,
+    Sums,
+    add_products,
+    add_sample,
+    close_block,
+    deviations_of,
+    empty_block,
+    is_noise_known,
+    learn_noise,
+    start_sums,
+)
+from .cusum import NOTHING, Cusum
+from .observer import (
+    Angles,
+    Weight,
+    advance_observer,
+    correct_observer,
+    miss_sample,
+    start_instant,
+    start_observer,
+    weigh_full,
+    weigh_sample,
+)
+from .plan import FollowPlan, FollowSettings, prepare_following
+from .prediction import Predictions, drop_copies, drop_rival, launch_copies, move_copies, rms
 from .state import (
     FOLLOWING,
+    HEARD,
+    HELD,
     ON_TRIAL,
     STARTING,
+    STREAM,
     SUSPENDED,
     WATCHED,
     CorrectorOutput,
     CorrectorState,
+    Event,
+    IdentifierReport,
     Sample,
-    Told,
+    Values,
+    make_event,
 )
-from .stream import discounted, first_stream, watched, withdraws
-from .suspension import resumed, suspended, withdrawn
-from .trust import full_trust, trusted
-from .twins import first_twins, launched, moved
-from .values import RAMP, ramped, start_values
+from .stream import is_discounted, start_stream, stood_in_last_block, update_stream
+from .trial import judge_block
 
-LARGEST_INNOVATION = 4.0
+_LARGEST_INNOVATION = 4.0
 """Innovations count with at most this many standard deviations."""
 
-_COUNT = 1.5e-3
-"""Width of an encoder's grid that the noise begins with [rad]."""
+_RAMP = 2.0
+"""Time in which an adopted change is ramped in [s]."""
+
+_KEPT = 90
+"""Blocks that are kept: a change is looked for in the last minute and a half."""
+
+_TESTED = PROVED + 3
+"""Blocks that are kept as the tests see them: a proved one and the two before it."""
+
+_DROPPED = 2
+"""Blocks before a fault of the stream that are dropped: it is seen only after a while."""
+
+_FORGETTING = 0.02
+"""Of the identifier beside the twin [1/s]: what changed a minute ago is known."""
 
 
 def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
-    voltages = (now.v_front, now.v_rear)
-    first = start_state(now.pitch, now.elevation, now.travel, *voltages)
-    values = start_values(plan)
+    voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
+    twin, count = plan.twin(plan.first_values), len(plan.changes)
     a, b, c = plan.columns
-    angles = (now.pitch, now.elevation, now.travel)
-    instant = Instant(
-        begin(first, values.parameters), Torque(), (no_sensitivity(a), no_sensitivity(b), no_sensitivity(c))
-    )
+    instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan.columns)
     return CorrectorState(
-        0,
-        voltages,
-        *instant,
-        (no_sums(a), no_sums(b), no_sums(c)),
-        (first_level(_COUNT), first_level(_COUNT), first_level(_COUNT)),
-        first_baseline(plan.deviations),
-        (UNKNOWN,) * len(plan.changes),
-        (0.0, 0.0),
-        0,
-        first_twins(angles),
-        (),
-        (),
-        (AT_ZERO,) * len(plan.changes),
-        (AT_ZERO,) * len(plan.changes),
-        0.0,
-        values,
-        STARTING,
-        0,
-        plan.settling,
-        NOTHING,
-        0,
-        (0,) * len(plan.settings.effects),
-        (),
-        first_stream(angles),
-        no_gap(instant, voltages),
-        no_roughness(voltages),
-        (),
+        samples=0,
+        mode=STARTING,
+        since=0,
+        settled=plan.settling,
+        observer=start_observer(instant, voltages),
+        stream=start_stream(angles),
+        values=Values(twin, twin.values, twin.values, 0, (), (0.0,) * len(twin.values)),
+        predictions=Predictions(angles, angles),
+        sums=(start_sums(a), start_sums(b), start_sums(c)),
+        noises=(Noise(), Noise(), Noise()),
+        baseline=start_baseline(plan.deviations),
+        inflations=(Inflation(),) * count,
+        blocks=(),
+        tested=(),
+        cusums=(Cusum(),) * count,
+        cusums_before=(Cusum(),) * count,
+        alarm=0.0,
+        run=0,
+        finding=NOTHING,
+        scored=(0,) * len(plan.settings.effects),
+        heard=(),
     )
 
 
-def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) -> tuple[CorrectorState, CorrectorOutput]:
+def correct(
+    state: CorrectorState, now: Sample, report: IdentifierReport, plan: FollowPlan
+) -> tuple[CorrectorState, CorrectorOutput]:
     """Take in the next sample.
 
     Parameters
@@ -90,7 +128,7 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     state : CorrectorState
     now : Sample
         At the time of sample k = ``state.samples`` + 1.
-    told : Told
+    report : IdentifierReport
         What the identifier last said.
     plan : FollowPlan
 
@@ -99,150 +137,251 @@ def correct(state: CorrectorState, now: Sample, told: Told, plan: FollowPlan) ->
     state : CorrectorState
     output : CorrectorOutput
     """
-    h, k = plan.settings.sample_time, state.samples + 1
-    time = k * h
-    voltages = (now.v_front, now.v_rear)
-    values = ramped(state.values, k, plan)
-    fresh = now.fresh > 0.5
-    unseen = state.gap.unseen if state.mode != SUSPENDED else 0
-    if fresh and unseen > 0:
-        ahead, arrived = crossed(state.gap, voltages, k, values, plan)
-    else:
-        before = Instant(state.memory, state.torque, state.sensitivities)
-        ahead, arrived = later(before, state.voltages, (k - 1) * h, values, plan)
-    angles = (now.pitch, now.elevation, now.travel)
-    noise = noise_of(state.levels)
-    trust = full_trust(plan)
-    if fresh:
-        pitch = ahead.memory.state.pitch
-        trust = trusted(state.uncertainties, unseen, pitch, state.roughness, noise, values, plan)
-    a, b, c = trust.deviations
-    expected = (a * noise[0], b * noise[1], c * noise[2])
-    stream = watched(state.stream, angles, fresh, ahead.memory.state, ahead.torque, expected, plan)
+    k = state.samples + 1
+    time = k * plan.settings.sample_time
+    voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
+    values = _ramp(state.values, k, plan)
+    p, fresh = values.now.parameters, now.fresh > 0.5
+    unseen = state.observer.gap.unseen if state.mode != SUSPENDED else 0
+    observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan.observer)
+    noise = deviations_of(state.noises)
+    weight = weigh_sample(observer, unseen, noise, p, plan.observer) if fresh else weigh_full(plan.observer)
+    a, b, c = weight.deviations
+    scatter = (a * noise[0], b * noise[1], c * noise[2])
+    predicted = observer.instant
+    stream = update_stream(state.stream, angles, fresh, predicted.memory.state, predicted.torque, scatter, plan)
     fresh = fresh and not stream.broken
-    state = state._replace(
-        samples=k,
-        voltages=voltages,
-        memory=ahead.memory,
-        torque=ahead.torque,
-        sensitivities=ahead.sensitivities,
-        arrived=(state.arrived[0] + arrived[0], state.arrived[1] + arrived[1]),
-        values=values,
-        stream=stream,
+    predictions = state.predictions
+    predictions = predictions._replace(
+        arrived=(predictions.arrived[0] + arrived[0], predictions.arrived[1] + arrived[1])
     )
+    state = state._replace(samples=k, observer=observer, values=values, stream=stream, predictions=predictions)
     events: list[Event] = []
     if stream.broken and state.mode != SUSPENDED:
-        state, events = suspended(state, time, plan)
+        state, events = _suspend(state, time, plan)
     elif state.mode == SUSPENDED and fresh:
-        state, events = resumed(state, now, time, plan)
-    elif withdraws(stream, k, plan):
-        state = withdrawn(state)
-
-    seen = state.memory.state
-    of_plant = measured_angles(seen)
-    ramping = k < values.ramp + round(RAMP / h)
-    resting = k < state.settled or stream.broken or ramping
-    new_sensitivities = []
-    new_sums: list[Sums] = []
-    for axis in range(3):
-        s = state.sensitivities[axis]
-        total = state.sums[axis]
-        left_out = resting or discounted(stream, axis, plan)
-        if fresh and not left_out:
-            share = 1.0 / trust.deviations[axis]
-            innovation = share * (angles[axis] - of_plant[axis])
-            if state.mode != STARTING:
-                innovation = saturate(innovation, LARGEST_INNOVATION * noise[axis])
-            psi = s.angle if share == 1.0 else tuple([share * x for x in s.angle])
-            total = added(total, psi, innovation)
-        elif not total.spoiled and left_out:
-            total = total._replace(spoiled=True)
-        new_sensitivities.append(corrected_sensitivity(s, trust.gains[axis]) if fresh else s)
-        new_sums.append(total)
-    sensitivities = (new_sensitivities[0], new_sensitivities[1], new_sensitivities[2])
-    memory, torque, gap = state.memory, state.torque, state.gap
-    roughness, uncertainties = state.roughness, state.uncertainties
+        state, events = _resume(state, angles, time, plan)
+    elif stood_in_last_block(stream, k, plan):
+        state = _withdraw_block(state)
+    state = state._replace(sums=_take_innovations(state, angles, fresh, weight, noise, plan))
     if fresh:
-        kept, torque = measured_against(seen, torque, *angles, *trust.gains)
-        memory = memory._replace(state=kept)
-        roughness = roughened(roughness, voltages, gap.unseen > 0, h)
-        uncertainties = trust.uncertainties if roughness.in_a_row < plan.remembered else ()
-        gap = no_gap(Instant(memory, torque, sensitivities), voltages)
+        state = state._replace(observer=correct_observer(state.observer, angles, weight, plan.observer))
     else:
-        gap = widened(gap, arrived)
-    state = state._replace(
-        memory=memory,
-        torque=torque,
-        sensitivities=sensitivities,
-        sums=(new_sums[0], new_sums[1], new_sums[2]),
-        gap=gap,
-        roughness=roughness,
-        uncertainties=uncertainties,
-    )
+        state = state._replace(observer=miss_sample(state.observer, arrived))
     compared = False
     if k % plan.coarse == 0:
         state, compared = _coarse_step(state, angles, fresh, plan)
-        if state.steps % plan.block == 0:
-            state, said = judged(closed(state, plan), told, plan)
+        if state.predictions.steps % plan.block == 0:
+            state, said = judge_block(_close_block(state, plan), report, plan)
             events = events + said
     return state, _output(state, time, compared, events, plan)
 
 
-def _coarse_step(state: CorrectorState, angles: Row, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:
+def _ramp(values: Values, k: int, plan: FollowPlan) -> Values:
+    """Return the values of sample ``k``: on the ramp from ``begin`` to ``end``, then there."""
+    if values.now.values == values.end:
+        return values
+    share = min(1.0, (k - values.ramp) * plan.settings.sample_time / _RAMP)
+    now = tuple([a + share * (b - a) for a, b in zip(values.begin, values.end, strict=True)])
+    return values._replace(now=plan.twin(values.end if share >= 1.0 else now))
+
+
+def _suspend(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+    """Return the state with everything at rest; a trial is broken off."""
+    events = [make_event(time, STREAM, "stopped" if state.stream.unseen >= plan.stop else "frozen", plan)]
+    if state.mode == ON_TRIAL:
+        events.append(make_event(time, HELD, "cut", plan, state.finding.change))
+    return state.without_alarm().enter(
+        SUSPENDED,
+        values=state.values._replace(rival=()),
+        predictions=drop_rival(drop_copies(state.predictions)),
+        blocks=state.blocks[:-_DROPPED],
+        tested=(),
+        baseline=forget_latest(state.baseline),
+        observer=state.observer._replace(covariances=()),
+    ), events
+
+
+def _resume(state: CorrectorState, angles: Angles, time: float, plan: FollowPlan) -> tuple[CorrectorState, list[Event]]:
+    """Return the state with the observer begun again from a sample's ``angles``."""
+    memory = state.observer.instant.memory
+    first = start_state(*angles, memory.state.nu_front, memory.state.nu_rear)
+    first = first._replace(cable_rest=memory.state.cable_rest)
+    instant = start_instant(first, state.values.now.parameters, plan.columns)
+    instant = instant._replace(memory=PlantMemory(instant.memory.state, memory.since, memory.held))
+    return state.enter(
+        FOLLOWING if is_noise_known(state.noises) else STARTING,
+        settled=state.samples + plan.settling,
+        observer=state.observer._replace(instant=instant),
+    ), [make_event(time, STREAM, "back", plan)]
+
+
+def _withdraw_block(state: CorrectorState) -> CorrectorState:
+    """Return the state as if the last block had told nothing: an encoder stood in it, which has been seen only now."""
+    return state._replace(
+        blocks=(*state.blocks[:-1], *[empty_block(block) for block in state.blocks[-1:]]),
+        tested=(*state.tested[:-1], *[empty_block(block) for block in state.tested[-1:]]),
+        cusums=state.cusums_before,
+    )
+
+
+def _take_innovations(
+    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: Angles, plan: FollowPlan
+) -> tuple[Sums, Sums, Sums]:
+    """Return the sums with a sample's innovations; sums without them are spoiled."""
+    instant, k = state.observer.instant, state.samples
+    predicted = measured_angles(instant.memory.state)
+    ramping = k < state.values.ramp + round(_RAMP / plan.settings.sample_time)
+    resting = k < state.settled or state.stream.broken or ramping
+    result: list[Sums] = []
+    for axis in range(3):
+        total = state.sums[axis]
+        if resting or is_discounted(state.stream.encoders[axis], plan):
+            total = total if total.spoiled else total._replace(spoiled=True)
+        elif fresh:
+            share = 1.0 / weight.deviations[axis]
+            innovation = share * (angles[axis] - predicted[axis])
+            if state.mode != STARTING:
+                innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
+            psi = instant.sensitivities[axis].angle
+            total = add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
+        result.append(total)
+    return result[0], result[1], result[2]
+
+
+def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
-    steps = state.steps + 1
-    length = plan.coarse * plan.settings.sample_time
-    mean = state.arrived[0] / plan.coarse, state.arrived[1] / plan.coarse
-    twins = moved(state.twins, mean, (steps - 1) * length, length, state.values, plan)
-    compared = False
-    if steps % plan.per_launch == 0:
+    values, compared = state.values, False
+    predictions = move_copies(state.predictions, values.now, plan.twin(plan.first_values), values.rival, plan)
+    if predictions.steps % plan.per_launch == 0:
         if state.mode != SUSPENDED and state.samples >= state.settled:
-            has_rival = state.values.rival != ()
-            twins, compared = launched(twins, state.memory.state, angles, fresh, has_rival, plan)
+            seen = state.observer.instant.memory.state
+            predictions, compared = launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
         else:
-            twins = twins._replace(copies=(), copies_alone=(), copies_rival=())
+            predictions = drop_copies(predictions)
     a, b, c = state.sums
-    sums = multiplied(a), multiplied(b), multiplied(c)
-    return state._replace(arrived=(0.0, 0.0), steps=steps, twins=twins, sums=sums), compared
+    return state._replace(predictions=predictions, sums=(add_products(a), add_products(b), add_products(c))), compared
 
 
-def closed(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
+def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
     a, b, c = state.sums
-    levels = state.levels
-    r_a, b_a = parted(a, levels[0])
-    r_b, b_b = parted(b, levels[1])
-    r_c, b_c = parted(c, levels[2])
+    block = close_block(state.sums, state.noises)
     if state.mode in (STARTING, FOLLOWING, WATCHED, ON_TRIAL):
-        levels = learned(levels[0], a), learned(levels[1], b), learned(levels[2], c)
-    state = state._replace(levels=levels, sums=(no_sums(len(a.psi)), no_sums(len(b.psi)), no_sums(len(c.psi))))
+        first, second, third = state.noises
+        state = state._replace(noises=(learn_noise(first, a), learn_noise(second, b), learn_noise(third, c)))
+    state = state._replace(sums=(start_sums(len(a.psi)), start_sums(len(b.psi)), start_sums(len(c.psi))))
     if state.mode == STARTING:
         return state
-    block = Block((r_a, r_b, r_c), (b_a, b_b, b_c))
-    tested, baseline = allowed_for(block, state.baseline, state.mode == FOLLOWING, plan.deviations)
+    tested, baseline = allow_for_baseline(block, state.baseline, state.mode == FOLLOWING, plan.deviations)
     return state._replace(
-        blocks=(*state.blocks, block)[-KEPT:], tested=(*state.tested, tested)[-TESTED:], baseline=baseline
+        blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_TESTED:], baseline=baseline
     )
 
 
 def _output(
     state: CorrectorState, time: float, compared: bool, events: list[Event], plan: FollowPlan
 ) -> CorrectorOutput:
-    seen = state.memory.state
-    pitch, elevation, travel = measured_angles(seen)
+    instant, predictions = state.observer.instant, state.predictions
+    seen = instant.memory.state
+    nothing = (0.0, 0.0, 0.0)
     return CorrectorOutput(
-        time,
-        compared,
-        state.twins.predicted,
-        state.twins.predicted_alone,
-        rms(state.twins.used[-plan.window :]) if compared else (0.0, 0.0, 0.0),
-        rms(state.twins.alone[-plan.window :]) if compared else (0.0, 0.0, 0.0),
-        (pitch, elevation, travel, seen.pitch_rate, seen.elevation_rate, seen.travel_rate),
-        state.torque,
-        state.values.now,
-        state.values.errors,
-        state.alarm,
-        state.finding.change,
-        state.mode,
-        tuple(events),
+        time=time,
+        compared=compared,
+        predicted=predictions.predicted,
+        predicted_alone=predictions.predicted_alone,
+        error=rms(predictions.used[-plan.window :]) if compared else nothing,
+        error_alone=rms(predictions.alone[-plan.window :]) if compared else nothing,
+        observed=(*measured_angles(seen), seen.pitch_rate, seen.elevation_rate, seen.travel_rate),
+        torque=instant.torque,
+        values=state.values.now.values,
+        standard_errors=state.values.errors,
+        alarm=state.alarm,
+        suspect=state.finding.change,
+        mode=state.mode,
+        events=tuple(events),
     )
+
+
+class Follower(NamedTuple):
+    """Plans of identifier and corrector."""
+
+    identifier: Plan
+    corrector: FollowPlan
+
+
+class FollowState(NamedTuple):
+    """States of identifier and corrector, and what the identifier said last."""
+
+    identifier: IdentifierState
+    corrector: CorrectorState
+    estimates: IdentifierOutput
+
+
+class FollowOutput(NamedTuple):
+    """What the corrector says after a sample, and the identifier's estimates."""
+
+    corrector: CorrectorOutput
+    estimates: IdentifierOutput
+
+
+def prepare_follower(settings: FollowSettings) -> Follower:
+    """Return the plans of ``settings``; the identifier is the one that holds in closed loop, and forgets."""
+    beside = IdentifierSettings(
+        sample_time=settings.sample_time,
+        method=PREDICTION_ERROR,
+        forgetting=_FORGETTING,
+        motor_time_constant=settings.parameters.T_m,
+        voltage_limit=settings.parameters.v_max,
+        report_interval=2.0,
+        watched=settings.effects,
+    )
+    return Follower(prepare(beside), prepare_following(settings))
+
+
+def start_following(plan: Follower, now: Sample) -> FollowState:
+    """Return the state at sample 0."""
+    state = start(plan.identifier, now.v_front, now.v_rear, now.pitch, now.elevation, now.travel)
+    return FollowState(state, start_correcting(plan.corrector, now), before_samples(plan.identifier))
+
+
+def follow(state: FollowState, now: Sample, plan: Follower) -> tuple[FollowState, FollowOutput]:
+    """Take in the next sample.
+
+    The corrector takes the measurement of sample k and what the identifier said after sample k - 1: that is what a unit
+    sees whose inputs are set at a communication point.
+    """
+    said = state.estimates
+    report = IdentifierReport(
+        said.excitation,
+        tuple([score.score for score in said.scores]),
+        tuple([getattr(said.parameters, field) for field in HEARD]),
+        tuple([getattr(said.standard_errors, field) for field in HEARD]),
+    )
+    corrector, output = correct(state.corrector, now, report, plan.corrector)
+    identifier, estimates = step(
+        state.identifier, now.v_front, now.v_rear, now.pitch, now.elevation, now.travel, plan.identifier
+    )
+    return FollowState(identifier, corrector, estimates), FollowOutput(output, estimates)
+
+
+def parameters_in_use(state: CorrectorState, plan: FollowPlan) -> PlantParameters:
+    """Return the plant's parameters that the twin uses, the rotors' shares folded in.
+
+    Rotors with the shares f and r of their thrust have mu_d = f nu_f - r nu_r = a (nu_f - nu_r) + b (nu_f + nu_r) with
+    a = (f + r)/2, b = (f - r)/2: on the pitch k_x becomes a k_x, and the rotors' sum turns it by b k_x (rotor
+    mismatch); k_z and k_y become a k_z and a k_y, where b (nu_f - nu_r) is left out.
+    """
+    p, (front, rear) = plan.twin(state.values.end).parameters, state.values.end[-2:]
+    if front == 1.0 and rear == 1.0:
+        return p
+    a, b = 0.5 * (front + rear), 0.5 * (front - rear)
+    return p._replace(
+        k_x=a * p.k_x, k_z=a * p.k_z, k_y=a * p.k_y, rotor_mismatch_pitch=p.rotor_mismatch_pitch + b * p.k_x
+    )
+
+
+def standard_errors_in_use(state: CorrectorState, plan: FollowPlan) -> dict[str, float]:
+    """Return the standard errors of the values that were adopted, by name."""
+    pairs = zip(plan.changeable, state.values.errors, strict=True)
+    return {name: error for name, error in pairs if error > 0.0}

@@ -1,45 +1,102 @@
-"""What a step of the following twin computes with, made once from its settings."""
+"""Settings of the following twin, and what a step of it computes with, made once from them."""
 
-from collections.abc import Callable
+from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple
 
-from heli_plant.communication import communicate
-from heli_plant.laws import input_delay, thrust_voltages
-from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, observer_gains
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import arriving, step
-from heli_plant.specialised import specialised
 
-from ..online import Candidate
-from .ahead import APART, COARSE, HORIZON
-from .baseline import deviations
-from .changes import FRONT, REAR, ROTORS, Change, changes, laws
-from .detection import threshold
-from .settings import FollowSettings
-from .uncertainty import Steady, memory_of, steady_state
+from ..errors import require_positive, require_range
+from ..online import candidate
+from .baseline import Deviations, prior_deviations
+from .changes import FRONT, REAR, ROTORS, Change, Direction, find_directions, list_changes, list_laws
+from .cusum import lorden_threshold
+from .observer import ObserverPlan, Twin, prepare_observer
+
+DEFAULT_EFFECTS = (
+    ("dry_friction", "pitch"),
+    ("dry_friction", "elevation"),
+    ("dry_friction", "travel"),
+    ("constant_torque", "pitch"),
+    ("constant_torque", "travel"),
+    ("cable_stiffness", "travel"),
+)
+"""Effects that may be switched on: a bearing, a mass or a cable that moved."""
 
 BLOCK_TIME = 1.0
 """Length of a block of sums, about [s]."""
 
-SETTLING = 3.0
+_SLOWEST = 0.1
+"""Longest sampling period [s]: the observer's poles of 7 rad/s need three samples in their time constant."""
+
+_COARSE = 0.05
+"""Step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion."""
+
+_APART, _HORIZON = 0.2, 1.0
+"""Time between two starts of copies, and time that a copy runs, about [s]."""
+
+_SETTLING = 3.0
 """Time until the observer has settled [s]."""
 
-LEARNING = 9
-"""Blocks from which the noise is known."""
-
-STOP, STUCK = 0.2, 0.5
+_STOP, _STUCK = 0.2, 0.5
 """Time without a sample that is a stop, and time at one count after which an encoder's angle does not count [s]."""
 
 
+@dataclass(frozen=True)
+class FollowSettings:
+    """Everything that can be set on the following twin.
+
+    Parameters
+    ----------
+    sample_time : float
+        Time between two samples h [s].
+    parameters : PlantParameters
+        Values in use at the start.
+    effects : tuple of (name, axis)
+        Effects of the catalogue that may be switched on; those of :data:`heli_identifier.online.WATCHABLE`.
+    window : float
+        Time over which errors 1 s ahead are compared [s].
+    false_alarm_time : float
+        Mean time between two false alarms that is asked for, at least [s].
+    observer_bandwidth : float
+        Of the poles of the observer that keeps the plant on the rig, on pitch and elevation [rad/s]
+        (:mod:`heli_plant.observer`).
+    correcting : bool
+        Whether changes are adopted; without, they are only reported.
+
+    Raises
+    ------
+    ConfigurationError
+        A setting is out of range; the message names it, its value and its bound.
+    """
+
+    sample_time: float = 0.01
+    parameters: PlantParameters = field(default_factory=PlantParameters)
+    effects: tuple[tuple[str, str], ...] = DEFAULT_EFFECTS
+    window: float = 10.0
+    false_alarm_time: float = 36000.0
+    observer_bandwidth: float = 6.6
+    correcting: bool = True
+
+    def __post_init__(self) -> None:
+        require_positive("sample_time", self.sample_time, "s")
+        require_range("sample_time", self.sample_time, "s", upper=_SLOWEST)
+        require_range("window", self.window, "s", 4.0, 60.0)
+        require_range("false_alarm_time", self.false_alarm_time, "s", 60.0, 1e9)
+        require_range("observer.bandwidth", self.observer_bandwidth, "rad/s", 2.0, 30.0)
+        for name, axis in self.effects:
+            candidate(name, axis)
+
+
 class FollowPlan(NamedTuple):
-    """Coefficients, functions and names.
+    """Coefficients and names.
 
     ``changes``: what may change. ``changeable``: names of the values in use, ``fields`` those of the parameters among
-    them; the two rotors' shares stand last. ``places``: of each change, which value it changes (-1: the rotors).
-    ``columns``: regressors of each axis; ``deviations``: by how much the twin's coefficients of them may err.
-    ``gains`` of the observer on the three axes, its ``steady`` state; samples for which a gap is ``remembered``.
-    ``step``, ``arriving``, ``thrusts``: the plant's, in which everything that cannot change is a constant.
+    them; the two rotors' shares stand last. ``columns``: regressors of each axis; ``deviations``: by how much the
+    twin's coefficients of them may err. ``threshold``: Lorden's [1].
+
+    In samples: the ``coarse`` step of copies, ``settling``, ``stop``, ``stuck``. In coarse steps: ``per_launch``
+    between two starts of copies, the ``horizon`` they run, a ``block`` of sums. ``window``: comparisons in a window.
     """
 
     settings: FollowSettings
@@ -47,20 +104,9 @@ class FollowPlan(NamedTuple):
     changeable: tuple[str, ...]
     fields: tuple[str, ...]
     first_values: tuple[float, ...]
-    places: tuple[int, ...]
-    times_gain: tuple[bool, ...]
-    sizes: tuple[float, ...]
     columns: tuple[int, int, int]
-    deviations: tuple[tuple[float, ...], ...]
-    laws: tuple[tuple[Candidate, ...], ...]
-    gains: tuple[ObserverGains, ObserverGains, ObserverGains]
-    steady: tuple[Steady, Steady, Steady]
-    remembered: int
-    step: Callable
-    arriving: Callable
-    thrusts: Callable
-    communicate: Callable
-    delay: float
+    deviations: Deviations
+    observer: ObserverPlan
     threshold: float
     coarse: int
     per_launch: int
@@ -71,63 +117,68 @@ class FollowPlan(NamedTuple):
     stuck: int
     window: int
 
+    def twin(self, values: tuple[float, ...]) -> Twin:
+        """Return the twin with these values in use."""
+        own = dict(zip(self.fields, values[: len(self.fields)], strict=True))
+        return Twin(values, self.settings.parameters._replace(**own))
+
+    def directions(self, values: tuple[float, ...]) -> tuple[Direction, ...]:
+        """Return the direction of every change from these values."""
+        k_x, k_z, k_y = [values[self.fields.index(name)] for name in ("k_x", "k_z", "k_y")]
+        return find_directions(self.changes, (k_x, k_z, k_y), self.columns)
+
+    def places(self, number: int) -> tuple[int, ...]:
+        """Return the places of the values that the change ``number`` changes; of a rotor's, they are multiplied."""
+        change = self.changes[number]
+        if change.axis != ROTORS:
+            return (self.fields.index(change.field),)
+        return {FRONT: (-2,), REAR: (-1,)}.get(change.name, (-2, -1))
+
+    def value(self, number: int, values: tuple[float, ...]) -> float:
+        """Return the value that the change ``number`` changes; of both rotors, the front one's share."""
+        return values[self.places(number)[0]]
+
+    def change_values(self, number: int, size: float, values: tuple[float, ...]) -> tuple[float, ...]:
+        """Return ``values`` with the change ``number`` of ``size``, for the rotors a share of their thrust."""
+        after = list(values)
+        for place in self.places(number):
+            after[place] = after[place] + size if place >= 0 else after[place] * (1.0 + size)
+        return tuple(after)
+
+    def bounds(self, number: int, values: tuple[float, ...]) -> tuple[float, float]:
+        """Return the smallest and largest size of the change ``number`` that is physically possible."""
+        change, value = self.changes[number], self.value(number, values)
+        least = change.lower - value if change.lower > -inf else -inf
+        most = change.upper - value if change.upper < inf else inf
+        return (least / value, most / value) if change.axis == ROTORS else (least, most)
+
 
 def prepare_following(settings: FollowSettings) -> FollowPlan:
     """Return the plan of ``settings``."""
     h, p = settings.sample_time, settings.parameters
-    bank = changes(p, settings.effects)
-    fields = tuple(change.field for change in bank if change.field)
-    of_laws = laws(settings.effects)
+    laws = list_laws(settings.effects)
+    changes = list_changes(p, settings.effects, laws)
+    fields = tuple([change.field for change in changes if change.field])
     known = {field: value for field, value in p._asdict().items() if field not in fields}
-    coarse = max(1, round(COARSE / h))
-    coarse_time = coarse * h
-    per_block = max(1, round(BLOCK_TIME / coarse_time))
-    by_field = {law.name + "_" + law.axis: law.times_gain for own in of_laws for law in own}
-    values = tuple(getattr(p, field) for field in fields)
-    errs = deviations(p, of_laws)
-    omega = settings.observer_bandwidth
-    gains, gains_travel = observer_gains(omega, h), observer_gains(TRAVEL_BANDWIDTH * omega, h)
-    steady = steady_state(omega, h, gains.kept)
-    launches = max(1, round(APART * COARSE / coarse_time))
+    coarse = max(1, round(_COARSE / h))
+    launch = max(1, round(_APART / (coarse * h)))
+    deviations = prior_deviations(p, laws)
     return FollowPlan(
-        settings,
-        bank,
-        (*(change.name for change in bank if change.field), FRONT, REAR),
-        fields,
-        (*values, 1.0, 1.0),
-        tuple(fields.index(change.field) if change.axis != ROTORS else -1 for change in bank),
-        tuple(by_field.get(change.field, False) for change in bank),
-        tuple(change.size * (abs(getattr(p, change.field)) if change.relative else 1.0) for change in bank),
-        (len(errs[0]), len(errs[1]), len(errs[2])),
-        errs,
-        of_laws,
-        (gains, gains, gains_travel),
-        (steady, steady, steady_state(TRAVEL_BANDWIDTH * omega, h, gains.kept)),
-        memory_of(omega, h),
-        specialised(step, known),
-        specialised(arriving, known),
-        specialised(thrust_voltages, known),
-        communicate,
-        input_delay(p),
-        threshold(2 * len(bank), settings.false_alarm_time, BLOCK_TIME),
-        coarse,
-        launches,
-        max(1, round(HORIZON * COARSE / coarse_time / launches)) * launches,
-        per_block,
-        round(SETTLING / h),
-        max(1, round(STOP / h)),
-        max(2, round(STUCK / h)),
-        round(settings.window / (launches * coarse_time)),
+        settings=settings,
+        changes=changes,
+        changeable=(*(change.name for change in changes if change.field), FRONT, REAR),
+        fields=fields,
+        first_values=(*(getattr(p, field) for field in fields), 1.0, 1.0),
+        columns=(len(deviations[0]), len(deviations[1]), len(deviations[2])),
+        deviations=deviations,
+        observer=prepare_observer(h, settings.observer_bandwidth, p, known, laws),
+        threshold=lorden_threshold(2 * len(changes), settings.false_alarm_time, BLOCK_TIME),
+        coarse=coarse,
+        per_launch=launch,
+        horizon=max(1, round(_HORIZON / (coarse * h) / launch)) * launch,
+        block=max(1, round(BLOCK_TIME / (coarse * h))),
+        settling=round(_SETTLING / h),
+        stop=max(1, round(_STOP / h)),
+        stuck=max(2, round(_STUCK / h)),
+        window=round(settings.window / (launch * coarse * h)),
     )
-
-
-def parameters_of(values: tuple[float, ...], plan: FollowPlan) -> PlantParameters:
-    """Return the plant's parameters with the ``values`` in use; the rotors' shares are not among them."""
-    return plan.settings.parameters._replace(**dict(zip(plan.fields, values[: len(plan.fields)], strict=True)))
-
-
-def limits(change: Change, value: float) -> tuple[float, float]:
-    """Return the least and the largest size of ``change`` that keep its value, ``value`` now, within bounds."""
-    least = change.lower - value if change.lower > -inf else -inf
-    most = change.upper - value if change.upper < inf else inf
-    return least, most

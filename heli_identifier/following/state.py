@@ -1,27 +1,58 @@
-"""What the following twin remembers between two samples, and what it says."""
+"""What the following twin takes in, remembers between two samples, and reports."""
 
-from typing import NamedTuple
+from functools import cache
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
-from heli_plant.communication import PlantMemory
+from heli_plant.effects import AXES
 from heli_plant.observer import Torque
 
 from .baseline import Baseline
-from .blocks import Block, Colour, Level, Sums
-from .detection import Finding, Page
-from .errors import Row
-from .events import Event
-from .gap import Gap
-from .roughness import Roughness
-from .sensitivity import Sensitivity
+from .blocks import Block, Inflation, Noise, Sums
+from .changes import ROTORS
+from .cusum import NOTHING, Cusum, Finding
+from .observer import Angles, Observer, Twin
+from .plan import FollowPlan
+from .prediction import Predictions, drop_rival
 from .stream import Stream
-from .trust import Uncertainties
-from .twins import Twins
-from .values import Values
 
 STARTING, FOLLOWING, ALARMED, ON_TRIAL, WATCHED, SUSPENDED = range(6)
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
 """The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
 stream has stopped."""
+
+HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
+"""Fields of the identifier's estimates that are compared with a change, in their order."""
+
+ALARM, ADOPTED, HELD, ROLLED_BACK, STREAM = WHAT = ("alarm", "adopted", "held", "rolled back", "stream")
+"""What an event says; the unit gives the place."""
+
+_REASONS = {
+    "suspected": "the innovations no longer fit the values in use; this change explains them best so far",
+    "named": "this change explains the innovations at least 100 times better than any other",
+    "ambiguous": "this change explains the innovations best, others nearly as well",
+    "scored": "the on-line identifier's score of this effect stayed above its threshold",
+    "better": "predictions 1 s ahead have been better with the change than without it over the last window",
+    "not better": "predictions 1 s ahead were not better with the change than without it over the last window",
+    "undetermined": "the motion since the alarm does not determine the change; more excitation is needed",
+    "cut": "the stream stopped while the change was on trial",
+    "off": "corrections are switched off",
+    "worse": "predictions 1 s ahead are worse than with the values before the change",
+    "worse than alone": "predictions 1 s ahead are worse than those of the twin that was left alone; its values are "
+    "taken again",
+    "stopped": "nothing has come in for more than 0.2 s; corrections rest",
+    "frozen": "an encoder stands still although the rig moves; corrections rest",
+    "back": "samples come in again",
+    "insignificant": "the change that explains the innovations best is smaller than four of its standard errors",
+    "impossible": "no change that is physically possible explains the innovations",
+    "contradicted": "the on-line identifier's estimate has moved the other way since, by more than three standard "
+    "errors",
+    "outdone": "what has been seen since explains another change at least 100 times better; that one is tried instead",
+}
+WHY = tuple(_REASONS.values())
+"""Reasons of events; the unit gives the place."""
+
+_DIGITS = 9
+"""Of times [s] in a file: k h in floats has a tail that means nothing."""
 
 
 class Sample(NamedTuple):
@@ -35,11 +66,11 @@ class Sample(NamedTuple):
     fresh: float = 1.0
 
 
-class Told(NamedTuple):
+class IdentifierReport(NamedTuple):
     """What the on-line identifier says.
 
     The ``excitation`` of the axes [1] and the ``scores`` [1] of the effects in order; ``estimates`` and their
-    ``standard_errors`` in the order of :data:`.hearing.HEARD`, empty if nobody says them.
+    ``standard_errors`` in the order of :data:`HEARD`, empty if nobody says them.
     """
 
     excitation: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -48,46 +79,113 @@ class Told(NamedTuple):
     standard_errors: tuple[float, ...] = ()
 
 
+class Event(NamedTuple):
+    """One report.
+
+    ``time`` [s]; ``what`` of :data:`WHAT` and ``why`` of :data:`WHY`; ``name`` of the change and the ``other`` one that
+    it may be as well; its ``axis`` or ``rotors``; ``value`` of the parameter after the change and its
+    ``standard_error`` [its unit]; ``since``: when the change took place, as estimated [s]. Texts are empty for none.
+    """
+
+    time: float
+    what: str
+    why: str
+    name: str = ""
+    other: str = ""
+    axis: str = ""
+    value: float = 0.0
+    standard_error: float = 0.0
+    since: float = 0.0
+
+    def document(self) -> dict[str, Any]:
+        """Return the event as a file has it."""
+        return {
+            "time_s": round(self.time, _DIGITS),
+            "what": self.what,
+            "name": self.name,
+            "or": self.other,
+            "axis": self.axis,
+            "value": self.value,
+            "standard_error": self.standard_error,
+            "since_s": round(self.since, _DIGITS),
+            "why": self.why,
+        }
+
+
+def make_event(
+    time: float, what: str, why: str, plan: FollowPlan, number: int = -1, since: float | None = None, **more: Any
+) -> Event:
+    """Return the event of the change ``number``; ``why`` is a key of the reasons, ``since`` [s] is ``time`` if None."""
+    since = time if since is None else since
+    if number >= 0:
+        change = plan.changes[number]
+        more.update(name=change.name, axis="rotors" if change.axis == ROTORS else AXES[change.axis])
+    return Event(time, what, _REASONS[why], since=since, **more)
+
+
+class Values(NamedTuple):
+    """Twin in use ``now``; the ramp on which an adopted change comes in: its ends, and the sample at which it began.
+
+    ``rival``: the twin that is compared with the one in use, none or one; standard ``errors`` of what was adopted.
+    """
+
+    now: Twin
+    begin: tuple[float, ...]
+    end: tuple[float, ...]
+    ramp: int
+    rival: tuple[Twin, ...]
+    errors: tuple[float, ...]
+
+
 class CorrectorState(NamedTuple):
     """Everything remembered.
 
-    ``voltages``: held since the last sample [V]; ``arrived``: sums of those that arrived since the last coarse step;
-    ``steps``: coarse steps so far; ``blocks``: the last ones; ``tested``: the last few of them as the tests see them
-    (:mod:`.baseline`); ``pages``: Page's sums, ``pages_before`` those before the last block; ``alarm``: the largest of
-    Page's sums over its threshold; ``since``: sample at which ``mode`` began; ``settled``: sample from which sums
-    count; ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the
-    score of each effect has been beyond its threshold; ``heard``: what the identifier has said after each block.
+    ``samples`` so far; ``mode``, and the sample ``since`` which it lasts; ``settled``: sample from which sums count.
+    ``blocks``: the last ones; ``tested``: the last few of them as the tests see them (:mod:`.baseline`);
+    ``cusums`` of the changes, those before the last block, and the largest sum over its threshold (``alarm``);
+    ``run``: blocks for which the sum that gave the alarm had been above zero; ``scored``: blocks for which the score of
+    each effect has been beyond its threshold; ``heard``: what the identifier has estimated after each block.
     """
 
     samples: int
-    voltages: tuple[float, float]
-    memory: PlantMemory
-    torque: Torque
-    sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
-    sums: tuple[Sums, Sums, Sums]
-    levels: tuple[Level, Level, Level]
-    baseline: Baseline
-    colours: tuple[Colour, ...]
-    arrived: tuple[float, float]
-    steps: int
-    twins: Twins
-    blocks: tuple[Block, ...]
-    tested: tuple[Block, ...]
-    pages: tuple[Page, ...]
-    pages_before: tuple[Page, ...]
-    alarm: float
-    values: Values
     mode: int
     since: int
     settled: int
-    finding: Finding
+    observer: Observer
+    stream: Stream
+    values: Values
+    predictions: Predictions
+    sums: tuple[Sums, Sums, Sums]
+    noises: tuple[Noise, Noise, Noise]
+    baseline: Baseline
+    inflations: tuple[Inflation, ...]
+    blocks: tuple[Block, ...]
+    tested: tuple[Block, ...]
+    cusums: tuple[Cusum, ...]
+    cusums_before: tuple[Cusum, ...]
+    alarm: float
     run: int
+    finding: Finding
     scored: tuple[int, ...]
     heard: tuple[tuple[float, ...], ...]
-    stream: Stream
-    gap: Gap
-    roughness: Roughness
-    uncertainties: Uncertainties
+
+    def enter(self, mode: int, **more: Any) -> "CorrectorState":
+        """Return the state that enters ``mode`` now."""
+        return self._replace(mode=mode, since=self.samples, **more)
+
+    def without_alarm(self) -> "CorrectorState":
+        """Return the state with every CUSUM at zero."""
+        zero = (Cusum(),) * len(self.cusums)
+        return self._replace(cusums=zero, cusums_before=zero, alarm=0.0)
+
+    def follow_again(self) -> "CorrectorState":
+        """Return the state that follows again, without alarm and rival."""
+        return self.without_alarm().enter(
+            FOLLOWING,
+            finding=NOTHING,
+            values=self.values._replace(rival=()),
+            predictions=drop_rival(self.predictions),
+        )
 
 
 class CorrectorOutput(NamedTuple):
@@ -96,17 +194,17 @@ class CorrectorOutput(NamedTuple):
     ``time`` [s]; ``compared``: whether predictions fell due at this sample; ``predicted``, ``predicted_alone``: what
     the twin in use and the one left alone predicted 1 s before [rad]; ``error``, ``error_alone``: their rms errors over
     the window [rad]; ``observed``: angles [rad] and rates [rad/s] of the observer; ``torque``: unmodelled accelerations
-    [rad/s^2]; ``values`` in use and ``standard_errors`` of what was adopted, 0 elsewhere; ``alarm``: the largest of
-    Page's sums over the threshold [1]; ``suspect``: the likeliest change by number, -1 for none; ``mode`` as a place in
+    [rad/s^2]; ``values`` in use and ``standard_errors`` of what was adopted, 0 elsewhere; ``alarm``: the largest CUSUM
+    over its threshold [1]; ``suspect``: the likeliest change by number, -1 for none; ``mode`` as a place in
     :data:`MODES`; ``events`` of this sample.
     """
 
     time: float
     compared: bool
-    predicted: Row
-    predicted_alone: Row
-    error: Row
-    error_alone: Row
+    predicted: Angles
+    predicted_alone: Angles
+    error: Angles
+    error_alone: Angles
     observed: tuple[float, float, float, float, float, float]
     torque: Torque
     values: tuple[float, ...]
@@ -115,3 +213,31 @@ class CorrectorOutput(NamedTuple):
     suspect: int
     mode: int
     events: tuple[Event, ...]
+
+
+def frozen_state(state: Any) -> Any:
+    """Return a state as lists of numbers, which ``json.dumps`` writes and ``json.loads`` reads back bit for bit."""
+    return (
+        [frozen_state(one) for one in state] if isinstance(state, tuple | list) or hasattr(state, "_fields") else state
+    )
+
+
+def thawed_state(saved: Any, kind: Any = CorrectorState) -> Any:
+    """Return the state of type ``kind`` that :func:`frozen_state` turned into lists; its annotations are the schema."""
+    if hasattr(kind, "_fields"):
+        kinds = [_hints(kind).get(name, float) for name in kind._fields]
+    elif get_origin(kind) in (tuple, list):
+        kinds = list(get_args(kind))
+        if len(kinds) < 2 or kinds[1] is Ellipsis:
+            kinds = kinds[:1] * len(saved)
+    else:
+        return saved
+    values = [thawed_state(one, own) for one, own in zip(saved, kinds, strict=True)]
+    if hasattr(kind, "_fields"):
+        return kind(**dict(zip(kind._fields, values, strict=True)))
+    return get_origin(kind)(values)
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)

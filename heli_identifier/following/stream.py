@@ -19,7 +19,7 @@ from heli_plant.observer import Torque
 from heli_plant.plant import measured_angles
 from heli_plant.state import PlantState
 
-from .errors import Row
+from .observer import Angles
 from .plan import FollowPlan
 
 _PATH, _PATH_NOISE = 7.5e-3, 8.0
@@ -37,58 +37,60 @@ _HELD = 0.06
 bearing."""
 
 
-class Stream(NamedTuple):
-    """How the samples come in.
+class Encoder(NamedTuple):
+    """One encoder.
 
-    ``unseen`` instants without one; of each axis the last ``angles`` [rad], for how many samples (``still``) they have
-    not moved, the rate [rad/s] and unmodelled acceleration [rad/s^2] that the observer saw when they stopped, the way
-    that its rates since add up to [rad], and whether they are ``stuck``; for how many samples the observer has not
-    ``settled`` since one that stood for half a second moved again; whether the stream is ``broken``.
+    Its last ``angle`` [rad]; for how many samples it has been ``still``; the ``rate`` [rad/s] and unmodelled
+    acceleration ``torque`` [rad/s^2] that the observer saw when it stopped; the ``way`` that the observer's rates since
+    add up to [rad]; whether it is ``stuck``; for how many samples the observer has not ``settled`` since it moved again
+    after half a second.
     """
 
-    unseen: int
-    angles: Row
-    still: tuple[int, int, int]
-    rates: Row
-    torques: Row
-    ways: Row
-    stuck: tuple[bool, bool, bool]
-    unsettled: tuple[int, int, int]
-    broken: bool
+    angle: float
+    still: int = 0
+    rate: float = 0.0
+    torque: float = 0.0
+    way: float = 0.0
+    stuck: bool = False
+    unsettled: int = 0
 
 
-def first_stream(angles: Row) -> Stream:
+class Stream(NamedTuple):
+    """Instants without a sample since the last one; the encoders of the axes; whether the stream is ``broken``."""
+
+    encoders: tuple[Encoder, Encoder, Encoder]
+    unseen: int = 0
+    broken: bool = False
+
+
+def start_stream(angles: Angles) -> Stream:
     """Return how samples come in at sample 0 with its ``angles`` [rad]."""
-    nothing = (0.0, 0.0, 0.0)
-    return Stream(0, angles, (0, 0, 0), nothing, nothing, nothing, (False, False, False), (0, 0, 0), False)
+    a, b, c = angles
+    return Stream((Encoder(a), Encoder(b), Encoder(c)))
 
 
-def discounted(stream: Stream, axis: int, plan: FollowPlan) -> bool:
-    """Return whether what the encoder of an axis says does not count: it stands, or has stood until shortly before."""
-    return stream.still[axis] >= plan.stuck or stream.unsettled[axis] > 0
+def is_discounted(encoder: Encoder, plan: FollowPlan) -> bool:
+    """Return whether what an encoder says does not count: it stands, or has stood until shortly before."""
+    return encoder.still >= plan.stuck or encoder.unsettled > 0
 
 
-def withdraws(stream: Stream, samples: int, plan: FollowPlan) -> bool:
+def stood_in_last_block(stream: Stream, samples: int, plan: FollowPlan) -> bool:
     """Return whether an encoder has just stood for half a second, and in the block before that of ``samples`` too."""
     within = samples % (plan.block * plan.coarse)
-    return within < plan.stuck and plan.stuck in stream.still
+    return within < plan.stuck and any(encoder.still == plan.stuck for encoder in stream.encoders)
 
 
-def doubtful(stream: Stream, noise: Row, plan: FollowPlan) -> bool:
+def is_doubtful(stream: Stream, noise: Angles, plan: FollowPlan) -> bool:
     """Return whether an encoder stands still that should have moved; ``noise`` of the innovations [rad]."""
+    h = plan.settings.sample_time
     return any(
-        max(_path(stream.rates[axis], stream.still[axis], plan), abs(stream.ways[axis])) > _DOUBTFUL * noise[axis]
-        for axis in range(3)
+        max(abs(one.rate) * one.still * h, abs(one.way)) > _DOUBTFUL * deviation
+        for one, deviation in zip(stream.encoders, noise, strict=True)
     )
 
 
-def _path(rate: float, still: int, plan: FollowPlan) -> float:
-    """Return the path [rad] at a ``rate`` [rad/s] in ``still`` samples."""
-    return abs(rate) * still * plan.settings.sample_time
-
-
-def watched(
-    stream: Stream, angles: Row, fresh: bool, state: PlantState, torque: Torque, noise: Row, plan: FollowPlan
+def update_stream(
+    stream: Stream, angles: Angles, fresh: bool, state: PlantState, torque: Torque, noise: Angles, plan: FollowPlan
 ) -> Stream:
     """Return how the samples come in, after one more instant.
 
@@ -99,10 +101,8 @@ def watched(
         Of the rig [rad].
     fresh : bool
         Whether they are of this instant.
-    state : PlantState
-        As the observer predicts it.
-    torque : Torque
-        Unmodelled accelerations [rad/s^2].
+    state, torque : PlantState, Torque
+        As the observer predicts them.
     noise : tuple
         Standard deviations of the innovations [rad].
     plan : FollowPlan
@@ -111,30 +111,29 @@ def watched(
         unseen = stream.unseen + 1
         return stream._replace(unseen=unseen, broken=stream.broken or unseen >= plan.stop)
     seen, rates = measured_angles(state), (state.pitch_rate, state.elevation_rate, state.travel_rate)
-    still, unsettled, stuck, jumped = [0, 0, 0], [0, 0, 0], [False, False, False], False
-    began, torques, ways = list(stream.rates), list(stream.torques), [0.0, 0.0, 0.0]
+    h, jumped = plan.settings.sample_time, False
+    encoders: list[Encoder] = []
     for axis in range(3):
-        unsettled[axis] = max(0, stream.unsettled[axis] - 1)
-        if angles[axis] != stream.angles[axis]:
-            if stream.still[axis] >= plan.stuck:
-                unsettled[axis] = plan.settling
+        one = stream.encoders[axis]
+        unsettled = max(0, one.unsettled - 1)
+        if angles[axis] != one.angle:
+            if one.still >= plan.stuck:
+                unsettled = plan.settling
                 jumped = jumped or abs(angles[axis] - seen[axis]) > _JUMP * noise[axis]
+            encoders.append(one._replace(angle=angles[axis], still=0, way=0.0, stuck=False, unsettled=unsettled))
             continue
-        still[axis] = stream.still[axis] + 1
-        ways[axis] = stream.ways[axis] + rates[axis] * plan.settings.sample_time
-        if still[axis] == 1:
-            began[axis], torques[axis] = rates[axis], torque[axis]
-        passed = _path(began[axis], still[axis], plan) > max(_PATH, _PATH_NOISE * noise[axis])
-        held = still[axis] >= plan.stuck and abs(torque[axis] - torques[axis]) > _HELD
-        stuck[axis] = stream.stuck[axis] or passed or held  # until it moves: meanwhile nothing holds the observer
-    return Stream(
-        0,
-        angles,
-        (still[0], still[1], still[2]),
-        (began[0], began[1], began[2]),
-        (torques[0], torques[1], torques[2]),
-        (ways[0], ways[1], ways[2]),
-        (stuck[0], stuck[1], stuck[2]),
-        (unsettled[0], unsettled[1], unsettled[2]),
-        jumped or True in stuck,
-    )
+        if one.still == 0:
+            one = one._replace(rate=rates[axis], torque=torque[axis])
+        still = one.still + 1
+        passed = abs(one.rate) * still * h > max(_PATH, _PATH_NOISE * noise[axis])
+        held = still >= plan.stuck and abs(torque[axis] - one.torque) > _HELD
+        encoders.append(
+            one._replace(
+                still=still,
+                way=one.way + rates[axis] * h,
+                stuck=one.stuck or passed or held,  # until it moves: meanwhile nothing holds the observer
+                unsettled=unsettled,
+            )
+        )
+    a, b, c = encoders
+    return Stream((a, b, c), 0, jumped or a.stuck or b.stuck or c.stuck)

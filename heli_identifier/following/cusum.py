@@ -1,0 +1,169 @@
+"""Has something changed? A two-sided CUSUM of every change; since when and by how much: by likelihood.
+
+With R and b of the blocks (:mod:`.blocks`) and D the direction of a change (:mod:`.changes`), a change of size delta
+has in each block the log-likelihood ratio against no change
+
+    s(delta) = delta D^T b - delta^2/2 D^T R D
+
+Page's CUSUM sums it for delta = +-nu, the smallest change that matters, and restarts at zero:
+
+    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds its threshold
+
+for M tests and a mean time T between false alarms. Without a change exp(s) has mean one given the past, so that with
+the threshold b = ln(M T / 1 s) the mean time of one test is at least exp(b) blocks, and that of M together at least T
+(Lorden). The bound is not tight: a test of which a block holds the information s = nu^2 D^T R D has steps
+N(-s/2, s), which do not meet the threshold but jump over it, and small ones take long to come there. Its mean time is
+2 exp(b + 1.166 sqrt(s))/s (Siegmund), so that
+
+    b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
+
+is enough: at least 1.6 less, and for tests of which a block tells little, which are slow, up to 3.4 less. Twins whose
+parameters err by less than nu/2 give no alarm either: the mean of s is then negative.
+
+After an alarm the size is estimated for every change from every block on, delta = D^T b / D^T R D with sums from that
+block to now, and judged by its Bayes factor against no change, for a size with the prior N(0, (3 nu)^2):
+
+    ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
+
+The largest ln B says since when; a test's own estimate, the last block in which its sum was zero, bounds the search.
+psi is what a change makes of the innovations that has always acted; right after a change they still swing. Size and
+name are therefore taken from the blocks that begin two after the change, the same ones for every change. The prior
+keeps a change from winning that would have to be absurdly large; sizes below nu/4 are no change that matters.
+Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Lai, IEEE
+Transactions on Information Theory 44 (1998), for dependent observations; Siegmund, Sequential Analysis, 1985, chapter
+2; Willsky and Jones, IEEE Transactions on Automatic Control 21 (1976); Basseville and Nikiforov, Detection of Abrupt
+Changes, 1993, chapters 2, 5 and 7.
+"""
+
+from math import log, sqrt
+from typing import NamedTuple
+
+_PRIOR_WIDTH = 3.0
+"""Standard deviation of the prior in smallest changes that matter."""
+
+_LEAST_SIZE = 0.25
+"""Share of nu below which a size is none that matters: the twin's values err by as much."""
+
+_OVERSHOOT = 1.166
+"""2 rho, rho = .583 = -zeta(1/2)/sqrt(2 pi): by how much sums of normal steps exceed a bound [standard deviations]."""
+
+_LEAST_PER_BLOCK, _MOST_PER_BLOCK = 0.1, 3.0
+"""s below and above which the threshold stays: what is known of s is a mean over minutes, and Siegmund's mean time is
+an approximation for steps up to some 2 standard deviations. Steps of more need even less, which is not used."""
+
+_LEAST_INFORMATION = 1.0
+"""D^T R D nu^2 below which nothing can be said about a change."""
+
+
+class Cusum(NamedTuple):
+    """Sums for +nu and -nu [1], and the blocks for which they have been above zero."""
+
+    up: float = 0.0
+    down: float = 0.0
+    up_run: int = 0
+    down_run: int = 0
+
+
+class Finding(NamedTuple):
+    """A change by number (-1: none), the blocks since when, its size delta and standard error, ln B and z [1].
+
+    ``other``: the change that explains the blocks nearly as well, -1 for none.
+    """
+
+    change: int = -1
+    blocks: int = 0
+    size: float = 0.0
+    standard_error: float = 0.0
+    evidence: float = 0.0
+    z: float = 0.0
+    other: int = -1
+
+
+NOTHING = Finding()
+
+Projections = tuple[tuple[tuple[float, float], ...], ...]
+"""For each block, oldest first, D^T b and D^T R D of every change."""
+
+
+def lorden_threshold(tests: int, false_alarm_time: float, block_time: float) -> float:
+    """Return ln(M T / block) [1], the threshold of each of ``tests`` by Lorden's bound; times [s]."""
+    return log(tests * false_alarm_time / block_time)
+
+
+def siegmund_threshold(limit: float, information: float) -> float:
+    """Return the threshold [1] of one test: ``limit`` is Lorden's, ``information`` s of a block [1]."""
+    s = min(max(information, _LEAST_PER_BLOCK), _MOST_PER_BLOCK)
+    return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
+
+
+def update_cusum(cusum: Cusum, response: float, information: float, nu: float) -> Cusum:
+    """Return the sums after a block with D^T b ``response`` and D^T R D ``information``."""
+    drift = 0.5 * nu * nu * information
+    up, down = cusum.up + nu * response - drift, cusum.down - nu * response - drift
+    return Cusum(
+        max(0.0, up),
+        max(0.0, down),
+        cusum.up_run + 1 if up > 0.0 else 0,
+        cusum.down_run + 1 if down > 0.0 else 0,
+    )
+
+
+def check_alarm(cusums: tuple[Cusum, ...], limits: tuple[float, ...]) -> tuple[float, int]:
+    """Return the largest sum over its limit [1], and the blocks since the sums beyond theirs were zero.
+
+    The longest time counts; it is 0 without an alarm.
+    """
+    largest, longest = 0.0, 0
+    for cusum, limit in zip(cusums, limits, strict=True):
+        largest = max(largest, cusum.up / limit, cusum.down / limit)
+        if cusum.up > limit:
+            longest = max(longest, cusum.up_run)
+        if cusum.down > limit:
+            longest = max(longest, cusum.down_run)
+    return largest, longest
+
+
+def estimate_size(seen: Projections, number: int, nu: float, least: float, most: float) -> Finding:
+    """Return the size of the change ``number`` and its evidence, from all blocks of ``seen``.
+
+    Nothing is found outside of ``least`` and ``most``, between which the size is possible; ``nu``: the smallest change
+    that matters.
+    """
+    response = information = 0.0
+    for row in seen:
+        b, r = row[number]
+        response += b
+        information += r
+    return _judge_size(number, len(seen), response, information, nu, least, most)
+
+
+def estimate_begin(seen: Projections, number: int, longest: int, nu: float, least: float, most: float) -> Finding:
+    """Return the change ``number`` since the block from which on its evidence is largest, at most ``longest`` back.
+
+    The rest is as for :func:`estimate_size`.
+    """
+    best = NOTHING
+    response = information = 0.0
+    for back in range(min(longest, len(seen))):
+        b, r = seen[len(seen) - 1 - back][number]
+        response += b
+        information += r
+        found = _judge_size(number, back + 1, response, information, nu, least, most)
+        if found.change >= 0 and (best.change < 0 or found.evidence > best.evidence):
+            best = found
+    return best
+
+
+def _judge_size(
+    number: int, count: int, response: float, information: float, nu: float, least: float, most: float
+) -> Finding:
+    if information * nu * nu < _LEAST_INFORMATION:
+        return NOTHING
+    size = response / information
+    if not least <= size <= most or abs(size) < _LEAST_SIZE * nu:
+        return NOTHING
+    width = _PRIOR_WIDTH * nu
+    q = width * width * information
+    evidence = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
+    root = 1.0 / sqrt(information)
+    return Finding(number, count, size, root, evidence, size / root)
