@@ -13,10 +13,9 @@ from heli_identifier.following import (
     CorrectorOutput,
     FollowPlan,
     FollowSettings,
+    IdentifierReport,
     Sample,
-    Told,
     correct,
-    event_document,
     follow,
     prepare_follower,
     prepare_following,
@@ -92,10 +91,9 @@ def _plain(of: Excitation) -> dict[str, float | None]:
 def followed(rows: np.ndarray, fresh: list[float], values: PlantParameters, whole: bool) -> dict[str, Any]:
     """Follow a record; return events, adoptions (event, values before) and errors (time, twin, alone)."""
     settings = FollowSettings(parameters=values)
-    plan = prepare_following(settings)
     run = with_identifier if whole else corrected
     events, adoptions, errors = run(rows.tolist(), fresh, settings)
-    documents = [event_document(event, plan.changes) for event in events]
+    documents = [event.document() for event in events]
     adopted = [document for document in documents if document["what"] in ("adopted", "rolled back")]
     pairs = [(one, before) for one, before in zip(adopted, adoptions, strict=True) if one["what"] == "adopted"]
     keys = ("time_s", "what", "name", "value", "since_s", "why")
@@ -115,7 +113,7 @@ def corrected(rows: list[list[float]], fresh: list[float], settings: FollowSetti
     events, adoptions, errors = [], [], []
     for k in range(1, len(rows)):
         before = state.values.end
-        state, output = correct(state, Sample(*rows[k], fresh[k]), Told(), plan)
+        state, output = correct(state, Sample(*rows[k], fresh[k]), IdentifierReport(), plan)
         events.extend(output.events)
         if state.values.end != before:
             adoptions.append(before)
@@ -156,12 +154,14 @@ def errors_ahead(
     fixed = plan._replace(first_values=values)
     state = start_correcting(fixed, Sample(*rows[begin].tolist()))
     # a cable hangs straight where the whole record begins
-    rest = state.memory.state._replace(cable_rest=float(rows[0, 4]))
-    state = state._replace(memory=state.memory._replace(state=rest))
+    now = state.observer.instant
+    rest = now.memory.state._replace(cable_rest=float(rows[0, 4]))
+    now = now._replace(memory=now.memory._replace(state=rest))
+    state = state._replace(observer=state.observer._replace(instant=now))
     errors = []
     for k in range(begin + 1, end):
         row = rows[k].tolist()
-        state, output = correct(state, Sample(*row, fresh[k]), Told(), fixed)
+        state, output = correct(state, Sample(*row, fresh[k]), IdentifierReport(), fixed)
         if k >= round(100 * first):
             errors.extend(_errors(row, output))
     return np.array([error[1:4] for error in errors]).reshape(-1, 3)

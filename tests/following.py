@@ -76,6 +76,6 @@ def followed(rows, fresh=None, **settings):
     return state, events, outputs, plan
 
 
-def documents(events, plan):
+def documents(events):
     """Give events as they stand in events.json."""
     return [event.document() for event in events]

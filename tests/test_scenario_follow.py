@@ -52,9 +52,10 @@ def test_the_units_give_the_corrections_of_the_pure_follower(result, outputs):
 
 def test_the_units_report_the_events_of_the_pure_follower(result, outputs):
     events = [event for output in outputs for event in output.events]
-    assert [event.what for event in events][-1] == 1  # adopted
+    names = [change.name for change in prepare_follower(FollowSettings()).corrector.changes]
+    assert events[-1].what == "adopted"
     assert shown(result, "corrector.event.count")[STEPS - 1] == len(events)
-    assert shown(result, "corrector.event.change")[STEPS - 1] == events[-1].change + 1
+    assert shown(result, "corrector.event.change")[STEPS - 1] == names.index(events[-1].name) + 1
     assert shown(result, "corrector.event.value")[STEPS - 1] == events[-1].value
 
 

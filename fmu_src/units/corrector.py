@@ -8,12 +8,14 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
     DEFAULT_EFFECTS,
     HEARD,
+    WHAT,
+    WHY,
     CorrectorOutput,
     CorrectorState,
     Event,
     FollowSettings,
+    IdentifierReport,
     Sample,
-    Told,
     correct,
     frozen_state,
     prepare_following,
@@ -164,12 +166,12 @@ taken.</p>"""
         last = first + len(HEARD)
         estimates = tuple(self.values[first:last])
         errors = tuple(self.values[last : last + len(HEARD)])
-        told = Told((self.values[6], self.values[7], self.values[8]), ordered, estimates, errors)
+        report = IdentifierReport((self.values[6], self.values[7], self.values[8]), ordered, estimates, errors)
         state, output = self.state, None
         events: list[Event] = []
         while self.first + (state.samples + 1) * period <= time + _EARLY * period:
             due_again = self.first + (state.samples + 2) * period <= time + _EARLY * period
-            state, output = correct(state, now._replace(fresh=0.0) if due_again else now, told, self.plan)
+            state, output = correct(state, now._replace(fresh=0.0) if due_again else now, report, self.plan)
             events.extend(output.events)
         self.state = state
         if output is not None:
@@ -197,7 +199,9 @@ taken.</p>"""
         ]
         if self.last is not None:
             event = self.last
-            shown += [event.what + 1.0, event.change + 1.0, event.why + 1.0]
+            names = [change.name for change in self.plan.changes]
+            number = names.index(event.name) + 1.0 if event.name else 0.0
+            shown += [WHAT.index(event.what) + 1.0, number, WHY.index(event.why) + 1.0]
             shown += [event.value, event.standard_error, self.start_time + event.since]
         self.values[len(_INPUTS) : len(_INPUTS) + len(shown)] = shown
 
@@ -212,7 +216,7 @@ taken.</p>"""
         self.state, self.reports, self.last = None, 0, None
         if frozen is not None:
             self.first, saved, self.reports, last = frozen
-            self.state = thawed_state(saved, self.plan)
+            self.state = thawed_state(saved)
             self.last = None if last is None else Event(*last)
 
 

@@ -14,7 +14,6 @@ from heli_identifier.following import (
     FollowSettings,
     FollowState,
     Sample,
-    event_document,
     follow,
     parameters_in_use,
     prepare_follower,
@@ -171,7 +170,7 @@ class Session:
             if self.last.measured is not None:
                 self.predictions.add((self.last.time, *self.last.measured, *now.predicted, *now.predicted_alone))
         for event in now.events:
-            self.say(event_document(event, self.plan.corrector.changes))
+            self.say(event.document())
 
     def say(self, event: dict[str, Any]) -> None:
         """Add an event to the file of events; an adoption or its end writes the parameters in use as well."""
