@@ -203,7 +203,10 @@ def _fall(around: Scores, d) -> float:
 
 
 def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float:
-    """Rise of the log-likelihood of training logs, each left out of the fit in turn, with an effect [nats].
+    """Rise of the log-likelihood of training logs, each left out of search and fit in turn, with an effect [nats].
+
+    Where the other logs do not ask for the effect, the model goes without it: the log itself has brought it in, and
+    cannot say what it is worth.
 
     Parameters
     ----------
@@ -217,6 +220,8 @@ def left_out_gain(around: Scores, selected: Collection[str], name: str) -> float
     gain = 0.0
     for log in range(len(H)):
         rest = around.of_logs([other for other in range(len(H)) if other != log])
+        if rest.scores(selected, among=[name])[name].score < KEPT:
+            continue
         for model, sign in ((selected, 1.0), ((*selected, name), -1.0)):
             s = rest.minimum(model)[0]
             gain += sign * float(g[log] @ s + 0.5 * s @ H[log] @ s)
