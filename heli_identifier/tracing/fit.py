@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import lsq_linear
+from scipy.special import ndtri, stdtrit
 
 from .likelihood import Likelihood, Point, Quadratic
 from .noise import physical
@@ -283,12 +284,13 @@ def with_own_offsets(fitted: Fit) -> Fit:
 def covariance(fitted: Fit) -> Array:
     r"""Covariance (P, P) of the plant's coordinates x, which holds where the model of the noise does not quite.
 
-        C = D H^-1 D,    D_jj^2 = max(1, [H^-1 V H^-1]_jj / [H^-1]_jj, [H^-1 V_L H^-1]_jj / [H^-1]_jj)
+        C = D H^-1 D,    D^2 = max(1, V, 1 + t^2 (V_L - 1)),    V = [H^-1 V H^-1]_jj / [H^-1]_jj,  V_L alike
 
     H is the Hessian of F, V the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s and V_L that of
     whole logs: what differs from log to log (a gain that drifts, a cable that lies otherwise) is no noise of a block.
-    The larger counts; the correlations are those of H. V_L of few logs is known badly: the blocks' V counts in it as
-    one log more. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
+    The larger counts; the correlations are those of H. V_L of L logs is known badly: the blocks' V counts in it as one
+    log more, and what it exceeds 1 by is taken times t^2, t the 95 % point of Student's distribution with L degrees of
+    freedom over the normal one. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
     """
     quadratic = fitted.quadratic
     H, _ = quadratic.total
@@ -300,7 +302,8 @@ def covariance(fitted: Fit) -> Array:
     V = ((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model
     squares = ((inverse @ np.array([own.sum(0) for own in of_blocks]).T) ** 2).sum(1) / model
     V_L = (squares * len(of_blocks) / max(len(of_blocks) - 1, 1) * len(of_blocks) + V) / (len(of_blocks) + 1)
-    D = np.sqrt(np.maximum(1.0, np.maximum(V, V_L)))
+    few = (stdtrit(len(of_blocks), 0.975) / ndtri(0.975)) ** 2
+    D = np.sqrt(np.maximum(1.0, np.maximum(V, 1.0 + few * (V_L - 1.0))))
     found = np.asarray((D[:, None] * inverse * D)[: len(fitted.x), : len(fitted.x)])
     bound = np.flatnonzero(fitted.at_bound)  # its own variance is that without the bound; it moves nothing else
     found[bound, bound] = np.diag(np.linalg.inv(H))[bound]
