@@ -6,7 +6,7 @@ from scipy.optimize import minimize_scalar
 
 from heli_identifier.records import Log
 from heli_identifier.tracing import likelihood as module
-from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_offsets
+from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_spread
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.records import held_factor, record_of, records_of
@@ -98,8 +98,8 @@ def test_gains_of_a_clean_rig_in_open_loop(clean):
 
 def test_offsets_that_all_logs_share_are_no_offsets(clean):
     """The logs of a clean rig have none: their spread is estimated near what is known beforehand, not at .1 rad/s^2."""
-    fitted = with_own_offsets(clean[2])
-    assert (fitted.likelihood.offset_width < 0.02).all()
+    fitted = with_own_spread(clean[2])
+    assert (fitted.likelihood.torque_width < 0.02).all()
 
 
 def test_bounds_hold_and_the_rest_is_minimised():

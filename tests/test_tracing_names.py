@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.fit import fit, with_own_offsets
+from heli_identifier.tracing.fit import fit, with_own_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
@@ -15,7 +15,7 @@ def searched(kind, index=0):
     """Selection and truth of a blind rig with three logs of 60 s."""
     logs, truth = logs_of(kind, index, count=3, seconds=60.0)
     likelihood = likelihood_of(logs)
-    null = with_own_offsets(fit(likelihood, likelihood.rig.base))
+    null = with_own_spread(fit(likelihood, likelihood.rig.base))
     return select(null, likelihood.rig.candidates), truth
 
 

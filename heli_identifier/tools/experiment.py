@@ -248,7 +248,7 @@ def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) ->
     rho, c = noise.deviation / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / noise.correlation_time)
     likelihood = Likelihood(rig, records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.offset_width)
+    model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.torque_width)
     base = [name for name in rig.base if name not in fields]
     known = around(likelihood, base, likelihood.resting(off, model.z), model.scales(STEP))
     return Scores(known, [effect for effect in rig.effects if effect.field in fields])

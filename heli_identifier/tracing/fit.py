@@ -1,6 +1,6 @@
 """The fit: Gauss-Newton on the criterion between bounds, and a coarse scan of the air against local optima.
 
-The plant's coordinates x, the air's z and the offsets b of the logs move together. A step is at most
+The plant's coordinates x, the air's z and what the logs have of their own, b, move together. A step is at most
 :data:`.settings.LARGEST_STEP` widths of a prior and is halved where F grows. Once a step brings nothing more, the air
 of every axis is tried on a coarse grid around where it is; the fit goes on from there where F falls. A first fit begins
 with the first :data:`.settings.COARSE` s of flight.
@@ -27,7 +27,7 @@ from .settings import (
     HALVINGS,
     ITERATIONS,
     LARGEST_STEP,
-    OFFSET_PRIOR,
+    OWN_PRIOR,
     ROUGHLY,
     SCAN_GAIN,
 )
@@ -130,16 +130,16 @@ class _Search:
         self.low = np.array([c.bounds[0] for c in coordinates])
         self.high = np.array([c.bounds[1] for c in coordinates])
         self.x, self.point = np.clip(x, self.low, self.high), point
-        self.point = self.at(self.x, np.clip(point.z, -FARTHEST_AIR, FARTHEST_AIR), point.offsets)
+        self.point = self.at(self.x, np.clip(point.z, -FARTHEST_AIR, FARTHEST_AIR), point.own)
         self.reach, self.moved = np.ones_like(point.z), np.zeros_like(point.z)  # of the air: shorter where it swings
         self.measure()
 
-    def at(self, x: Array, z: Array, offsets: Array) -> Point:
+    def at(self, x: Array, z: Array, own: Array) -> Point:
         values: dict[str, float] = {}
         for c, v in zip(self.coordinates, x, strict=True):
             values |= c.assigned(float(v))
         parameters = self.likelihood.rig.assign(self.point.parameters, values)
-        return replace(self.point, parameters=parameters, z=z, offsets=offsets)
+        return replace(self.point, parameters=parameters, z=z, own=own)
 
     def measure(self) -> None:
         self.e, self.motion = self.likelihood.filtered(self.point)
@@ -164,15 +164,15 @@ class _Search:
         high = np.concatenate((self.high - self.x, np.minimum(reach, FARTHEST_AIR - z.ravel())))
         s, fixed = bounded_step(H, g, low, high)
         self.at_bound = fixed[:P]
-        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_offsets < least:
+        if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_own < least:
             return False
         share = min(1.0, LARGEST_STEP / max(float(np.abs(s[:P]).max(initial=0.0)), 1e-12))
         before = self.x, self.point, self.e, self.motion, self.sigma, self.value
         for _ in range(HALVINGS):
             taken = share * s
-            offsets = before[1].offsets + np.array([share * c - D @ taken for c, D in self.quadratic.back])
+            own = before[1].own + np.array([share * c - D @ taken for c, D in self.quadratic.back])
             self.x = np.clip(before[0] + taken[:P], self.low, self.high)
-            self.point = self.at(self.x, z + taken[P:].reshape(z.shape), offsets)
+            self.point = self.at(self.x, z + taken[P:].reshape(z.shape), own)
             self.measure()
             if self.value < before[5]:
                 moved = self.point.z - z
@@ -231,8 +231,8 @@ def fit(
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
         start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
-        offsets = np.vstack((start.point.offsets, np.zeros((count - len(some), 3 * a))))
-        start = replace(start, point=replace(start.point, offsets=offsets))
+        own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
+        start = replace(start, point=replace(start.point, own=own))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
     return _searched(likelihood, fields, point.parameters, point)
 
@@ -269,16 +269,18 @@ def around(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: A
     return Fit(likelihood, coordinates, x, point, e, motion, sigma, value, quadratic, np.zeros(len(x), dtype=bool))
 
 
-def with_own_offsets(fitted: Fit) -> Fit:
-    """Estimate how much the logs' offsets differ, and fit again with that.
+def with_own_spread(fitted: Fit) -> Fit:
+    """Estimate how much torques and gains differ from log to log, and fit again with that.
 
-    tau^2 = (nu s^2 + sum_l (b_l - mean b)^2) / (nu + L - 1) on every axis, with what is known beforehand (nu, s); what
-    the logs have in common is no offset but a constant torque, which a plant has to name.
+    tau^2 = (nu s^2 + sum_l (b_l - mean b)^2 + var b_l) / (nu + L - 1) on every axis, with what is known beforehand
+    (nu, s), a step of the EM algorithm (Dempster, Laird and Rubin 1977); what the logs have in common is none of their
+    own, and a plant has to name it.
     """
-    nu, s = OFFSET_PRIOR
-    b = fitted.point.offsets[:, : len(fitted.likelihood.rig.axes)]
-    tau = np.sqrt((nu * s**2 + ((b - b.mean(0)) ** 2).sum(0)) / (nu + len(b) - 1))
-    return fit(replace(fitted.likelihood, offset_width=tau), fitted.fields, fitted)
+    nu, s = OWN_PRIOR
+    a, own = len(fitted.likelihood.rig.axes), fitted.point.own
+    squares = (own - own.mean(0)) ** 2 + fitted.quadratic.variance
+    tau = np.sqrt((nu * s**2 + squares.sum(0)) / (nu + len(own) - 1))
+    return fit(replace(fitted.likelihood, torque_width=tau[:a], gain_width=tau[3 * a :]), fitted.fields, fitted)
 
 
 def covariance(fitted: Fit) -> Array:

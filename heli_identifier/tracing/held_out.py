@@ -78,7 +78,7 @@ def _on(model: Model, record: Record, passages: Sequence[tuple[int, int]]) -> _O
     for i, axis in enumerate(model.filters(h)):
         torque = lfilter(*error_dynamics(axis), np.ones(record.samples))
         J = np.column_stack((torque, start_response(axis, 1, record.samples))) / sigma[i]
-        width = np.array([model.offset_width[i], *START])
+        width = np.array([model.torque_width[i], *START])
         H = (w[:, i, None] * J).T @ J + np.diag(width**-2.0)
         own[:, i] = -np.linalg.solve(H, (w[:, i] * first[:, i]) @ J)  # one step: the innovations are linear in these
         of_log += 0.5 * float(((own[:, i] / width) ** 2).sum() + np.linalg.slogdet(H * np.outer(width, width))[1])

@@ -25,7 +25,7 @@ from heli_identifier.records import Log, check_excitation, check_moving, named_a
 
 from .events import find_events, passages
 from .findings import parameter_reports
-from .fit import Fit, covariance, fit, with_own_offsets
+from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
@@ -149,7 +149,7 @@ def _null(likelihood: Likelihood) -> Fit:
         value = likelihood.rig.read(found.parameters, name)
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
-    return with_own_offsets(found)
+    return with_own_spread(found)
 
 
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:

@@ -4,9 +4,10 @@ r"""The criterion: innovations of the plant at the log's rate under an estimated
 
 e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the plant, sigma_a their scale, which
 minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.HUBER`.
-x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l the offsets of each
-log with standard deviation tau. F is a negative log posterior in nats; everything that the tracer decides is a
-difference of F or its quadratic form.
+x are the plant's parameters and z those of the air in coordinates with standard normal priors, b_l what each log has of
+its own with standard deviations tau: constant torques, its start, and how far the logarithms of its gains lie off those
+of the plant; a supply that sags between two flights is no curve of the thrust. F is a negative log posterior in nats;
+everything that the tracer decides is a difference of F or its quadratic form.
 
 Sensitivities: a further acceleration a_k of an axis along the filter's own motion changes its innovations through the
 error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities
@@ -21,6 +22,7 @@ Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 196
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from scipy.signal import lfilter
 
 from .noise import SHAPES, AxisFilter, error_dynamics, filters, gains, physical, recoloured, start_response
 from .rig import Coordinate, Parameters, Record, Rig
-from .settings import BLOCK, CHUNK, HUBER, OFFSET, SEEN_AT, START
+from .settings import BLOCK, CHUNK, DRIFT, HUBER, OFFSET, SEEN_AT, START
 
 Array = NDArray[np.float64]
 
@@ -47,22 +49,23 @@ class Point:
     parameters : Parameters
     z : Array, shape (3, a)
         Coordinates of the air.
-    offsets : Array, shape (L, 3a)
-        What the logs have of their own: constant torques [rad/s^2], and how far their starts lie off the lines through
-        their first samples, angles [rad] and rates [rad/s]. A filter of calm air forgets its start within minutes only.
+    own : Array, shape (L, 4a)
+        What the logs have of their own: constant torques [rad/s^2], how far their starts lie off the lines through
+        their first samples, angles [rad] and rates [rad/s], and logarithms of their gains over the plant's. A filter of
+        calm air forgets its start within minutes only.
     harmonics : tuple of Array, shapes (m, 4)
         Per log sines: axis, frequency [rad/s], coefficients of sine and cosine [rad/s^2].
     """
 
     parameters: Parameters
     z: Array
-    offsets: Array
+    own: Array
     harmonics: tuple[Array, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """Gradient and Gauss-Newton Hessian of F at a point, log by log, the offsets of the logs eliminated.
+    """Gradient and Gauss-Newton Hessian of F at a point, log by log, what the logs have of their own eliminated.
 
     Attributes
     ----------
@@ -75,9 +78,11 @@ class Quadratic:
     information : Array, shape (a, n)
         Information of each axis alone, before anything is eliminated.
     back : list of (Array, Array)
-        Per log what gives its offsets from a step of the parameters: b+ - b = c - D s.
-    by_offsets : float
-        Fall of F [nats] that the offsets alone still promise.
+        Per log what gives its own from a step of the parameters: b+ - b = c - D s.
+    variance : Array, shape (L, 4a)
+        Of what the logs have of their own, beside given parameters.
+    by_own : float
+        Fall of F [nats] that these alone still promise.
     prior : Array, shape (n,)
         Gradient of the priors, x and z themselves; their Hessian is the unit matrix.
     """
@@ -87,7 +92,8 @@ class Quadratic:
     blocks: list[Array]
     information: Array
     back: list[tuple[Array, Array]]
-    by_offsets: float
+    variance: Array
+    by_own: float
     prior: Array
 
     @cached_property
@@ -104,23 +110,24 @@ class Likelihood:
     ----------
     rig : Rig
     records : tuple of Record
-    offset_width : Array, shape (a,)
-        tau [rad/s^2].
+    torque_width, gain_width : Array, shape (a,)
+        tau of the logs' torques [rad/s^2] and of their gains' logarithms.
     """
 
     rig: Rig
     records: tuple[Record, ...]
-    offset_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
+    torque_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
+    gain_width: Array = field(default_factory=lambda: np.full(3, DRIFT))
 
     @property
     def widths(self) -> Array:
-        """Standard deviations (3a,) of what a log has of its own, as in :class:`Point`."""
-        return np.concatenate((self.offset_width, np.repeat(START, len(self.rig.axes))))
+        """Standard deviations tau (4a,) of what a log has of its own, as in :class:`Point`."""
+        return np.concatenate((self.torque_width, np.repeat(START, len(self.rig.axes)), self.gain_width))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
         """Give the point of a plant in the air of any rig, or in ``z`` (4, a), whose logs have nothing of their own."""
         a = len(self.rig.axes)
-        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 3 * a)))
+        return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 4 * a)))
 
     def filtered(self, point: Point) -> tuple[list[Array], list[Array]]:
         """Give the innovations (N_i, a) [rad] of every record and the filter's motion (N_i, 2a) [rad], [rad/s]."""
@@ -189,7 +196,7 @@ class Likelihood:
 
     def priors(self, x: Array, point: Point) -> float:
         """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
-        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.offsets / self.widths) ** 2).sum()))
+        return float(0.5 * (x @ x + (point.z**2).sum() + ((point.own / self.widths) ** 2).sum()))
 
     def linearise(
         self,
@@ -215,15 +222,16 @@ class Likelihood:
         """
         moves = [self.moved(point, coordinate, x[i]) for i, coordinate in enumerate(coordinates)]
         parts = [_OfLog(self, i, point, moves, sigma, e, m) for i, (e, m) in enumerate(zip(*filtered, strict=True))]
-        n = len(x) + SHAPES * len(self.rig.axes)
+        n, gains = len(x) + SHAPES * len(self.rig.axes), self._gain_columns(coordinates)
         H, g, blocks, back, fall = np.zeros((len(parts), n, n)), np.zeros((len(parts), n)), [], [], 0.0
+        variance = np.zeros_like(point.own)
         for i, part in enumerate(parts):
-            H[i], g[i], own, solved, promised = part.eliminated(point.offsets[i], self.widths)
-            blocks.append(own)
+            H[i], g[i], scores, solved, variance[i], promised = part.eliminated(point.own[i], self.widths, gains)
+            blocks.append(scores)
             back.append(solved)
             fall += promised
         information = np.sum([part.information[:, :n] for part in parts], axis=0)
-        return Quadratic(H, g, blocks, information, back, fall, np.concatenate((x, point.z.ravel())))
+        return Quadratic(H, g, blocks, information, back, variance, fall, np.concatenate((x, point.z.ravel())))
 
     def moved(self, point: Point, coordinate: Coordinate, x: float) -> tuple[Parameters, float, bool]:
         """Parameters with one coordinate moved by its finite difference, the difference, and whether it is a run."""
@@ -233,17 +241,33 @@ class Likelihood:
         values = {**coordinate.beside, **coordinate.assigned(x + step)}
         return self.rig.assign(point.parameters, values), step, coordinate.in_output
 
+    def _gain_columns(self, coordinates: Sequence[Coordinate]) -> Array:
+        """Change (P, a) of the plant's coordinates that is a change by one of the logarithm of each gain."""
+        found = np.zeros((len(coordinates), len(self.rig.gains)))
+        for j, c in enumerate(coordinates):
+            if c.field in self.rig.gains:
+                found[j, self.rig.gains.index(c.field)] = 1.0 / c.width
+        return found
+
+    def of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
+        """Give the plant with the gains of log ``i``."""
+        drift = point.own[i, 3 * len(self.rig.axes) :]
+        if not drift.any():
+            return parameters
+        values = {n: self.rig.read(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
+        return self.rig.assign(parameters, values)
+
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
         """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
-        record, p = self.records[i], point.parameters if parameters is None else parameters
+        record, p = self.records[i], self.of_log(i, point, point.parameters if parameters is None else parameters)
         K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         a = len(self.rig.axes)
         if carry is None:
             start = record.start.copy()
-            start[: 2 * a] += point.offsets[i, a:]
+            start[: 2 * a] += point.own[i, a : 3 * a]
             record = replace(record, start=start)
-        return self.rig.filter(record, p, K, point.offsets[i, :a], harmonics, first, last, carry, e, motion)
+        return self.rig.filter(record, p, K, point.own[i, :a], harmonics, first, last, carry, e, motion)
 
     def columns(
         self, i: int, point: Point, moves: list, e: Array, motion: Array, filters_move: bool = True
@@ -259,12 +283,12 @@ class Likelihood:
             Samples of the chunk.
         fast, slow : list of dict of int to Array, shapes (n,) and (m,)
             Of every axis the derivatives that are not zero, by the coordinates of ``moves`` (:meth:`moved`), then by
-            the air's parameters, then by the log's offsets: what is to be taken at every sample, and what is held over
-            blocks of :func:`held_samples`. The derivative is the sum of both.
+            the air's parameters, then by the log's torques and start: what is to be taken at every sample, and what is
+            held over blocks of :func:`held_samples`. The derivative is the sum of both.
         """
         rig, record = self.rig, self.records[i]
         a, P, held = len(rig.axes), len(moves), held_samples(record)
-        offsets = P + SHAPES * a
+        local, plant = P + SHAPES * a, self.of_log(i, point, point.parameters)
         now = self.filters(record, point)
         transfer = [error_dynamics(own, held) for own in now]
         others = _other_filters(record.step, point, moves, rig) if filters_move else [{} for _ in now]
@@ -281,20 +305,21 @@ class Likelihood:
             own, moved = e[rows], np.ascontiguousarray(motion[rows][::held])
             fast: list[dict[int, Array]] = [{} for _ in range(a)]
             slow: list[dict[int, Array]] = [{} for _ in range(a)]
-            torques: list[dict[int, Array]] = [{offsets + axis: np.ones(len(moved))} for axis in range(a)]
+            torques: list[dict[int, Array]] = [{local + axis: np.ones(len(moved))} for axis in range(a)]
             for axis in range(a):
                 for j, (other, step) in others[axis].items():
                     state = memory_of_filters.setdefault((axis, j), [])
                     fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
             base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
-            along[0] = rig.accelerations(slower, point.parameters, moved, first // held, along[0], base)
+            along[0] = rig.accelerations(slower, plant, moved, first // held, along[0], base)
             for j, (p, step, in_output) in enumerate(moves):
                 if in_output:
                     shown = np.empty_like(own)
                     runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, parameters=p)
                     change, into = ((shown - own) / step)[::held], slow
                 else:
-                    along[1 + j] = rig.accelerations(slower, p, moved, first // held, along[1 + j], under)
+                    q = self.of_log(i, point, p)
+                    along[1 + j] = rig.accelerations(slower, q, moved, first // held, along[1 + j], under)
                     change, into = (under - base) / step, torques
                 for axis in range(a):
                     if change[:, axis].any():  # ends at the first that is not zero
@@ -302,7 +327,7 @@ class Likelihood:
             for axis in range(a):
                 block = first // held
                 for k in (0, 1):
-                    slow[axis][offsets + (1 + k) * a + axis] = starts[axis][block : block + len(moved), k]
+                    slow[axis][local + (1 + k) * a + axis] = starts[axis][block : block + len(moved), k]
                 for j, column in _passed(torques[axis], transfer[axis], memory[axis], len(moved)).items():
                     slow[axis][j] = slow[axis][j] + column if j in slow[axis] else column
             yield rows, fast, slow
@@ -332,7 +357,7 @@ def _slower(record: Record, held: int) -> Record:
 
 
 class _OfLog:
-    """Normal equations of one log: plant's coordinates, air's parameters, offsets; in chunks."""
+    """Normal equations of one log: plant's coordinates, air's parameters, its torques and start; in chunks."""
 
     def __init__(
         self, likelihood: Likelihood, i: int, point: Point, moves: list, sigma: Array, e: Array, motion: Array
@@ -369,15 +394,23 @@ class _OfLog:
             sums = np.add.reduceat(scores, np.arange(0, len(scores), length), axis=0)
             self.blocks[block : block + len(sums), axis, at] -= sums
 
-    def eliminated(self, offsets: Array, width: Array) -> tuple[Array, Array, Array, tuple[Array, Array], float]:
-        """Hessian, gradient, block scores of the parameters; what gives offsets of a step, and what they promise."""
-        p, b = slice(0, self.own), slice(self.own, None)
-        inner = np.linalg.inv(self.H[b, b] + np.diag(1.0 / width**2))
-        g_b = self.g[b] + offsets / width**2
-        D = inner @ self.H[b, p]
-        blocks = self.blocks[:, :, p] - np.einsum("mab,bp->map", self.blocks[:, :, b], D)
+    def eliminated(
+        self, own: Array, width: Array, gains: Array
+    ) -> tuple[Array, Array, Array, tuple[Array, Array], Array, float]:
+        """Hessian, gradient, block scores of the parameters; the log's own of a step, its variance, what it promises.
+
+        The log's own gains move the same coordinates as the plant's: ``gains`` (P, a) says how far.
+        """
+        p, b, n = slice(0, self.own), slice(self.own, None), len(self.g)
+        T = np.vstack((gains, np.zeros((n - len(gains), gains.shape[1]))))
+        T = np.hstack((np.eye(n), T))
+        H, g, scores = T.T @ self.H @ T, self.g @ T, self.blocks @ T
+        inner = np.linalg.inv(H[b, b] + np.diag(1.0 / width**2))
+        g_b = g[b] + own / width**2
+        D = inner @ H[b, p]
+        blocks = scores[:, :, p] - np.einsum("mab,bp->map", scores[:, :, b], D)
         fall = 0.5 * float(g_b @ inner @ g_b)
-        return self.H[p, p] - self.H[p, b] @ D, self.g[p] - g_b @ D, blocks, (-inner @ g_b, D), fall
+        return H[p, p] - H[p, b] @ D, g[p] - g_b @ D, blocks, (-inner @ g_b, D), np.diag(inner), fall
 
 
 def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: dict[int, Array], count: int) -> dict:

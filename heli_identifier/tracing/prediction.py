@@ -50,7 +50,7 @@ class Model:
     parameters: Parameters
     z: Array
     encoder_noise: Array
-    offset_width: Array
+    torque_width: Array
 
     @classmethod
     def of(cls, fitted: Fit) -> "Model":
@@ -64,7 +64,7 @@ class Model:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
         counted = sum(record.weights.sum(0) for record in likelihood.records) > 0
         r = np.where(counted, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
-        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.offset_width)
+        return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.torque_width)
 
     @classmethod
     def alone(cls, rig: Rig, parameters: Parameters) -> "Model":

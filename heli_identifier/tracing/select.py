@@ -3,8 +3,9 @@
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set stands, the model is refitted and the catalogue is scored around it anew, until the set stands there as well. Of
 laws of one family that the data do not tell apart the one with the fewest shapes is taken. What scores
-:data:`.settings.NAMED` is established. Effects of one family are one finding: its score is what the likelihood loses
-without all its members.
+:data:`.settings.NAMED` is established, if a refit without it loses as much: the quadratic form of a law with corners,
+such as a dead zone, promises five times what it keeps. Effects of one family are one finding: its score is what the
+likelihood loses without all its members.
 
 What whole logs say apart is linear algebra on their quadratic forms around the last fit. A possible effect enters the
 delivered plant where logs get likelier with it that the fit has not seen (leave one log out). Halves of whole logs,
@@ -12,8 +13,8 @@ disjoint and never pieces of the same log, measure how far names depend on the l
 bootstrap, with the corrected plant as the truth, says how often they would agree if sampling alone made the difference.
 """
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -100,24 +101,38 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     core = [name for name in fitted.fields if name not in fields | shape_fields(candidates)]
     selected = [name for name in fitted.fields if name in fields]
     left: dict[str, int] = {}
+
+    def refitted(chosen: Sequence[str], shapes: Mapping[str, float]) -> Fit:
+        off = {name: 0.0 for name in fitted.fields if name in fields and name not in chosen}
+        return fit(null.likelihood, with_shapes(core, chosen, candidates), fitted, {**shapes, **off})
+
+    def without(gone: Sequence[str]) -> float:
+        """F without some effects."""
+        rest = [name for name in selected if name not in gone]
+        return null.value if not rest and start is None else refitted(rest, {}).value
+
     for _ in range(most or ROUNDS):
         around = Scores(fitted, candidates)
         chosen = stepwise(around, list(selected), left)
         if set(chosen) == set(selected):
             chosen = _simpler(around, selected, left)
         if set(chosen) == set(selected):
-            break
+            scores = around.scores(selected)
+            findings = [_finding(around, name, selected, scores, without) for name in selected]
+            needless = [f.effect.field for f in findings if f.score.score < KEPT <= scores[f.effect.field].score]
+            if not needless:
+                break
+            left |= dict.fromkeys(needless, 2)
+            chosen = [name for name in selected if name not in needless]
         shapes: dict[str, float] = {}
         for name in chosen:
             if name not in selected:
                 shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
-        selected = chosen
-        off = {name: 0.0 for name in fitted.fields if name in fields and name not in selected}
-        fitted = fit(null.likelihood, with_shapes(core, selected, candidates), fitted, shapes | off)
+        fitted, selected = refitted(chosen, shapes), chosen
     else:
         around = Scores(fitted, candidates)
-    scores = around.scores(selected)
-    findings = [_finding(around, name, selected, scores) for name in selected]
+        scores = around.scores(selected)
+        findings = [_finding(around, name, selected, scores, without) for name in selected]
     findings.sort(key=lambda f: -max(f.score.score, f.family_score))
     return Selection(null, fitted, tuple(findings), scores, around)
 
@@ -163,27 +178,33 @@ def _simpler(around: Scores, selected: list[str], left: dict[str, int]) -> list[
 
 
 def named(around: Scores, selected: Sequence[str]) -> set[str]:
-    """Families that the effects of a set establish."""
+    """Families that the effects of a set establish, by the quadratic form alone."""
     scores = around.scores(selected, among=selected)
-    found = [_finding(around, name, selected, scores, rivals=False) for name in selected]
+    found = [_finding(around, name, selected, scores) for name in selected]
     return {finding.effect.family for finding in found if finding.established}
 
 
 def _finding(
-    around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score], rivals: bool = True
-) -> Finding:
-    effect = around.effects[name]
+    around: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
+    without: Callable[[Sequence[str]], float] | None = None,
+) -> Finding:  # fmt: skip
+    """Weigh an effect of a set; what seems established is refitted ``without``, and its rivals are looked for."""
+    effect, own = around.effects[name], scores[name]
     relatives = [other for other in selected if around.effects[other].family == effect.family]
-    own = scores[name]
-    family = own.score
+    phi, family = float(around.dispersion[own.column]), own.score
     if len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
-        together, without = around.minimum(selected)[0], around.minimum(rest)[0]
-        lost = _fall(around, together) - _fall(around, without)
-        family = lost / float(around.dispersion[own.column]) - KEPT * (len(relatives) - 1)
-    alternatives = _alternatives(around, name, selected, own) if rivals else []
+        family = (_fall(around, around.minimum(selected)[0]) - _fall(around, around.minimum(rest)[0])) / phi
+        family -= KEPT * (len(relatives) - 1)
     leads = all(scores[other].score <= own.score for other in relatives)
-    return Finding(effect, own, family, tuple(alternatives), leads)
+    found = Finding(effect, own, family, (), leads)
+    if without is None:
+        return found
+    if found.established:
+        exact = (without(relatives) - around.fitted.value) / phi - around.price[name] - KEPT * (len(relatives) - 1)
+        own = replace(own, score=min(own.score, max(exact, 0.0)))
+        found = replace(found, score=own, family_score=min(family, max(exact, 0.0)))
+    return replace(found, alternatives=tuple(_alternatives(around, name, selected, own)))
 
 
 def _alternatives(around: Scores, name: str, selected: Sequence[str], own: Score) -> list[Effect]:

@@ -34,6 +34,9 @@ would pass for air."""
 OFFSET = 0.1
 """Standard deviation [rad/s^2] of a log's own constant torque before any log is seen: tape, cables, a day's zero."""
 
+DRIFT = 0.02
+"""Standard deviation of a gain's logarithm from log to log before any log is seen: supply, temperature, a new belt."""
+
 START = (0.003, 0.05)
 """Standard deviations [rad], [rad/s] of a log's start from the lines through its first .3 s, in the roughest air."""
 
@@ -81,8 +84,8 @@ COARSE = 60.0
 SCAN_GAIN = 0.5
 """Fall of F [nats] that makes a fit go on from another air."""
 
-OFFSET_PRIOR = (2.0, 0.01)
-"""Degrees of freedom and size [rad/s^2] of what is known beforehand of the spread of the logs' offsets."""
+OWN_PRIOR = (2.0, 0.01)
+"""Degrees of freedom and size of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains."""
 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag: half of the lag that is given."""

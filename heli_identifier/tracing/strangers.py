@@ -123,7 +123,7 @@ def own_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     """
     likelihood = replace(fitted.likelihood, records=(record,))
     axes = len(likelihood.rig.axes)
-    point = replace(fitted.point, offsets=np.zeros((1, 3 * axes)), harmonics=())
+    point = replace(fitted.point, own=np.zeros((1, 4 * axes)), harmonics=())
     e = likelihood.filtered(point)[0][0]
     b, own = np.full(axes, np.nan), likelihood.filters(record, point)
     for axis in range(axes):

@@ -102,13 +102,13 @@ class _Seen:
             stacked, N = np.concatenate(chunks), self.ends[-1]
             w = np.sqrt(stacked[:, 0]) / fitted.sigma[a]
             stacked[:, 1:] *= (w / np.maximum(stacked[:, 0], 1e-12))[:, None]
-            widths = np.tile(L.widths[a :: len(rows)], logs)  # torque, angle and rate of every log
+            widths = np.tile(L.widths[a : 3 * len(rows) : len(rows)], logs)  # torque, angle and rate of every log
             A = np.zeros((N + P + 3 * logs, P + 3 * logs))
             A[:N, :P], A[N:] = stacked[:, 2:-3], np.diag(np.concatenate((np.ones(P), 1.0 / widths)))
             for i, (first, last) in enumerate(pairwise(self.ends)):
                 A[first:last, P + 3 * i : P + 3 * i + 3] = stacked[first:last, -3:]
             Q = np.linalg.qr(A[:, A[:N].any(0)])[0]
-            e = np.concatenate((stacked[:, 1], fitted.x, point.offsets[:, a :: len(rows)].ravel() / widths))
+            e = np.concatenate((stacked[:, 1], fitted.x, point.own[:, a : 3 * len(rows) : len(rows)].ravel() / widths))
             self.w, self.Q, self.e = [*self.w, w], [*self.Q, Q[:N]], [*self.e, e[:N] - Q[:N] @ (Q.T @ e)]
 
     def explained(self, a: int, torques: Sequence[Array], width: float) -> tuple[Array, Array, float, float]:
