@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.cost_figures import FOLDER
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MUTED, canvas, key, styled, write_figure
+from heli_identifier.results.style import AFTER, BEFORE, MUTED, canvas, key, styled, write_figure
 from heli_plant.parameters import TABLE_2
 
 DURATION, STEP = 120.0, 0.01

@@ -18,9 +18,9 @@ from benchmarks.tables import figure, seconds, table
 from benchmarks.timing import in_turn
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.records import Log
+from heli_identifier.results.style import write_figure
 from heli_identifier.tracing import diagnose
 from heli_identifier.workbench.paper.replay import replay
-from heli_identifier.workbench.report.figures.style import write_figure
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import step

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
 from benchmarks.page import ROOT
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MUTED, THIRD, canvas, key, styled
+from heli_identifier.results.style import AFTER, BEFORE, MUTED, THIRD, canvas, key, styled
 
 FOLDER = ROOT / "docs" / "figures"
 

@@ -21,10 +21,10 @@ from benchmarks.measured_download import PUBLIC, DownloadError, download
 from benchmarks.page import PAGE, ROOT, write_section
 from benchmarks.tables import table
 from heli_identifier.records import read_logs
+from heli_identifier.results.rounding import is_known
 from heli_identifier.tools import Finding, Fleet, fleet_of, rig_folder
 from heli_identifier.tools import fleet_page as page
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, NamedShape, diagnose
-from heli_identifier.workbench.report.rounding import is_known
 from heli_plant.effects import AXES
 
 PLACES = ("--source", "--folder", "--page")

@@ -26,14 +26,20 @@ __all__ = [
 ]
 
 from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
+from .results import (
+    Check,
+    Diagnosis,
+    Look,
+    ParameterSet,
+    Simulation,
+    __version__,
+    build,
+    check,
+    diagnose,
+    look,
+    read_parameters,
+    simulate,
+)
 from .tools.identification import Identification, identify
 from .tools.linearisation import linearise
 from .tracing import DiagnosisSettings
-from .workbench.delivery.parameter_file import read_parameters
-from .workbench.delivery.parameter_set import ParameterSet
-from .workbench.delivery.provenance import __version__
-from .workbench.interface.checking import Check, check
-from .workbench.interface.diagnosis import Diagnosis, diagnose
-from .workbench.interface.looking import Look, look
-from .workbench.interface.simulation import Simulation, simulate
-from .workbench.interface.units import build

@@ -7,6 +7,8 @@ import numpy as np
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation, voltages
 from heli_identifier.records import Log
+from heli_identifier.results.diagnosis import Diagnosis
+from heli_identifier.results.simulation import started
 from heli_identifier.tracing import (
     Agreement,
     AxisError,
@@ -27,8 +29,6 @@ from heli_identifier.tracing import (
     Use,
     Verdict,
 )
-from heli_identifier.workbench.interface.diagnosis import Diagnosis
-from heli_identifier.workbench.interface.simulation import started
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2

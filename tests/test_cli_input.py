@@ -19,8 +19,8 @@ from heli_identifier.cli.parameters import in_scenario, unit_value
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
-from heli_identifier.workbench.delivery.parameter_file import read_parameters
-from heli_identifier.workbench.delivery.parameter_set import SCHEMA
+from heli_identifier.results.parameter_file import read_parameters
+from heli_identifier.results.parameters import SCHEMA
 from heli_plant.parameter_table import BY_FIELD
 from tests.test_cli_app import _refused as refused
 

@@ -15,12 +15,12 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.logs import split_logs
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
+from heli_identifier.results.figure_over_time import run_figure
+from heli_identifier.results.folder import check_free_run, unit_run
+from heli_identifier.results.parameter_file import read_parameters
+from heli_identifier.results.parameters import plant_values
+from heli_identifier.results.words import meaning
 from heli_identifier.tools.identification import NAMES
-from heli_identifier.workbench.delivery.parameter_file import read_parameters
-from heli_identifier.workbench.delivery.parameter_set import plant_values
-from heli_identifier.workbench.delivery.result_folder import check_free_run, unit_run
-from heli_identifier.workbench.report.figures.over_time import run_figure
-from heli_identifier.workbench.report.sentences import meaning
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import to_names
 from heli_plant.simulation import simulate

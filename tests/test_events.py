@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import Log
+from heli_identifier.results.schema import diagnosis_document
 from heli_identifier.tracing import DiagnosisSettings, Event, RigVerdict, diagnose, find_events
 from heli_identifier.tracing.events import passages, seconds_used
 from heli_identifier.tracing.settings import SETTLING
-from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
 from tests.blind.field.draw import draw_field_rig
 from tests.blind.field.generator import fly_log
 

@@ -35,7 +35,7 @@ from heli_identifier.live.server import served
 from heli_identifier.live.session import Session, check_unused
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log, write_log
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
+from heli_identifier.results.parameters import PLANT, ParameterSet, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 
@@ -227,7 +227,7 @@ def test_a_row_is_with_the_system_as_soon_as_it_is_flushed_and_an_old_recording_
 @pytest.fixture(scope="module")
 def followed(flight, tmp_path_factory):
     """A session that has followed the log as fast as it goes, with the views that it showed."""
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
+    from heli_identifier.results.parameter_file import read_parameters
 
     folder = tmp_path_factory.mktemp("session")
     session = Session(folder, read_parameters(flight / "parameters.json"))

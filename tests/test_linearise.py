@@ -12,6 +12,9 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.results.parameter_file import read_parameters
+from heli_identifier.results.parameters import ParameterSet, plant_values
+from heli_identifier.results.schema import document_text
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import (
     closed_loop,
@@ -24,9 +27,6 @@ from heli_identifier.tools.loop import (
     unit_step,
 )
 from heli_identifier.tools.pid import PEAK, design_pid, drawn_plants, retuned, weighted_error
-from heli_identifier.workbench.delivery.diagnosis_document import document_text
-from heli_identifier.workbench.delivery.parameter_file import read_parameters
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
 from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate

@@ -11,7 +11,7 @@ from fmu_src.master import run_apart, run_many_apart
 from fmu_src.native import build_native
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet, plant_values
+from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
 from tests.native_builds import needs_a_compiler

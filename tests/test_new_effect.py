@@ -49,8 +49,8 @@ SCRIPT = """
     from heli_identifier.online import WATCHABLE
     from heli_identifier.records import Log
     from heli_identifier.tracing import DiagnosisSettings, diagnose
-    from heli_identifier.workbench.delivery.provenance import from_python
-    from heli_identifier.workbench.report.page import report_page
+    from heli_identifier.results.provenance import from_python
+    from heli_identifier.results.report import report_page
     from heli_plant.compiled import compiled, parameter_record
     from heli_plant.laws import added_travel
     from heli_plant.parameters import TABLE_2, from_names

@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 
+from heli_identifier.results.style import figure_text
 from heli_identifier.workbench.paper.histories import ELEVATION_AND_TRAVEL, histories
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH, UNITS
 from heli_identifier.workbench.paper.runs import (
@@ -26,7 +27,6 @@ from heli_identifier.workbench.paper.tables import (
     write_table_1,
     write_table_2,
 )
-from heli_identifier.workbench.report.figures.style import figure_text
 
 
 def run_that_is_off_by(share, kind, experiment, start):

@@ -2,8 +2,8 @@
 
 import pytest
 
-from heli_identifier.workbench.delivery.provenance import provenance
-from heli_identifier.workbench.report.page import report_page
+from heli_identifier.results.provenance import provenance
+from heli_identifier.results.report import report_page
 from tests.chromium import CHROMIUM, Chromium
 from tests.diagnosis_example import example
 

@@ -7,10 +7,10 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
-from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text, plain
-from heli_identifier.workbench.delivery.parameter_file import read_parameters
-from heli_identifier.workbench.delivery.parameter_set import corrected_parameters
-from heli_identifier.workbench.delivery.provenance import provenance
+from heli_identifier.results.parameter_file import read_parameters
+from heli_identifier.results.parameters import corrected_parameters
+from heli_identifier.results.provenance import provenance
+from heli_identifier.results.schema import diagnosis_document, document_text, plain
 from heli_plant.parameter_table import BY_NAME
 from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example

@@ -9,17 +9,17 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from heli_identifier.online.estimate import Estimate
+from heli_identifier.results.figure_held_out import autocorrelation, free_run_figure, residual_figure
+from heli_identifier.results.figure_intervals import parameter_figure
+from heli_identifier.results.provenance import provenance
+from heli_identifier.results.report import report_page
+from heli_identifier.results.residuals import residual_text
+from heli_identifier.results.rounding import power_text, significant, unit_text, with_interval
+from heli_identifier.results.schema import diagnosis_document
+from heli_identifier.results.style import COLOURS, thinned
+from heli_identifier.results.tables import error_rows, gain_rows
+from heli_identifier.results.words import held_out_sentence, law_text, possible_sentence, verdict_sentence
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, Verdict
-from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
-from heli_identifier.workbench.delivery.provenance import provenance
-from heli_identifier.workbench.report.figures.held_out import autocorrelation, free_run_figure, residual_figure
-from heli_identifier.workbench.report.figures.intervals import parameter_figure
-from heli_identifier.workbench.report.figures.style import COLOURS, thinned
-from heli_identifier.workbench.report.page import report_page
-from heli_identifier.workbench.report.residuals import residual_text
-from heli_identifier.workbench.report.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.workbench.report.sentences import held_out_sentence, law_text, possible_sentence, verdict_sentence
-from heli_identifier.workbench.report.tables import error_rows, gain_rows
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import adequate, example, made_log
 

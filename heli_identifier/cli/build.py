@@ -46,8 +46,8 @@ def build(
     from heli_identifier.cli.parameters import by_unit, of_unit
     from heli_identifier.cli.terminal import print_json, progress_bar
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.interface.units import build as build_unit
+    from heli_identifier.results import build as build_unit
+    from heli_identifier.results import whole_folder
 
     if fmi != 2 and not native:
         raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")

@@ -36,8 +36,8 @@ def check(
     from heli_identifier.cli.terminal import note, print_json, print_table
     from heli_identifier.files import write_atomically
     from heli_identifier.records import read_logs
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.interface.checking import check as check_logs
+    from heli_identifier.results import check as check_logs
+    from heli_identifier.results import read_parameters
 
     expected = read_parameters(parameters)
     recorded = read_logs(logs, found_configuration(config).format, start, end)

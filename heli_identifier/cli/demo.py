@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from heli_identifier.workbench.interface.diagnosis import Diagnosis
+    from heli_identifier.results import Diagnosis
 
 RIGS = ("rig-a", "rig-b")
 
@@ -87,9 +87,8 @@ def demo(
     from fmu_src import UNITS
     from heli_identifier.cli.guard import bound_to_parent
     from heli_identifier.cli.terminal import counted, progress_bar
+    from heli_identifier.results import build, whole_folder
     from heli_identifier.signals import unheard
-    from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.interface.units import build
 
     began = perf_counter()
     folders = {rig: output / "demo" / rig for rig in RIGS}
@@ -126,7 +125,7 @@ def diagnosed_rig(rig: str, folder: Path) -> "Diagnosis":
     from heli_identifier.cli.diagnose import diagnosed
     from heli_identifier.cli.guard import terminable
     from heli_identifier.records import RigConfiguration, demo_logs, read_data_set
-    from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.results import whole_folder
 
     try:
         with terminable():

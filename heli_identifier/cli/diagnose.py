@@ -11,7 +11,7 @@ from heli_identifier.cli.options import Config, From, Json, Logs, Native, To, Ve
 if TYPE_CHECKING:
     from heli_identifier.cli.terminal import Progress
     from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.workbench.interface.diagnosis import Diagnosis
+    from heli_identifier.results import Diagnosis
 
 
 NATIVE_PLANT = "HelicopterPlant-native.fmu"
@@ -48,7 +48,7 @@ def diagnose(
     """
     from heli_identifier.cli.logs import found_configuration, split_logs
     from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
-    from heli_identifier.workbench.delivery.staging import whole_folder
+    from heli_identifier.results import whole_folder
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
@@ -63,7 +63,7 @@ def diagnose(
             warn(text)
         return
     from heli_identifier.cli.summary import print_diagnosis
-    from heli_identifier.workbench.interface.diagnosis import RESULTS
+    from heli_identifier.results import RESULTS
 
     print_diagnosis(diagnosis, reasons=verbose)
     names = (*RESULTS, NATIVE_PLANT) if native else RESULTS
@@ -76,7 +76,7 @@ def build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
     from heli_identifier.cli.build import warn_of_missing_compilers
     from heli_identifier.cli.parameters import by_unit
     from heli_identifier.drafts import draft_folder
-    from heli_identifier.workbench.delivery.result_folder import check_free_run
+    from heli_identifier.results import check_free_run
 
     ((unit, values),) = by_unit(folder / "parameters.json").items()
     with draft_folder() as apart:
@@ -99,10 +99,9 @@ def diagnosed(
     from dataclasses import replace
 
     from fmu_src.master import waiting_child
+    from heli_identifier.results import diagnose as diagnose_logs
+    from heli_identifier.results import from_command_line, write_results
     from heli_identifier.tracing import DiagnosisSettings
-    from heli_identifier.workbench.delivery.provenance import from_command_line
-    from heli_identifier.workbench.delivery.result_folder import write_results
-    from heli_identifier.workbench.interface.diagnosis import diagnose as diagnose_logs
 
     with waiting_child() as child:  # what runs units takes half a second to import
         found = diagnose_logs(

@@ -17,8 +17,7 @@ def effects(
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     from heli_identifier.cli.terminal import print_json, print_table
     from heli_identifier.errors import ConfigurationError
-    from heli_identifier.workbench.report.rounding import unit_text
-    from heli_identifier.workbench.report.sentences import law_text
+    from heli_identifier.results import law_text, unit_text
     from heli_plant.effects import CATALOGUE
 
     axes = sorted({entry.axis for entry in CATALOGUE})

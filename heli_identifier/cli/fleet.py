@@ -43,10 +43,8 @@ def fleet(
     from heli_identifier.cli.terminal import note, print_json, progress_bar, warn
     from heli_identifier.errors import IdentifierError
     from heli_identifier.files import write_atomically
+    from heli_identifier.results import document_text, from_command_line, whole_folder
     from heli_identifier.tools import diagnose_rigs, fleet_html, rig_folders
-    from heli_identifier.workbench.delivery.diagnosis_document import document_text
-    from heli_identifier.workbench.delivery.provenance import from_command_line
-    from heli_identifier.workbench.delivery.staging import whole_folder
 
     rigs, failures = {}, {}
     with whole_folder(output) as draft:

@@ -86,7 +86,7 @@ def follow(
     from heli_identifier.cli.terminal import note
     from heli_identifier.errors import ConfigurationError
     from heli_identifier.live.session import Session, check_unused
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
+    from heli_identifier.results import read_parameters
 
     if (log is None) == (listen is None):
         raise ConfigurationError("name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")

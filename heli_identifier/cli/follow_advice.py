@@ -91,8 +91,7 @@ def write_advice(advice: "Advice", folder: Path) -> None:
     from fmu_src import unit_class
     from heli_identifier.files import write_atomically
     from heli_identifier.online import Estimate
-    from heli_identifier.workbench.delivery.parameter_set import ParameterSet
-    from heli_identifier.workbench.delivery.provenance import from_command_line
+    from heli_identifier.results import ParameterSet, from_command_line
 
     document = advice.document
     write_atomically(folder / ADVICE, json.dumps(document, indent=1) + "\n")
@@ -112,8 +111,8 @@ def controller_of(path: Path | None) -> "PidSettings | None":
     """
     if path is None:
         return None
+    from heli_identifier.results import read_parameters
     from heli_identifier.tools import CONTROLLER, pid_settings
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
 
     given = read_parameters(path)
     if given.unit != CONTROLLER:

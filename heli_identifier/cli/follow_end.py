@@ -45,8 +45,7 @@ def _diagnose(path: Path, folder: Path, begin: float, end: float, configuration:
     from heli_identifier.cli.summary import print_diagnosis
     from heli_identifier.cli.terminal import note, progress_bar
     from heli_identifier.records import LogFormat
-    from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.interface.diagnosis import RESULTS
+    from heli_identifier.results import RESULTS, whole_folder
 
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
@@ -98,9 +97,7 @@ def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, st
 def _leave_twin(session: "Session", folder: Path) -> None:
     """Write the twin's parameters and its unit in place of a diagnosis'."""
     from heli_identifier.cli.terminal import note
-    from heli_identifier.workbench.delivery.parameter_set import PLANT
-    from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.interface.units import build
+    from heli_identifier.results import PLANT, build, whole_folder
 
     with whole_folder(folder) as draft:
         twin = session.in_use()

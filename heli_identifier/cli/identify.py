@@ -35,9 +35,8 @@ def identify(
     from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar, warn
     from heli_identifier.records import read_logs
+    from heli_identifier.results import from_command_line, whole_folder
     from heli_identifier.tools import identify as identify_logs
-    from heli_identifier.workbench.delivery.provenance import from_command_line
-    from heli_identifier.workbench.delivery.staging import whole_folder
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)

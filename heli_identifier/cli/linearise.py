@@ -25,14 +25,16 @@ def linearise(
     """
     from heli_identifier.cli.terminal import note, print_json, print_table, progress_bar
     from heli_identifier.files import write_atomically
+    from heli_identifier.results import (
+        document_text,
+        from_command_line,
+        read_parameters,
+        significant,
+        whole_folder,
+        write_figure,
+    )
     from heli_identifier.tools import design_pid
     from heli_identifier.tools.figures import step_figure
-    from heli_identifier.workbench.delivery.diagnosis_document import document_text
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.delivery.provenance import from_command_line
-    from heli_identifier.workbench.delivery.staging import whole_folder
-    from heli_identifier.workbench.report.figures.style import write_figure
-    from heli_identifier.workbench.report.rounding import significant
 
     with whole_folder(output) as draft:
         given = read_parameters(parameters)

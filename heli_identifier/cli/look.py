@@ -11,7 +11,7 @@ def look(logs: Logs, start: From = None, end: To = None, config: Config = None, 
     from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.cli.terminal import note, print_json, print_table
     from heli_identifier.records import read_logs
-    from heli_identifier.workbench.interface.looking import look as look_at
+    from heli_identifier.results import look as look_at
 
     configuration = found_configuration(config)
     recorded = read_logs(logs, configuration.format, start, end)

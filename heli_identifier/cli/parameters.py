@@ -57,7 +57,7 @@ def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
     """
     if file is None:
         return {}
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
+    from heli_identifier.results import read_parameters
 
     parameters = read_parameters(file)
     return {parameters.unit: parameters.start_values}

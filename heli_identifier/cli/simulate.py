@@ -186,8 +186,7 @@ def _played(
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     from heli_identifier.cli.logs import found_configuration, print_notes
     from heli_identifier.records import read_log, write_log
-    from heli_identifier.workbench.delivery.result_folder import START
-    from heli_identifier.workbench.interface.simulation import started
+    from heli_identifier.results import START, started
 
     log = read_log(path, found_configuration(config).format, start, end)
     print_notes([log])
@@ -209,8 +208,7 @@ def _draw(
     if output is not None:
         result.write_csv(output)
     if plot is not None:
-        from heli_identifier.workbench.report.figures.over_time import run_figure
-        from heli_identifier.workbench.report.figures.style import write_figure
+        from heli_identifier.results import run_figure, write_figure
 
         measured = (recorded.time, recorded.angles) if recorded else None
         write_figure(run_figure(result.names, result.units, result.time, result.values, measured, bands), plot)
@@ -219,7 +217,7 @@ def _draw(
 def _say(result: Any, json: bool, everything: bool) -> None:
     """Print first, last, smallest and largest value of the outputs, the finer ones if ``everything`` is wanted."""
     from heli_identifier.cli.terminal import print_json, print_table
-    from heli_identifier.workbench.report.rounding import significant, unit_text
+    from heli_identifier.results import significant, unit_text
 
     figures = [
         (name, unit, *(float(f) for f in (column[0], column[-1], column.min(), column.max())))

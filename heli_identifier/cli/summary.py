@@ -3,23 +3,22 @@
 import typer
 
 from heli_identifier.cli.terminal import print_table, warn
-from heli_identifier.tracing import Diagnosis, Verdict
-from heli_identifier.workbench.report.rounding import significant, with_interval
-from heli_identifier.workbench.report.sentences import (
-    effect_title,
-    held_out_sentence,
-    tabled_sentence,
-    verdict_sentence,
-)
-from heli_identifier.workbench.report.tables import (
+from heli_identifier.results import (
     ERROR_COLUMNS,
     GAIN_COLUMNS,
+    effect_title,
     error_rows,
     floor_missing,
     gain_rows,
+    held_out_sentence,
     parameter_rows,
     possible_rows,
+    significant,
+    tabled_sentence,
+    verdict_sentence,
+    with_interval,
 )
+from heli_identifier.tracing import Diagnosis, Verdict
 
 
 def print_diagnosis(diagnosis: Diagnosis, reasons: bool = False) -> None:

@@ -28,9 +28,7 @@ def variations(
     """
     from fmu_src import scenario as wiring
     from heli_identifier.cli.terminal import note
-    from heli_identifier.workbench.delivery.draws import drawn_values
-    from heli_identifier.workbench.delivery.parameter_file import read_parameters
-    from heli_identifier.workbench.delivery.parameter_set import PLANT
+    from heli_identifier.results import PLANT, drawn_values, read_parameters
 
     if file is None:
         raise ConfigurationError(
@@ -60,7 +58,7 @@ def say_bands(bands: Any, json: bool, everything: bool) -> None:
     import numpy as np
 
     from heli_identifier.cli.terminal import print_json, print_table, warn
-    from heli_identifier.workbench.report.rounding import significant, unit_text
+    from heli_identifier.results import significant, unit_text
 
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from heli_identifier.live.listening import SILENCE, Status
 from heli_identifier.live.view import View
-from heli_identifier.workbench.report.rounding import significant
+from heli_identifier.results import significant
 
 EVENTS_SHOWN = 8
 """Events on the screen, the latest ones."""

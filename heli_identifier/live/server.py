@@ -22,7 +22,7 @@ from heli_identifier.live.port import is_every
 from heli_identifier.live.screen import stream_line
 from heli_identifier.live.sending import resolved
 from heli_identifier.live.view import View
-from heli_identifier.workbench.delivery.diagnosis_document import plain
+from heli_identifier.results import plain
 
 PAST = 300
 """Instants that a page receives when it is opened: a minute of flight, five predictions a second."""

@@ -25,8 +25,7 @@ from heli_identifier.live.listening import Status
 from heli_identifier.live.view import Due, View, due_at, view_of
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.workbench.delivery.diagnosis_document import plain
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
+from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters

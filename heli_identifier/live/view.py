@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from heli_identifier.following import MODES, Follower, FollowOutput, Sample
 from heli_identifier.live.listening import Status
-from heli_identifier.workbench.report.rounding import unit_text
+from heli_identifier.results import unit_text
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
 

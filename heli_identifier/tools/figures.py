@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.workbench.report.figures.style import (
+from heli_identifier.results import (
     AFTER,
     BEFORE,
     INK,
@@ -18,11 +18,11 @@ from heli_identifier.workbench.report.figures.style import (
     canvas,
     grid,
     key,
+    meaning,
     shades,
     styled,
+    unit_text,
 )
-from heli_identifier.workbench.report.rounding import unit_text
-from heli_identifier.workbench.report.sentences import meaning
 from heli_plant.parameter_table import BY_FIELD
 
 if TYPE_CHECKING:

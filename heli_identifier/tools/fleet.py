@@ -26,11 +26,10 @@ from scipy.stats import false_discovery_control
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
+from heli_identifier.results import effect_name, estimate_entry, plain
 from heli_identifier.tools.meta_analysis import LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Verdict, diagnose
-from heli_identifier.workbench.delivery.diagnosis_document import estimate_entry, plain
-from heli_identifier.workbench.report.sentences import effect_name
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
@@ -154,7 +153,7 @@ class Fleet:
         Parameters
         ----------
         provenance : mapping
-            Versions, command and date, from :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+            Versions, command and date, from :func:`heli_identifier.results.provenance.provenance`.
         """
         return plain(
             {

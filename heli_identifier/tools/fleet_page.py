@@ -6,14 +6,12 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
+from heli_identifier.results import effect_name, inline_svg, listed, meaning, p_text, significant, unit_text
 from heli_identifier.tools.figures import forest_figure
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 from heli_identifier.tracing import Diagnosis
-from heli_identifier.workbench.report.figures.style import inline_svg
-from heli_identifier.workbench.report.rounding import p_text, significant, unit_text
-from heli_identifier.workbench.report.sentences import effect_name, listed, meaning
 
-_TEMPLATES = files("heli_identifier.workbench.report") / "templates"
+_TEMPLATES = files("heli_identifier.results") / "templates"
 
 SECTIONS = (
     (Finding.REPEATS, "repeats", "What repeats, with like coefficients", "No effect repeats with like coefficients."),
@@ -31,7 +29,7 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
     ----------
     fleet : Fleet
     provenance : mapping
-        From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+        From :func:`heli_identifier.results.provenance.provenance`.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined)
     template = environment.from_string((_TEMPLATES / "fleet.html.j2").read_text(encoding="utf-8"))

@@ -45,13 +45,18 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
+from heli_identifier.results import (
+    PLANT,
+    ParameterSet,
+    Tabular,
+    from_python,
+    meaning_of,
+    plant_values,
+    several,
+    unit_text,
+    with_interval,
+)
 from heli_identifier.tracing import sign_notes
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, plant_values
-from heli_identifier.workbench.delivery.provenance import from_python
-from heli_identifier.workbench.interface import several
-from heli_identifier.workbench.report.rounding import unit_text, with_interval
-from heli_identifier.workbench.report.sentences import meaning_of
-from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
@@ -247,9 +252,8 @@ class Identification(Tabular):
         ConfigurationError
             The folder cannot be written to.
         """
+        from heli_identifier.results import whole_folder, write_figure
         from heli_identifier.tools.figures import history_figure
-        from heli_identifier.workbench.delivery.staging import whole_folder
-        from heli_identifier.workbench.report.figures.style import write_figure
 
         with whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")

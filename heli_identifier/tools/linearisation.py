@@ -22,7 +22,7 @@ from control import StateSpace, ss
 from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet
+from heli_identifier.results import ParameterSet
 from heli_plant.continuous import rates_of_change
 from heli_plant.dual import seeded, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION

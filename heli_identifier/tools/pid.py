@@ -21,6 +21,7 @@ from scipy.optimize import minimize
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
+from heli_identifier.results import PLANT, ParameterSet, drawn_values, plain
 from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, LinearModel, linear_model, operating_point
 from heli_identifier.tools.loop import (
     LOOPS,
@@ -37,9 +38,6 @@ from heli_identifier.tools.loop import (
     step_response,
     unit_step,
 )
-from heli_identifier.workbench.delivery.diagnosis_document import plain
-from heli_identifier.workbench.delivery.draws import drawn_values
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters
@@ -183,7 +181,7 @@ class PidDesign:
 
 
 def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.workbench.delivery.draws.drawn_values`)."""
+    """Draw plants that the data allow (:func:`heli_identifier.results.draws.drawn_values`)."""
     plant = parameters.plant()
     return [
         plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()})

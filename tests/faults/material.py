@@ -9,7 +9,7 @@ from scipy.io import savemat
 
 from fmu_src import build
 from heli_identifier.records import demo_logs
-from heli_identifier.workbench.delivery.parameter_set import SCHEMA, plant_values
+from heli_identifier.results.parameters import SCHEMA, plant_values
 from heli_plant.parameters import TABLE_2
 
 _LINES = demo_logs("rig-c")[1][0].read_text().splitlines()[:2001]

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.online import ModelParameters
+from heli_identifier.results import AFTER, BEFORE, MEASURED, THIRD, canvas, key, styled, thinned
 from heli_identifier.workbench.paper.open_loop import model_of
 from heli_identifier.workbench.paper.published import EXPERIMENTS, PITCH, TABLE_1, TRUTH
 from heli_identifier.workbench.paper.runs import STEP
 from heli_identifier.workbench.paper.tables import write_table
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, THIRD, canvas, key, styled, thinned
 
 if TYPE_CHECKING:
     from fmu_src import Value

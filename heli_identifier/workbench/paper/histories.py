@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from heli_identifier.results import AFTER, BEFORE, INK, THIRD, canvas, key, styled, unit_text
 from heli_identifier.workbench.paper.published import PITCH, TRUTH, UNITS
 from heli_identifier.workbench.paper.runs import FREE, KNOWN, Run
 from heli_identifier.workbench.paper.tables import write_table
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, INK, THIRD, canvas, key, styled
-from heli_identifier.workbench.report.rounding import unit_text
 
 ELEVATION_AND_TRAVEL = TRUTH._fields[TRUTH._fields.index("a_wz") :]
 _COLOURS = (BEFORE, AFTER, THIRD)

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.online import ModelParameters
+from heli_identifier.results import AFTER, BEFORE, MEASURED, canvas, key, styled, thinned
 from heli_identifier.workbench.paper.runs import KNOWN, PITCH_RUN, STEP, Run, Start, order_of
 from heli_identifier.workbench.paper.tables import write_table
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, MEASURED, canvas, key, styled, thinned
 from heli_plant.parameter_table import BY_FIELD
 
 _STRIDE = 10

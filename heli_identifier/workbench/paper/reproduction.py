@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from heli_identifier.drafts import draft_folder
-from heli_identifier.workbench.delivery.staging import whole_folder
+from heli_identifier.results import figure_text, whole_folder
 from heli_identifier.workbench.paper.closed_loop import closed_loop
 from heli_identifier.workbench.paper.findings import sentences
 from heli_identifier.workbench.paper.histories import histories
@@ -29,7 +29,6 @@ from heli_identifier.workbench.paper.runs import (
 from heli_identifier.workbench.paper.spread import candidates, search, write_spread
 from heli_identifier.workbench.paper.tables import write_table_1, write_table_2
 from heli_identifier.workbench.paper.within import CORRELATION_TIMES, matched_torque, write_within
-from heli_identifier.workbench.report.figures.style import figure_text
 from heli_plant.effects import Effect
 
 UNITS = ("Exciter", "HelicopterPlant", "AdaptiveIdentifier", "PidController")

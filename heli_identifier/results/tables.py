@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, Verdict
-from heli_identifier.workbench.report.rounding import (
+from heli_identifier.results.rounding import (
     angle_text,
     is_known,
     significant,
@@ -12,7 +11,8 @@ from heli_identifier.workbench.report.rounding import (
     value_text,
     with_interval,
 )
-from heli_identifier.workbench.report.sentences import effect_name, listed, meaning_of
+from heli_identifier.results.words import effect_name, listed, meaning_of
+from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, Verdict
 from heli_plant.parameter_table import BY_FIELD
 
 KINDS = {

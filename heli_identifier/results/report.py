@@ -7,22 +7,20 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined, Template
 
-from heli_identifier.tracing import Diagnosis, Verdict
-from heli_identifier.workbench.report.figures.held_out import (
+from heli_identifier.results.figure_held_out import (
     autocorrelation_figure,
     free_run_figure,
     residual_figure,
     spectrum_figure,
 )
-from heli_identifier.workbench.report.figures.intervals import error_figure, parameter_figure
-from heli_identifier.workbench.report.figures.style import COLOURS, inline_svg
-from heli_identifier.workbench.report.found import effect_entries
-from heli_identifier.workbench.report.glossary import glossary
-from heli_identifier.workbench.report.outlook import confused_lines, experiment_entries, map_svg
-from heli_identifier.workbench.report.residuals import residual_text
-from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.sentences import LEADING, agreement_sentence, held_out_sentence, verdict_sentence
-from heli_identifier.workbench.report.tables import (
+from heli_identifier.results.figure_intervals import error_figure, parameter_figure
+from heli_identifier.results.found import effect_entries
+from heli_identifier.results.glossary import glossary
+from heli_identifier.results.outlook import confused_lines, experiment_entries, map_svg
+from heli_identifier.results.residuals import residual_text
+from heli_identifier.results.rounding import significant
+from heli_identifier.results.style import COLOURS, inline_svg
+from heli_identifier.results.tables import (
     ERROR_COLUMNS,
     GAIN_COLUMNS,
     catalogue_remarks,
@@ -38,8 +36,10 @@ from heli_identifier.workbench.report.tables import (
     setting_rows,
     summary_cards,
 )
+from heli_identifier.results.words import LEADING, agreement_sentence, held_out_sentence, verdict_sentence
+from heli_identifier.tracing import Diagnosis, Verdict
 
-_TEMPLATES = files("heli_identifier.workbench.report") / "templates"
+_TEMPLATES = files("heli_identifier.results") / "templates"
 _SECTIONS = (
     ("effects", "What the model lacks"),
     ("use", "What it may be used for"),
@@ -70,7 +70,7 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
     ----------
     diagnosis : Diagnosis
     provenance : mapping
-        From :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+        From :func:`heli_identifier.results.provenance.provenance`.
     rig : str
         What to call the rig.
     """

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from matplotlib.figure import Figure
 
 from heli_identifier.online import Estimate
+from heli_identifier.results.rounding import is_known
+from heli_identifier.results.style import AFTER, BEFORE, THIRD, canvas, key, styled
+from heli_identifier.results.words import meaning
 from heli_identifier.tracing import AxisReport, ErrorFigure
-from heli_identifier.workbench.report.figures.style import AFTER, BEFORE, THIRD, canvas, key, styled
-from heli_identifier.workbench.report.rounding import is_known
-from heli_identifier.workbench.report.sentences import meaning
 
 FARTHEST = 12.0
 """Half-widths beyond which a parameter is drawn at the edge: how far it lies off then no longer matters."""

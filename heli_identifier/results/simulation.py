@@ -1,5 +1,6 @@
 """A simulation from Python: the plant of a parameter set under voltages, or under the voltages of a log."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -8,11 +9,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.records import Log
+from heli_identifier.results.parameters import ParameterSet
+from heli_identifier.results.rounding import significant
+from heli_identifier.results.schema import plain
+from heli_identifier.results.tabular import Tabular
 from heli_identifier.tracing import record_start
-from heli_identifier.workbench.delivery.diagnosis_document import plain
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet
-from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
@@ -127,6 +128,11 @@ def simulate(
         raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
     states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
+
+
+def several(logs: Log | Sequence[Log]) -> tuple[Log, ...]:
+    """Give one log or several, as every function takes them, as a tuple."""
+    return (logs,) if isinstance(logs, Log) else tuple(logs)
 
 
 def started(log: Log) -> PlantState:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from heli_identifier.records import Log
+from heli_identifier.results.provenance import from_python
 from heli_identifier.tracing import Diagnosis as TracedDiagnosis
 from heli_identifier.tracing import DiagnosisSettings
 from heli_identifier.tracing import diagnose as trace
-from heli_identifier.workbench.delivery.provenance import from_python
 
 RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 """Files that :meth:`Diagnosis.write` leaves in a folder."""
@@ -31,9 +31,9 @@ class Diagnosis(TracedDiagnosis):
 
     def summary(self) -> str:
         """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
-        from heli_identifier.workbench.report.sentences import held_out_sentence, possible_sentence, verdict_sentence
-        from heli_identifier.workbench.report.small_table import text_table
-        from heli_identifier.workbench.report.tables import ERROR_COLUMNS, GAIN_COLUMNS, error_rows, gain_rows
+        from heli_identifier.results.tables import ERROR_COLUMNS, GAIN_COLUMNS, error_rows, gain_rows
+        from heli_identifier.results.tabular import text_table
+        from heli_identifier.results.words import held_out_sentence, possible_sentence, verdict_sentence
 
         return "\n".join(
             [
@@ -48,7 +48,7 @@ class Diagnosis(TracedDiagnosis):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of diagnosis.json; docs/reference/files.md describes it."""
-        from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document
+        from heli_identifier.results.schema import diagnosis_document
 
         return diagnosis_document(self, self.provenance)
 
@@ -74,8 +74,8 @@ class Diagnosis(TracedDiagnosis):
         IdentifierError
             The free run of the corrected unit is not the one that the diagnosis reports.
         """
-        from heli_identifier.workbench.delivery.result_folder import write_results
-        from heli_identifier.workbench.delivery.staging import whole_folder
+        from heli_identifier.results.folder import write_results
+        from heli_identifier.results.staging import whole_folder
 
         with whole_folder(folder) as draft:
             write_results(self, self.provenance, rig, draft)
@@ -83,7 +83,7 @@ class Diagnosis(TracedDiagnosis):
 
     def _repr_html_(self) -> str:
         """Show the diagnosis in a notebook."""
-        from heli_identifier.workbench.report.page import notebook_view
+        from heli_identifier.results.report import notebook_view
 
         return notebook_view(self)
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.files import write_atomically
-from heli_identifier.workbench.report.figures.margins import keep_inside
+from heli_identifier.results.margins import keep_inside
 
 P = ParamSpec("P")
 Line = NDArray[np.floating[Any]]

@@ -5,7 +5,7 @@ from os import PathLike
 from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet
+from heli_identifier.results.parameters import ParameterSet
 
 
 def build(

@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from heli_identifier.workbench.report.figures.style import (
+from heli_identifier.results.rounding import unit_text
+from heli_identifier.results.style import (
     AFTER,
     BEFORE,
     MEASURED,
@@ -15,7 +16,6 @@ from heli_identifier.workbench.report.figures.style import (
     styled,
     thinned,
 )
-from heli_identifier.workbench.report.rounding import unit_text
 from heli_plant.effects import AXES
 
 

@@ -18,10 +18,10 @@ from typing import Any
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
+from heli_identifier.results.rounding import unit_text, with_interval
+from heli_identifier.results.schema import document_text, plain
+from heli_identifier.results.tabular import Tabular
 from heli_identifier.tracing import Diagnosis, ErrorFigure
-from heli_identifier.workbench.delivery.diagnosis_document import document_text, plain
-from heli_identifier.workbench.report.rounding import unit_text, with_interval
-from heli_identifier.workbench.report.small_table import Tabular
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameter_table import BY_FIELD, PARAMETERS

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.online import Estimate
+from heli_identifier.results.rounding import is_known
 from heli_identifier.tracing import (
     AxisError,
     AxisReport,
@@ -19,7 +20,6 @@ from heli_identifier.tracing import (
     ParameterReport,
     Verdict,
 )
-from heli_identifier.workbench.report.rounding import is_known
 
 SCHEMA = "heli-diagnosis/1"
 FIGURES = ("ahead_100ms", "ahead_200ms", "prediction_1s", "prediction_2s", "free_run", "closed_loop_3s")
@@ -36,7 +36,7 @@ def diagnosis_document(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> d
     ----------
     diagnosis : Diagnosis
     provenance : mapping
-        Versions, command and date, from :func:`heli_identifier.workbench.delivery.provenance.provenance`.
+        Versions, command and date, from :func:`heli_identifier.results.provenance.provenance`.
     """
     return plain(
         {

@@ -2,18 +2,18 @@
 
 from typing import Any
 
-from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
-from heli_identifier.workbench.report.figures.effect import effect_figure, line_figure
-from heli_identifier.workbench.report.figures.style import inline_svg
-from heli_identifier.workbench.report.rounding import significant, with_interval
-from heli_identifier.workbench.report.sentences import (
+from heli_identifier.results.figure_effect import effect_figure, line_figure
+from heli_identifier.results.rounding import significant, with_interval
+from heli_identifier.results.style import inline_svg
+from heli_identifier.results.tables import KINDS
+from heli_identifier.results.words import (
     effect_name,
     effect_title,
     law_text,
     listed,
     variable_name,
 )
-from heli_identifier.workbench.report.tables import KINDS
+from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_plant.effects import effect as catalogue_effect
 
 

@@ -16,8 +16,8 @@ import msgspec
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
+from heli_identifier.results.parameters import SCHEMA, Expectation, ParameterSet
 from heli_identifier.tracing import ErrorFigure
-from heli_identifier.workbench.delivery.parameter_set import SCHEMA, Expectation, ParameterSet
 from heli_plant.effects import AXES
 
 Kind = TypeVar("Kind")

@@ -6,11 +6,11 @@ from typing import Any
 from xml.etree import ElementTree
 
 from heli_identifier.records import Log
+from heli_identifier.results.parameters import ParameterSet
+from heli_identifier.results.rounding import angle_text, significant
+from heli_identifier.results.simulation import several
+from heli_identifier.results.tabular import Tabular
 from heli_identifier.tracing import Outcome, hold_to
-from heli_identifier.workbench.delivery.parameter_set import ParameterSet
-from heli_identifier.workbench.interface import several
-from heli_identifier.workbench.report.rounding import angle_text, significant
-from heli_identifier.workbench.report.small_table import Tabular
 
 
 @dataclass(frozen=True, repr=False)

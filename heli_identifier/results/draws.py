@@ -3,7 +3,7 @@
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet
+from heli_identifier.results.parameters import PLANT, ParameterSet
 from heli_plant.parameter_table import BY_NAME
 
 

@@ -1,7 +1,7 @@
 """The words of a report, each in a sentence or two: a page on paper has no tooltips."""
 
+from heli_identifier.results.rounding import significant
 from heli_identifier.tracing import Diagnosis
-from heli_identifier.workbench.report.rounding import significant
 
 
 def glossary(diagnosis: Diagnosis) -> list[tuple[str, str]]:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping, Sequence
 
 from heli_identifier.online import Estimate
+from heli_identifier.results.rounding import significant, with_interval
 from heli_identifier.tracing import (
     AxisReport,
     Diagnosis,
@@ -14,7 +15,6 @@ from heli_identifier.tracing import (
     RigVerdict,
     Verdict,
 )
-from heli_identifier.workbench.report.rounding import significant, with_interval
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameter_table import BY_FIELD
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from heli_identifier.results.figure_ambiguity_map import CONFUSED, ambiguity_map
+from heli_identifier.results.rounding import significant
+from heli_identifier.results.words import effect_name, effect_title, listed, meaning
 from heli_identifier.tracing import CatalogueVerdict, Determination, Diagnosis, Verdict
-from heli_identifier.workbench.report.figures.ambiguity_map import CONFUSED, ambiguity_map
-from heli_identifier.workbench.report.rounding import significant
-from heli_identifier.workbench.report.sentences import effect_name, effect_title, listed, meaning
 from heli_plant.effects import effect as catalogue_effect
 
 LOOSE, MOST_LOOSE = 0.1, 3

@@ -11,9 +11,9 @@ from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import IdentifierError
 from heli_identifier.files import write_atomically
 from heli_identifier.records import write_log
+from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters
+from heli_identifier.results.schema import diagnosis_document, document_text
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
-from heli_identifier.workbench.delivery.diagnosis_document import diagnosis_document, document_text
-from heli_identifier.workbench.delivery.parameter_set import PLANT, ParameterSet, corrected_parameters
 from heli_plant.effects import AXES
 
 SAME = 1e-9
@@ -48,7 +48,7 @@ def write_results(
     IdentifierError
         The corrected unit does not reach the reported free run.
     """
-    from heli_identifier.workbench.report.page import report_page  # late: what draws takes .4 s to import
+    from heli_identifier.results.report import report_page  # late: what draws takes .4 s to import
 
     parameters = corrected_parameters(diagnosis, provenance)
     _build_corrected(diagnosis, parameters, folder, child)

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.mlab import psd
 from numpy.typing import NDArray
 
-from heli_identifier.tracing import HeldOutSeries
-from heli_identifier.workbench.report.figures.style import (
+from heli_identifier.results.rounding import power_text
+from heli_identifier.results.style import (
     AFTER,
     BAND,
     BEFORE,
@@ -18,7 +18,7 @@ from heli_identifier.workbench.report.figures.style import (
     styled,
     thinned,
 )
-from heli_identifier.workbench.report.rounding import power_text
+from heli_identifier.tracing import HeldOutSeries
 from heli_plant.effects import AXES
 
 LAGS = 50

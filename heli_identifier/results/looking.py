@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.records import Log, RigConfiguration
+from heli_identifier.results.rounding import significant, with_interval
+from heli_identifier.results.simulation import several
+from heli_identifier.results.tabular import Tabular
 from heli_identifier.tracing import DiagnosisSettings, Identification, ParameterReport, identify_plant
-from heli_identifier.workbench.interface import several
-from heli_identifier.workbench.report.rounding import significant, with_interval
-from heli_identifier.workbench.report.small_table import Tabular
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,0 +1,8 @@
+"""What people and programs read of a result: JSON documents, parameter sets, the folder of a diagnosis, the report.
+
+The stub beside this file is the room's door: it lists what other rooms may use.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,1 +1,0 @@
-"""What a diagnosis leaves on disk: JSON documents, parameter sets, the folder of results."""
