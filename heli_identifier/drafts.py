@@ -13,11 +13,11 @@ import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
-from heli_identifier.signals import deferred
+from heli_identifier.signals import deferred, undone
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
@@ -27,15 +27,12 @@ PREFIX = ".heli-draft-"
 def draft_file(folder: Path) -> Iterator[tuple[Path, IO[bytes]]]:
     """Give path and file object of a new file in ``folder``; it is removed unless the block renames it."""
     sweep(folder)
-    path = None
-    try:
+    with ExitStack() as stack:
         with deferred():
             path, descriptor = _new_file(folder)
+            stack.enter_context(undone(lambda: path.unlink(missing_ok=True)))
         with open(descriptor, "wb") as file:
             yield path, file
-    finally:
-        if path is not None:
-            path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -47,15 +44,12 @@ def draft_folder(folder: str | os.PathLike[str] | None = None) -> Iterator[Path]
     OSError
         The folder cannot be made; it names the folder in which.
     """
-    path = descriptor = None
-    try:
+    with ExitStack() as stack:
         with deferred():
             path, descriptor = _new_folder(folder)
+            stack.callback(os.close, descriptor)
+            stack.enter_context(undone(lambda: shutil.rmtree(path, ignore_errors=True)))
         yield path
-    finally:
-        if path is not None and descriptor is not None:
-            shutil.rmtree(path, ignore_errors=True)
-            os.close(descriptor)
 
 
 def _new_file(folder: Path) -> tuple[Path, int]:

@@ -1,16 +1,64 @@
-"""Signals that ask a command to end, and how they are held back for a moment."""
+"""Signals that ask a command to end, and what has to be undone before it does.
 
+Where :func:`handled_here` has been called, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: its
+child processes are ended, what :func:`undone` names is undone, and the exit code is 128 and the signal's number, as a
+shell gives it. An exception would not do. Python drops one that a signal raises within the callback of a weak reference
+or a ``__del__``, and a library may drop it or make another one of it.
+"""
+
+import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from threading import current_thread, main_thread
 from types import FrameType
 
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
-"""Signals that ask a command to end. Its exit code is then 128 and the signal's number, as a shell gives it."""
+"""Signals that ask a command to end."""
 
+_PATIENCE = 3.0
+"""How long a child process may take to clean up [s]."""
 
 Handler = Callable[[int, FrameType | None], object]
+
+_to_undo: list[tuple[int, Callable[[], object]]] = []
+
+
+@contextmanager
+def undone(undo: Callable[[], object]) -> Iterator[None]:
+    """Call ``undo`` at the end of the block, or when a signal ends the process within it; twice must do no harm."""
+    entry = (os.getpid(), undo)  # a forked process leaves its parent's things alone
+    _to_undo.append(entry)
+    try:
+        yield
+    finally:
+        undo()
+        _to_undo.remove(entry)
+
+
+@contextmanager
+def handled_here() -> Iterator[None]:
+    """Let the signals that ask a command to end do so at once, and clean up, while the block runs."""
+    with handled(_end):
+        yield
+
+
+def _end(number: int, _frame: FrameType | None) -> None:
+    for other in ENDING:  # a second one would end the cleaning up
+        signal.signal(other, signal.SIG_IGN)
+    processes = sys.modules.get("multiprocessing")
+    children = processes.active_children() if processes else []
+    for child in children:
+        child.terminate()
+    for child in children:
+        child.join(_PATIENCE)
+        child.kill()
+    for process, undo in reversed(_to_undo):
+        if process == os.getpid():
+            with suppress(Exception):
+                undo()
+    os._exit(128 + number)
 
 
 @contextmanager
@@ -46,12 +94,6 @@ def deferred() -> Iterator[None]:
     finally:
         for number in came:
             signal.raise_signal(number)
-
-
-def alarmed(handler: Handler, first: float, interval: float = 0.0) -> None:
-    """Have ``handler`` called in ``first`` seconds, and then every ``interval`` seconds unless that is 0."""
-    signal.signal(signal.SIGALRM, handler)
-    signal.setitimer(signal.ITIMER_REAL, first, interval)
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
-from heli_identifier.cli.options import spread
+from heli_identifier.cli.arguments import spread
 
 COMMANDS = sorted(get_command(app).commands)
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"

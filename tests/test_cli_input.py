@@ -5,8 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-import weakref
-from contextlib import suppress
 
 import pytest
 from typer import Typer
@@ -14,8 +12,8 @@ from typer.testing import CliRunner
 
 from fmu_src import SCENARIOS
 from heli_identifier.cli.app import app
-from heli_identifier.cli.guard import AGAIN, guarded
-from heli_identifier.cli.parameters import in_scenario, unit_value
+from heli_identifier.cli.arguments import in_scenario, unit_value
+from heli_identifier.cli.guard import guarded, is_of_memory
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
@@ -85,43 +83,60 @@ def test_a_command_that_could_not_do_its_work_has_another_exit_code_than_one_wit
     assert result.stdout == ""
 
 
-class Library:
-    """What a library may do with the exit that a signal raises within it: make another error of it, or drop it."""
-
-    @staticmethod
-    def another():
-        try:
-            signal.raise_signal(signal.SIGTERM)
-        except BaseException as end:  # as CPython did around __set_name__ until 3.12
-            raise RuntimeError("Error calling __set_name__") from end
-
-    @staticmethod
-    def dropped():
-        with suppress(BaseException):
-            signal.raise_signal(signal.SIGTERM)
-
-    @staticmethod
-    def dropped_and_gone_on():
-        """As the interpreter does around the callbacks of weak references, which every import has."""
-
-        class Thing:
-            pass
-
-        thing = Thing()
-        _kept = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGTERM))
-        del thing
-        while True:
-            time.sleep(0.01)
+def test_errors_that_lead_back_to_each_other_are_looked_at_once():
+    first, second = OSError("no descriptor is left"), ImportError("cannot allocate memory in static TLS block")
+    first.__context__, second.__context__ = second, first
+    assert is_of_memory(first)
+    third = OSError("nor another one")
+    first.__context__, third.__context__ = third, first
+    assert not is_of_memory(first)
 
 
-@pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("library", [Library.another, Library.dropped, Library.dropped_and_gone_on])
-def test_a_command_that_was_asked_to_end_says_so_whatever_a_library_makes_of_it(library):
-    one = Typer()
-    one.command()(guarded(library))
-    result = CliRunner().invoke(one)
-    assert result.exit_code == 128 + signal.SIGTERM
-    assert result.output == ""
+ENDED = """
+import pathlib, signal, sys, time, typer, weakref
+from heli_identifier.cli import app, main
+from heli_identifier.cli.guard import guarded, is_of_memory
+from heli_identifier.drafts import draft_folder
+
+class Thing:
+    pass
+
+def dropped():  # the interpreter drops an exception in the callback of a weak reference, as every import has one
+    thing = Thing()
+    kept = weakref.ref(thing, lambda _: signal.raise_signal(signal.SIGTERM))
+    del thing
+    time.sleep(600)
+
+def changed():  # a library makes another error of it
+    try:
+        signal.raise_signal(signal.SIGTERM)
+    except BaseException as end:
+        raise RuntimeError from end
+
+def stuck():  # a thread that never ends
+    import threading
+    threading.Thread(target=threading.Event().wait).start()
+    signal.raise_signal(signal.SIGTERM)
+
+def command():
+    with draft_folder(".") as draft:
+        (draft / "half.csv").write_text("1")
+        globals()[case]()
+
+case = sys.argv.pop()
+app.app = typer.Typer()
+app.app.command()(guarded(command))
+main()
+"""
+
+
+@pytest.mark.parametrize("case", ["dropped", "changed", "stuck"])
+def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_library_makes_of_it(tmp_path, case):
+    done = subprocess.run(
+        [sys.executable, "-c", ENDED, case], capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("option", ["--step", "--duration"])
@@ -326,40 +341,3 @@ def test_a_diagnosis_that_is_asked_to_end_leaves_nothing_behind(tmp_path, asked)
     finally:
         child.kill()
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.usefixtures("interruptible")
-def test_cleaning_up_that_takes_its_time_is_not_ended_by_the_signal_that_asks_again():
-    done = []
-
-    def slow():
-        try:
-            signal.raise_signal(signal.SIGTERM)
-        finally:
-            time.sleep(5 * AGAIN)
-            done.append(True)
-
-    one = Typer()
-    one.command()(guarded(slow))
-    assert CliRunner().invoke(one).exit_code == 128 + signal.SIGTERM
-    assert done == [True]
-
-
-STUCK = """
-import signal, threading, typer
-from heli_identifier.cli import app, main
-from heli_identifier.cli.guard import guarded
-
-def command():
-    threading.Thread(target=threading.Event().wait).start()
-    signal.raise_signal(signal.SIGTERM)
-
-app.app = typer.Typer()
-app.app.command()(guarded(command))
-main()
-"""
-
-
-def test_a_thread_that_never_ends_does_not_keep_a_command_from_ending():
-    done = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, timeout=300, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from fmu_src import build
 from heli_identifier.cli.app import app
-from heli_identifier.cli.logs import split_logs
+from heli_identifier.cli.arguments import split_logs
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records import RigConfiguration, demo_logs, write_log
 from heli_identifier.results.figure_over_time import run_figure

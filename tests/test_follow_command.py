@@ -21,8 +21,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
-from heli_identifier.cli.follow_advice import Adviser, controller_of
-from heli_identifier.cli.follow_end import part
+from heli_identifier.cli.in_flight import Adviser, controller_of, part
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, Timed, encode, read_layout
 from heli_identifier.live.grid import Grid, continued, passed, place, rate_of

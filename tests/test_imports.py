@@ -213,7 +213,7 @@ def test_commands_import_the_units_late(module):
     "module, without",
     [
         ("heli_identifier.cli.app", ("numpy", "numba", "scipy", "pandas", "matplotlib", "rich.table")),
-        ("heli_identifier.cli.summary", ("numba", "scipy", "pandas", "matplotlib")),
+        ("heli_identifier.cli.terminal", ("numba", "scipy", "pandas", "matplotlib")),
         ("heli_identifier.tracing.diagnose", ("pandas", "matplotlib", "statsmodels", "control")),
         ("heli_identifier.results.report", ("numba", "pandas", "statsmodels")),
     ],

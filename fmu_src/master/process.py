@@ -18,14 +18,16 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
 from heli_identifier.drafts import draft_folder
+from heli_identifier.signals import undone
 
 from .. import errors
 from ..errors import FmuError, MasterError
@@ -79,20 +81,26 @@ def waiting_child(progress: bool = False) -> Iterator[Child]:
         There is no room for temporary files, or no process can be started.
     """
     with draft_folder() as folder:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.DEVNULL,
-            stderr=None if progress else subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
-            start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
-        )
-        try:
+        command = [sys.executable, "-m", "fmu_src.master.process", str(folder), str(os.getpid())]
+        with (
+            subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=None if progress else subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
+                start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
+            ) as process,
+            undone(partial(_kill, process)),
+        ):
             yield Child(folder, process)
-        finally:
-            process.kill()
-            with process:  # closes its pipes and waits for its end
-                pass
+
+
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process and wait for its end; Popen.wait would wait for itself where a signal has interrupted it."""
+    process.kill()
+    with suppress(ChildProcessError):
+        os.waitpid(process.pid, 0)
 
 
 def run_apart(

@@ -5,23 +5,11 @@ from typing import Annotated, Any
 import typer
 
 import heli_identifier
-from heli_identifier.cli.build import build, ssp
-from heli_identifier.cli.campaign import campaign
-from heli_identifier.cli.check import check
-from heli_identifier.cli.demo import demo, init
-from heli_identifier.cli.design import design
-from heli_identifier.cli.diagnose import diagnose
-from heli_identifier.cli.effects import effects
-from heli_identifier.cli.fleet import fleet
-from heli_identifier.cli.follow import follow
+from heli_identifier.cli.arguments import Spreading
 from heli_identifier.cli.guard import guarded
-from heli_identifier.cli.identify import identify
-from heli_identifier.cli.linearise import linearise
-from heli_identifier.cli.look import look
-from heli_identifier.cli.options import Spreading
-from heli_identifier.cli.paper import paper
-from heli_identifier.cli.simulate import simulate
-from heli_identifier.cli.stream import stream
+from heli_identifier.cli.in_flight import follow, stream
+from heli_identifier.cli.on_logs import campaign, check, demo, diagnose, fleet, identify, init, look
+from heli_identifier.cli.on_units import build, design, effects, linearise, paper, simulate, ssp
 
 app = typer.Typer(
     name="heli",

@@ -1,14 +1,80 @@
-"""What a command prints: tables and sentences for people, JSON for machines."""
+"""What a command prints: tables and sentences for people, JSON for machines; and streams that outlive their readers.
 
+`heli check | head` ends the pipe before the command is done. The command then goes on without it: its files are
+written, and its exit code is its answer. The same holds for a stream that is closed from the start, and a character
+that the stream's encoding lacks becomes a question mark. Where the stream leads to a full disk the command goes on as
+well, and says so at its end.
+"""
+
+import io
+import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+from heli_identifier.signals import undone
+
+if TYPE_CHECKING:
+    from heli_identifier.records import Log
+    from heli_identifier.tracing import Diagnosis
+
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, 0 to 1."""
+
+
+class _Outlet(io.FileIO):
+    """A stream whose reader may leave, or whose disk may be full; what is written after that goes nowhere.
+
+    ``problem`` is what the system said then; None while all is well, and after a reader has left.
+    """
+
+    problem: str | None = None
+
+    def write(self, data: Any) -> int | None:  # type: ignore[override]
+        try:
+            written = super().write(data)
+            if written is None:  # a pipe that does not wait for its reader, and is full
+                os.set_blocking(self.fileno(), True)
+                written = super().write(data)
+            return written
+        except OSError as error:
+            if not isinstance(error, BrokenPipeError):
+                self.problem = error.strerror
+            _point_to_nothing(self.fileno(), os.O_WRONLY)
+            return super().write(data)
+
+
+def open_streams() -> Callable[[], str | None]:
+    """Replace ``sys.stdout`` and ``sys.stderr``; give what flushes them and says what kept them from being written."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:  # closed: the next file opened would take its place, and receive what is printed
+            _point_to_nothing(descriptor, os.O_WRONLY if descriptor else os.O_RDONLY)
+    outlets = {name: _Outlet(descriptor, "w", closefd=False) for descriptor, name in ((1, "stdout"), (2, "stderr"))}
+    for name, outlet in outlets.items():
+        encoding = getattr(getattr(sys, name), "encoding", "utf-8")
+        lines = name == "stderr" or outlet.isatty()
+        buffer = io.BufferedWriter(outlet)
+        setattr(sys, name, io.TextIOWrapper(buffer, encoding=encoding, errors="replace", line_buffering=lines))
+
+    def flush() -> str | None:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        return next((outlet.problem for outlet in outlets.values() if outlet.problem is not None), None)
+
+    return flush
+
+
+def _point_to_nothing(descriptor: int, mode: int) -> None:
+    nothing = os.open(os.devnull, mode)
+    if nothing != descriptor:
+        os.dup2(nothing, descriptor)
+        os.close(nothing)
 
 
 def counted(number: int, noun: str) -> str:
@@ -24,6 +90,23 @@ def note(text: str) -> None:
 def warn(text: str) -> None:
     """Say on the error stream what puts the result in doubt, so that nobody misses it."""
     typer.secho(f"warning: {text}", err=True, fg="yellow", bold=True)
+
+
+def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
+    """Say which files were written into a folder."""
+    note(f"written{how}: {', '.join(str(folder / name) for name in names)}")
+
+
+def print_notes(logs: "Sequence[Log]") -> None:
+    """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
+    from heli_identifier.records import suspicions
+
+    for log in logs:
+        for text in log.notes:
+            note(f"{log.path}: {text}")
+    for log in logs:
+        for text in suspicions(log):
+            warn(f"{log.path}: {text}")
 
 
 def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
@@ -47,8 +130,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     for row in rows:
         table.add_row(*row)
     # Without a terminal nobody's window bounds the width, and a cell broken in two would spoil a search in it.
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 160)
-    console.print(table)
+    Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 160).print(table)
 
 
 @contextmanager
@@ -58,13 +140,72 @@ def progress_bar() -> Iterator[Progress]:
         yield lambda what, share: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
 
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar, undone(bar.stop):
         task = bar.add_task("starting", total=1.0)
+        yield lambda what, share: bar.update(task, description=what, completed=share)
 
-        def show(what: str, share: float) -> None:
-            bar.update(task, description=what, completed=share)
 
-        yield show
+def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
+    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue as well."""
+    from heli_identifier import results
+    from heli_identifier.results import significant, with_interval
+    from heli_identifier.tracing import Verdict
+
+    def print_rows(title: str, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
+        print_table(title, columns, [tuple(row.values()) for row in rows])
+
+    typer.secho(results.verdict_sentence(diagnosis), bold=True)
+    if diagnosis.effects:
+        print_table(
+            "Effects that the model lacks (± 1.96 standard errors)",
+            ("effect", "coefficient >", "verdict", "score [nats] >", "as likely"),
+            [
+                (
+                    results.effect_title(found),
+                    with_interval(found.coefficient) if found.coefficient else "",
+                    found.verdict,
+                    significant(found.score),
+                    ", ".join(f"{name} {axis}" for name, axis in found.alternatives),
+                )
+                for found in diagnosis.effects
+            ],
+        )
+    for found in diagnosis.effects:
+        if found.verdict == Verdict.UNKNOWN and found.in_plant:
+            typer.echo(results.tabled_sentence(found))
+    if any(found.alternatives for found in diagnosis.effects):
+        typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
+    if diagnosis.possible:
+        columns = ("effect", "coefficient >", "score [nats] >", "left-out logs gain >", "in the plant", "or, as well")
+        print_rows("Possible effects: no findings", columns, results.possible_rows(diagnosis))
+    volts = significant(diagnosis.settings["operating_point"])
+    print_rows(f"Gains as slopes at {volts} V", results.GAIN_COLUMNS, results.gain_rows(diagnosis))
+    print_table(
+        "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)",
+        ("parameter", "meaning", "before >", "after >", "unit"),
+        [
+            [row[name] for name in ("name", "meaning", "before", "after", "unit")]
+            for row in results.parameter_rows(diagnosis)
+        ],
+    )
+    typer.echo(results.held_out_sentence(diagnosis))
+    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in results.ERROR_COLUMNS)
+    print_rows("Error on held-out logs", heads, results.error_rows(diagnosis))
+    if results.floor_missing(diagnosis.axes):
+        typer.echo("no noise floor: the model is unstable, even on its own data")
+    if reasons:
+        print_table(
+            "Catalogue",
+            ("effect", "axis", "verdict", "coefficient >", "visibility >", "why"),
+            [
+                (e.name, e.axis, e.verdict, with_interval(e.estimate), f"{100.0 * e.visibility:.0f} %", e.why)
+                for e in diagnosis.catalogue
+            ],
+        )
+        typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
+    for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
+        warn(text)

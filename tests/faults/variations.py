@@ -112,7 +112,7 @@ PARAMETERS = (
     Fault("a plant without a gain of the pitch", value("pitch.gain", value=0.0), "heli linearise parameters.json -o out", "no equilibrium"),
     Fault("a parameter's name with a line break", parameters(lambda d: d["values"].update({"a\nb": d["values"]["pitch.gain"]})), CHECK, "no parameter 'a\\nb'"),
     Fault("a mark of UTF-8 before the JSON", lambda f: (good(f), write(b"\xef\xbb\xbf{}", "parameters.json")(f)), CHECK, "Unexpected UTF-8 BOM"),
-    Fault("parameters of a controller for a plant", controller, f"{DESIGN} -p parameters.json", "holds parameters of PidController, not of the HelicopterPlant"),
+    Fault("parameters of a controller for a plant", controller, f"{DESIGN} -p parameters.json", "holds parameters of the PidController, those of the HelicopterPlant are needed"),
 )  # fmt: skip
 
 OPTIONS = (

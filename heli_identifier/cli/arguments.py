@@ -1,0 +1,295 @@
+"""What a command is given: options that several share, ``--set name=value``, logs and the rig's configuration.
+
+A value of ``--set`` must be of its parameter's type and in its range. The refusal names the parameter, the value, what
+is wanted, the bounds and the unit: ``plant.pitch.damping = 'abc' must be a number in [-10, 10] 1/s``.
+"""
+
+import os
+import re
+from collections.abc import Collection, Iterable, Sequence
+from itertools import pairwise
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperCommand
+
+from heli_identifier.cli.guard import fail
+from heli_identifier.cli.terminal import note, print_notes
+from heli_identifier.errors import ConfigurationError, LogError
+
+if TYPE_CHECKING:
+    from heli_identifier.records import Log, RigConfiguration
+
+
+def option(text: str, *names: str, metavar: str | None = None, **more: Any) -> Any:
+    """Give an option of a command with its help."""
+    return typer.Option(*names, metavar=metavar, help=text, **more)
+
+
+Logs = Annotated[
+    list[Path],
+    typer.Argument(metavar="LOG", help="Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig."),
+]
+Config = Annotated[
+    Path | None,
+    option(
+        "Configuration of the rig, written by `heli init`; heli.toml of this folder by default.",
+        "--config", "-c", metavar="FILE",
+    ),
+]  # fmt: skip
+From = Annotated[float | None, option("First instant used, in the log's own time.", "--from", metavar="SECONDS")]
+To = Annotated[float | None, option("Last instant used, in the log's own time.", "--to", metavar="SECONDS")]
+Folder = Annotated[
+    Path, option("Folder of the results, complete or untouched.", "--output", "-o", metavar="DIR", show_default=True)
+]
+Json = Annotated[bool, option("Print the result as JSON, and nothing else, on standard output.", "--json")]
+Verbose = Annotated[bool, option("Print more: reasons, conversions, what was tried.", "--verbose", "-v")]
+Settings = Annotated[
+    list[str],
+    option(
+        "A parameter by its structured name; may be repeated.", "--set", "-s", metavar="NAME=VALUE", show_default=False
+    ),
+]
+Parameters = Annotated[
+    Path | None,
+    option("parameters.json of a diagnosis, for the unit it names.", "--parameters", "-p", metavar="FILE"),
+]
+Layout = Annotated[
+    str | None,
+    option(
+        "A datagram's doubles by name in their order, or json; by default 'sequence time v_front v_rear pitch "
+        "elevation travel'.",
+        metavar="NAMES",
+    ),
+]
+Controller = Annotated[Path | None, option("Parameters of the PidController that flies the rig.", metavar="FILE")]
+Native = Annotated[
+    bool, option("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
+]
+
+
+def scenario_names() -> list[str]:
+    """Names of the scenarios, for completion."""
+    from fmu_src import SCENARIOS
+
+    return list(SCENARIOS)
+
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="open_loop, closed_loop, measured_data, plant_beside_log, follow or live.",
+        autocompletion=scenario_names,
+    ),
+]
+
+SPREAD = "--validate"
+"""Option that takes several values in a row."""
+
+
+class Spreading(TyperCommand):
+    """A command whose option ``--validate`` takes all words up to the next option: ``--validate a.csv b.csv``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Give each of its values the option's name before the parser sees them.
+
+        An empty word is refused: it would name this folder, where a variable of the shell was meant that is not set.
+        """
+        if not ctx.resilient_parsing:
+            if any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args):
+                raise fail("an argument is empty; name the file, or set the variable that should name it")
+            if any(a == SPREAD and b.startswith("-") for a, b in pairwise(args)):
+                raise fail(f"{SPREAD} names no log; put one or more after it, or leave it out")
+        return super().parse_args(ctx, spread(args))
+
+
+def spread(words: Iterable[str]) -> list[str]:
+    """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value."""
+    out: list[str] = []
+    inside = first = False  # among the option's values, and whether the first one is still to come
+    for word in words:
+        if word.startswith("-"):
+            first = word == SPREAD
+            inside = first or word.startswith(f"{SPREAD}=")
+        elif inside and not first:
+            out.append(SPREAD)
+        else:
+            first = False
+        out.append(word)
+    return out
+
+
+# --- logs and configuration ------------------------------------------------------------------------------------------
+
+
+def configuration_here(rigs: str = "") -> Path | None:
+    """Give heli.toml of this folder, whatever it is, and say so; None where nothing has that name."""
+    from heli_identifier.records import CONFIGURATION_NAME
+
+    if not os.path.lexists(CONFIGURATION_NAME):
+        return None
+    note(f"configuration: {CONFIGURATION_NAME} of this folder{rigs}")
+    return Path(CONFIGURATION_NAME)
+
+
+def found_configuration(path: Path | None) -> "RigConfiguration":
+    """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
+    from heli_identifier.records import RigConfiguration, read_configuration
+
+    path = path or configuration_here()
+    return RigConfiguration() if path is None else read_configuration(path)
+
+
+def shared_configuration(path: Path | None) -> Path | None:
+    """Give the configuration of rigs that have none of their own: the file that was named, else this folder's."""
+    return path or configuration_here(", for rigs without one of their own")
+
+
+def logs_of(
+    paths: Sequence[Path], config: Path | None, start: float | None = None, end: float | None = None
+) -> "tuple[tuple[Log, ...], RigConfiguration]":
+    """Read logs of one rig and its configuration, and print what there is to say about them."""
+    from heli_identifier.records import read_logs
+
+    configuration = found_configuration(config)
+    logs = read_logs(paths, configuration.format, start, end)
+    print_notes(logs)
+    return logs, configuration
+
+
+def split_logs(
+    training: Sequence[Path],
+    held_out: Sequence[Path],
+    configuration: "RigConfiguration",
+    start: float | None,
+    end: float | None,
+) -> "tuple[tuple[Log, ...], tuple[Log, ...]]":
+    """Read the training logs and the held-out logs; without any of the latter hold some back, and print which."""
+    from heli_identifier.tools import read_split
+
+    if not training:
+        raise LogError("no log is left to fit to: all that were named are held out by --validate.")
+    fitted, judged, held_back = read_split(training, held_out, configuration.format, start, end)
+    if held_back:
+        note(f"{held_back} (name another log with --validate)")
+    print_notes((*fitted, *judged))
+    return fitted, judged
+
+
+# --- parameters ------------------------------------------------------------------------------------------------------
+
+Value = float | str
+
+
+def assignments(words: Sequence[str]) -> dict[str, str]:
+    """Give ``name=value`` words as a mapping; one without ``=``, or two of one parameter, are refused."""
+    values: dict[str, str] = {}
+    for word in words:
+        name, mark, text = (part.strip() for part in word.partition("="))
+        if not mark or not name:
+            raise ConfigurationError(f"--set {word} must read NAME=VALUE, as plant.effects.dry_friction.pitch=0.02.")
+        if name in values:
+            raise ConfigurationError(f"--set {name} is given twice; keep one.")
+        values[name] = text
+    return values
+
+
+def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
+    """Give the start values of a parameters.json under the unit that it names; nothing without a file."""
+    if file is None:
+        return {}
+    from heli_identifier.results import read_parameters
+
+    parameters = read_parameters(file)
+    return {parameters.unit: parameters.start_values}
+
+
+def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, Value]:
+    """Give parameters of one unit from a file of this unit and from ``name=value`` words, which outrank it."""
+    of_file = by_unit(file)
+    if of_file and unit not in of_file:
+        held = ", ".join(of_file)
+        raise ConfigurationError(f"{file} holds parameters of the {held}, those of the {unit} are needed.")
+    return {**of_file.get(unit, {}), **{n: unit_value(unit, n, text, n) for n, text in assignments(words).items()}}
+
+
+def in_scenario(
+    scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
+) -> dict[str, Value]:
+    """Give all parameters by unit name in a scenario; ``--set unit.parameter=value`` outranks the file.
+
+    Units named in ``foreign`` come as FMU files, and their parameters are not checked here.
+
+    Raises
+    ------
+    ConfigurationError, WiringError
+        The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
+    """
+    from fmu_src import scenario as wiring
+
+    values: dict[str, Value] = {}
+    units = dict(wiring(scenario).units)
+    for kind, start_values in by_unit(file).items():
+        names = [name for name, unit in units.items() if unit == kind]
+        # a corrector begins with the values of the plant that it corrects
+        names += [name for name, unit in units.items() if names and (kind, unit) == ("HelicopterPlant", "Corrector")]
+        if not names:
+            raise ConfigurationError(f"{file} holds parameters of {kind}, which scenario {scenario} does not have.")
+        values |= {f"{name}.{key}": value for name in names for key, value in start_values.items()}
+    for label, text in assignments(words).items():
+        unit, _, name = label.partition(".")
+        if not name:
+            raise ConfigurationError(f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
+        known = unit in units and unit not in foreign
+        values[label] = unit_value(units[unit], name, text, label) if known else _number_or_text(text)
+    return values
+
+
+_WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "0 or 1"}
+
+
+def unit_value(unit: str, name: str, text: str, label: str) -> Value:
+    """Give ``text`` as a value of the parameter ``name`` of a unit; ``label`` is its name on the command line.
+
+    Raises
+    ------
+    ConfigurationError
+        The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
+    """
+    from fmu_src import problem_with, unit_class
+    from heli_plant.errors import did_you_mean
+
+    known = {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
+    if name not in known:
+        raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
+    variable = known[name]._replace(name=label)
+    value = text if variable.type == "String" else _number_or_text(text)
+    if isinstance(value, str):
+        wrong = variable.type != "String"
+    else:
+        wrong = variable.type == "Integer" and isfinite(value) and not value.is_integer()
+    if wrong:
+        bounds = f" in [{variable.minimum:.6g}, {variable.maximum:.6g}]" if variable.maximum is not None else ""
+        unit_of_it = f" {variable.unit}" if variable.unit else ""
+        raise ConfigurationError(f"{label} = {value!r} must be {_WANTED[variable.type]}{bounds}{unit_of_it}.")
+    if isinstance(value, str) and not value.isprintable():
+        raise ConfigurationError(
+            f"{label} = {value!r} holds a character that is no text in XML; a model description cannot state it."
+        )
+    problem = problem_with(variable, value)
+    if problem is not None:
+        raise ConfigurationError(f"{problem}.")
+    return value
+
+
+def _number_or_text(text: str) -> Value:
+    """Give a text as a number if it is one, true and false as 1 and 0."""
+    if text.lower() in ("true", "false"):
+        return float(text.lower() == "true")
+    try:
+        return float(text)
+    except ValueError:
+        return text

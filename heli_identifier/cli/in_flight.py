@@ -1,0 +1,450 @@
+"""``heli follow``, a twin that follows a rig in flight and corrects itself; ``heli stream``, which sends a log."""
+
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from heli_identifier.cli.arguments import (
+    Config,
+    Controller,
+    From,
+    Layout,
+    To,
+    found_configuration,
+    logs_of,
+    of_unit,
+    option,
+    split_logs,
+)
+from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, progress_bar, warn
+from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
+from heli_identifier.files import write_atomically
+from heli_identifier.signals import undone, unheard
+
+if TYPE_CHECKING:
+    from concurrent.futures import Future, ProcessPoolExecutor
+
+    from heli_identifier.live.screen import Show
+    from heli_identifier.live.session import Session
+    from heli_identifier.records import RigConfiguration
+    from heli_identifier.tools import Advice
+    from heli_plant.control import PidSettings
+    from heli_plant.parameters import PlantParameters
+
+    Source = Callable[[Session, Callable[[], bool], Show], None]
+
+SERVED_AT = "127.0.0.1:8042"
+"""Where the page is shown by default."""
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as that of every other command."""
+
+ADVICE, GAINS = "control_advice.json", "controller.json"
+"""Files: how the margins stand, and the gains that are offered, as parameters of the PidController."""
+
+
+def follow(
+    log: Annotated[Path | None, typer.Argument(metavar="[LOG]", help="Log to play, in place of a rig.")] = None,
+    listen: Annotated[
+        str | None, option("Address of this computer to which the rig sends.", metavar="HOST:PORT")
+    ] = None,
+    parameters: Annotated[
+        Path, option("parameters.json of the twin at the start.", "--parameters", "-p", metavar="FILE")
+    ] = Path("parameters.json"),
+    output: Annotated[
+        Path, option("Folder of the flight; without an earlier one in it.", "--output", "-o", metavar="DIR")
+    ] = Path("flight"),
+    speed: Annotated[float | None, option("Play the log N times faster; 0: as fast as it goes.", metavar="N")] = None,
+    serve: Annotated[bool, option("Show the twin in a browser on this computer as well.", "--serve")] = False,
+    serve_at: Annotated[str, option("Where --serve shows it.", "--serve-at", metavar="HOST:PORT")] = SERVED_AT,
+    sender: Annotated[str, option("The rig; by default, the first that sends a sample.", metavar="HOST[:PORT]")] = "",
+    layout: Layout = None,
+    rate: Annotated[
+        float | None, option("The rig's sampling rate; by default, found from its time stamps.", metavar="HZ")
+    ] = None,
+    controller: Controller = None,
+    start: From = None,
+    end: To = None,
+    config: Config = None,
+) -> None:
+    """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
+
+    The rig sends by UDP (--listen), or a log is played. Ctrl-C ends the flight.
+
+    Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies, and
+    then what `heli diagnose` writes of the recording. After an adoption the controller's margins are computed again:
+    control_advice.json, and controller.json with gains that are offered, not applied.
+    """
+    from heli_identifier import read_parameters
+    from heli_identifier.live.screen import event_line
+    from heli_identifier.live.session import Session, check_unused
+
+    if (log is None) == (listen is None):
+        raise ConfigurationError("name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
+    if listen is None and (sender or layout or rate is not None):
+        raise ConfigurationError("--sender, --layout and --rate belong to --listen.")
+    if log is None and (speed is not None or start is not None or end is not None):
+        raise ConfigurationError("--speed, --from and --to belong to a log; a rig sends at its own pace.")
+    if serve_at != SERVED_AT and not serve:
+        raise ConfigurationError("--serve-at says where --serve shows the twin; add --serve.")
+    for read in (parameters, controller):
+        if read is not None and os.path.realpath(read.parent) == os.path.realpath(output):
+            raise ConfigurationError(
+                f"{read} lies in the folder of the flight, whose files would replace it; name another folder."
+            )
+    check_unused(output)
+    twin, adviser = read_parameters(parameters), Adviser(output, controller_of(controller))
+    with ExitStack() as stack:
+        if log is not None:
+            source, configuration = _player(log, config, 1.0 if speed is None else speed, start, end)
+        else:
+            configuration = found_configuration(config)
+            source = _listener(stack, str(listen), sender, layout, rate, configuration)
+        title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
+        show = _shows(stack, title, serve_at if serve else None)
+        session = Session(output, twin, adviser.ask)
+        stack.enter_context(undone(session.close))
+        stack.callback(adviser.close)
+        stopped = stack.enter_context(first_interrupt())
+
+        def show_all(view: Any, status: Any) -> None:
+            session.notice = adviser.look()
+            show(view, status)
+
+        source(session, stopped, show_all)
+        interrupted = stopped()
+        session.notice = adviser.look(wait=True)
+    typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
+    for event in session.events:
+        typer.echo(event_line(event))
+    if session.notice:
+        typer.echo(session.notice)
+    if interrupted:
+        note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
+    _conclude(session, output, configuration)
+    if interrupted:
+        raise typer.Exit(INTERRUPTED)
+
+
+def stream(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Measured log to send.")],
+    to: Annotated[str, option("Where to send it, by UDP, as 127.0.0.1:25000.", metavar="HOST:PORT")],
+    speed: Annotated[float, option("How many times faster than the rig was.", metavar="N")] = 1.0,
+    layout: Layout = None,
+    config: Config = None,
+) -> None:
+    """Send a log as a running rig would: one datagram per sample, at the log's own instants.
+
+    For trying `heli follow --listen` and the unit RigLink without a rig.
+    """
+    from heli_identifier.live import USUAL_LAYOUT, read_layout
+    from heli_identifier.live.sending import send
+
+    form = read_layout(layout or USUAL_LAYOUT)
+    ((recorded,), _) = logs_of([log], config)
+    with progress_bar() as progress:
+        late = send(recorded, to, speed, form, progress)
+    typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {to}")
+    if late > 0.05:
+        warn(f"the last datagrams were sent {late:.2g} s too late: this computer is too slow for --speed {speed:g}")
+
+
+# --- where samples come from, and where the flight is shown ----------------------------------------------------------
+
+
+def _player(
+    path: Path, config: Path | None, speed: float, start: float | None, end: float | None
+) -> "tuple[Source, RigConfiguration]":
+    """Return a function that lets a session follow a log, and the rig's configuration."""
+    from heli_identifier.live.playing import played
+    from heli_identifier.live.sending import SPEEDS
+
+    if speed != 0.0:
+        require_range("--speed", speed, "times real time", *SPEEDS)
+    ((recorded,), configuration) = logs_of([path], config, start, end)
+
+    def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
+        session.run(played(recorded, speed, session.keep), lambda: recorded.step, stopped, show)
+
+    return run, configuration
+
+
+def _listener(
+    stack: ExitStack,
+    listen: str,
+    sender: str,
+    layout: str | None,
+    rate: float | None,
+    configuration: "RigConfiguration",
+) -> "Source":
+    """Open the port and return a function that lets a session follow what comes in."""
+    from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
+    from heli_identifier.live.listening import Listening, check_rate
+
+    address, number = read_address(listen, "--listen")
+    if number < 0:
+        raise ConfigurationError(f"--listen {listen} names no port; give HOST:PORT, as 127.0.0.1:25000.")
+    form = read_layout(layout or USUAL_LAYOUT)
+    check_rate(form, rate)
+    port = Port(address, number, sender, form)
+    stack.callback(port.close)
+    note(f"listening on {port.address[0]}:{port.address[1]}")
+
+    def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
+        rig = Listening(port, rate, configuration.format, session.keep)
+        session.run(rig.instants(), lambda: 1.0 / (rig.rate or 1.0), stopped, show, lambda: rig.status)
+        why = _stream_sentence(rig.status)
+        if why:
+            event = {"time_s": session.time, "what": "stream", "name": "", "or": "", "axis": "", "value": 0.0}
+            session.say({**event, "standard_error": 0.0, "since_s": 0.0, "why": why})
+
+    return run
+
+
+def _stream_sentence(status: Any) -> str:
+    """Say how the samples came in, if any was lost, late, doubled, damaged or somebody else's."""
+    counts = status.counts
+    said = {
+        "were lost": counts.lost,
+        "came too late": counts.late,
+        "were overtaken": counts.reordered,
+        "came twice": counts.duplicated,
+        "had a damaged time": counts.stray,
+    }
+    told = [f"{number} {what}" for what, number in said.items() if number]
+    told += [f"{status.refused} datagrams held no sample"] if status.refused else []
+    told += [f"{status.foreign} datagrams came from others"] if status.foreign else []
+    told += [f"the rig started again {counted(counts.restarted, 'time')}"] if counts.restarted else []
+    return f"of {counts.received + counts.lost} samples " + ", ".join(told) if told else ""
+
+
+def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
+    """Open the screen and the page, and return what shows a view on them."""
+    from heli_identifier.live.screen import Teller, screen
+
+    places: list[Any] = []
+    if address is not None:
+        from heli_identifier.live.server import served
+
+        url, board = stack.enter_context(served(address, title))
+        note(f"open {url} in a browser")
+        places.append(board.show)
+    places.append(stack.enter_context(screen(title)) if sys.stderr.isatty() else Teller())
+
+    def show(view: Any, status: Any) -> None:
+        for one in places:
+            one(view, status)
+
+    return show
+
+
+@contextmanager
+def first_interrupt() -> Iterator[Callable[[], bool]]:
+    """Give a function that says whether Ctrl-C has asked the block to end; a second one ends the command at once."""
+    asked = False
+    before = signal.getsignal(signal.SIGINT)
+
+    def ask(number: int, frame: Any) -> None:
+        nonlocal asked
+        asked = True
+        signal.signal(signal.SIGINT, before)
+
+    if before != signal.SIG_IGN:
+        signal.signal(signal.SIGINT, ask)
+    try:
+        yield lambda: asked
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+# --- the controller after a change: judged beside the loop, gains offered, never applied -----------------------------
+
+
+class Adviser:
+    """Judges the controller in a process of its own.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the advice is written.
+    settings : PidSettings or None
+        The controller that flies the rig; None for that of the project's PidController.
+    """
+
+    def __init__(self, folder: Path, settings: "PidSettings | None") -> None:
+        self.folder, self.settings = folder, settings
+        self.pool: ProcessPoolExecutor | None = None
+        self.asked: Future[Advice] | None = None
+        self.sentence = ""
+
+    def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
+        """Have the controller judged around a plant; what was asked before and is not begun is dropped."""
+        from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+        from multiprocessing import get_context
+
+        from heli_identifier.tools import control_advice
+
+        if self.asked is not None:
+            self.asked.cancel()
+        order = partial(control_advice, plant, dict(errors), 0.0, elevation, self.settings)
+        with unheard(signal.SIGINT):  # Ctrl-C is for the command
+            if self.pool is not None:
+                with suppress(BrokenExecutor):  # its process has ended: another one is started
+                    self.asked = self.pool.submit(order)
+                    return
+            self.pool = ProcessPoolExecutor(1, mp_context=get_context("spawn"), initializer=_end_with_parent)
+            self.asked = self.pool.submit(order)
+
+    def look(self, wait: bool = False) -> str:
+        """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
+        from concurrent.futures import BrokenExecutor
+
+        if self.asked is not None and (wait or self.asked.done()):
+            asked, self.asked = self.asked, None
+            try:
+                advice = asked.result()
+            except ConfigurationError as error:
+                self.sentence = f"The controller cannot be judged around the changed plant: {error}"
+            except BrokenExecutor:
+                self.sentence = (
+                    "The controller was not judged around the changed plant: the process that does so was ended from "
+                    "outside, for want of memory perhaps. `heli linearise` does it afterwards."
+                )
+            else:
+                self.sentence = advice.sentence
+                _write_advice(advice, self.folder)
+        return self.sentence
+
+    def close(self) -> None:
+        """End the process; what it was asked is left."""
+        if self.pool is not None:
+            self.pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """Let a process that was started for a command end with it, however it ends."""
+    from fmu_src.master import die_with_parent
+
+    die_with_parent()
+
+
+def _write_advice(advice: "Advice", folder: Path) -> None:
+    """Write how the margins stand, and the gains if any are offered."""
+    from fmu_src import unit_class
+    from heli_identifier import ParameterSet
+    from heli_identifier.online import Estimate
+    from heli_identifier.results import from_command_line
+
+    document = advice.document
+    write_atomically(folder / ADVICE, json.dumps(document, indent=1) + "\n")
+    if advice.gains:
+        units = {variable.name: variable.unit or "1" for variable in unit_class(document["unit"]).variables}
+        values = {name: Estimate(value, None, units[name]) for name, value in advice.gains.items()}
+        ParameterSet(document["unit"], values, provenance=from_command_line()).write(folder / GAINS)
+
+
+def controller_of(path: Path | None) -> "PidSettings | None":
+    """Return the controller in a parameters.json of the PidController; what it leaves out is the unit's default."""
+    from heli_identifier.tools import CONTROLLER, pid_settings
+
+    if path is None:
+        return None
+    return pid_settings({name: float(value) for name, value in of_unit(CONTROLLER, (), path).items()})
+
+
+# --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------
+
+LONGEST = 600.0
+"""The end of a recording that is diagnosed [s]; more takes long and adds little."""
+
+LEAST_AFTER_CHANGE = 30.0
+"""Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
+
+
+def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
+    """Diagnose the recording; where it holds too little, leave the twin's parameters and unit."""
+    import numpy as np
+
+    from heli_identifier.live.session import IN_USE, RECORDED
+    from heli_identifier.results import whole_folder
+    from heli_identifier.tools import SHORTEST_TO_SPLIT
+
+    session.in_use().write(folder / IN_USE)
+    path = folder / RECORDED
+    few = path.read_bytes().count(b"\n", 0, 4096) < 2
+    times = np.zeros(0) if few else np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1)
+    begin, end, why = part(times, session.events)
+    if end - begin < SHORTEST_TO_SPLIT:
+        note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
+    else:
+        note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
+        try:
+            _diagnose(path, folder, begin, end, configuration)
+            return
+        except IdentifierError as error:
+            warn(f"the recording cannot be diagnosed: {error}")
+    with whole_folder(folder) as draft:
+        twin = session.in_use()
+        twin.write(draft / "parameters.json")
+        from heli_identifier import build
+
+        build(twin.unit, draft, twin)
+    note_written(folder, (*_flight(folder), "parameters.json", f"{twin.unit}.fmu"), ", as the twin flew last")
+
+
+def _diagnose(path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration") -> None:
+    """Diagnose a part of the recording and print the result."""
+    from heli_identifier import LogFormat
+    from heli_identifier.cli.on_logs import diagnosed
+    from heli_identifier.results import RESULTS, whole_folder
+
+    # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
+    own = configuration.format
+    rig = replace(configuration, format=LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts))
+    with whole_folder(folder) as draft:
+        training, held_out = split_logs((path,), (), rig, begin, end)
+        with progress_bar() as progress:
+            diagnosis = diagnosed(training, held_out, rig, draft, progress)
+    print_diagnosis(diagnosis)
+    note_written(folder, (*_flight(folder), *RESULTS))
+
+
+def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
+    """Return begin and end [s] of what is diagnosed, and the reason in words.
+
+    It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.
+    """
+    import numpy as np
+
+    from heli_identifier.records import GAP_STEPS
+
+    if len(times) < 2:
+        return 0.0, 0.0, ""
+    changes = [event["since_s"] for event in events if event["what"] in ("alarm", "adopted", "rolled back")]
+    last = changes[-1] if changes else times[0]
+    after = times[-1] - last >= LEAST_AFTER_CHANGE
+    first = max(last if after else times[0], times[-1] - LONGEST)
+    why = f", after the last change at {last:.4g} s" if changes and after else ""
+    if changes and not after:
+        why = f"; the rig may have changed within it, at {last:.4g} s"
+    kept = times[times >= first]
+    steps = np.diff(kept)
+    cuts = np.flatnonzero(steps > (GAP_STEPS + 0.5) * np.median(np.diff(times)))
+    begins, ends = np.append(0, cuts + 1), np.append(cuts, len(kept) - 1)
+    longest = int((kept[ends] - kept[begins]).argmax())
+    return float(kept[begins[longest]]), float(kept[ends[longest]]), why
+
+
+def _flight(folder: Path) -> tuple[str, ...]:
+    from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED
+
+    return tuple(name for name in (EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS) if (folder / name).is_file())

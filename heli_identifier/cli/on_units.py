@@ -1,0 +1,579 @@
+"""Commands on units and plants: build, ssp, simulate; effects, design, linearise; paper."""
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from math import floor
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from heli_identifier.cli.arguments import (
+    Config,
+    Controller,
+    Folder,
+    From,
+    Json,
+    Native,
+    Parameters,
+    ScenarioName,
+    Settings,
+    To,
+    Verbose,
+    assignments,
+    by_unit,
+    in_scenario,
+    logs_of,
+    of_unit,
+    option,
+)
+from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
+from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.files import write_atomically
+
+if TYPE_CHECKING:
+    from heli_identifier.records import Log
+    from heli_plant.parameters import PlantParameters
+
+PLANT = "HelicopterPlant"
+
+
+def _units(native: bool = False) -> list[str]:
+    from fmu_src import UNITS
+
+    if not native:
+        return list(UNITS)
+    from fmu_src.native import NATIVE_UNITS
+
+    return list(NATIVE_UNITS)
+
+
+def build(
+    units: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=lambda: _units()
+        ),
+    ] = [],
+    output: Annotated[Path, option("Folder of the FMUs.", "--output", "-o", metavar="DIR")] = Path("build"),
+    parameters: Parameters = None,
+    settings: Settings = [],
+    native: Native = False,
+    fmi: Annotated[int, option("FMI version of native units: 2 or 3.", metavar="VERSION", min=2, max=3)] = 2,
+    all_platforms: Annotated[
+        bool, option("Native units for macOS and ARM as well (ARM: with --fmi 3).", "--all-platforms")
+    ] = False,
+    model_exchange: Annotated[
+        bool, option("The native plant for Model Exchange as well, with derivatives.", "--model-exchange")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Build co-simulation units of FMI 2.0; a parameters.json makes the corrected plant.
+
+    With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
+    """
+    from fmu_src import unit_class
+    from heli_identifier import build as build_unit
+    from heli_identifier.results import whole_folder
+
+    if fmi != 2 and not native:
+        raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
+    if all_platforms and not native:
+        raise ConfigurationError("--all-platforms belongs to native units; add --native.")
+    if model_exchange and not (native and units == [PLANT]):
+        raise ConfigurationError(
+            "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
+        )
+    names = units or _units(native)
+    given = by_unit(parameters)
+    if settings and len(names) != 1:
+        raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
+    for unit in given:
+        if unit not in names:
+            raise ConfigurationError(f"{parameters} holds parameters of {unit}, which is not among {', '.join(names)}.")
+    for name in names:
+        unit_class(name)
+    own = of_unit(names[0], settings)
+    with whole_folder(output) as draft, progress_bar() as progress:
+        for number, name in enumerate(names):
+            progress(f"building {name}", number / len(names))
+            build_unit(
+                name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms,
+                model_exchange=model_exchange,
+            )  # fmt: skip
+    if native:
+        warn_of_missing_compilers(all_platforms)
+    files = [output / f"{name}.fmu" for name in names]
+    if json:
+        print_json([str(file) for file in files])
+    else:
+        _print_sizes(*files)
+
+
+def _print_sizes(*files: Path) -> None:
+    for file in files:
+        typer.echo(f"{file}  {file.stat().st_size / 1000.0:.0f} kB")
+
+
+def warn_of_missing_compilers(all_platforms: bool = False) -> None:
+    """Say for which platforms native units hold sources only."""
+    from fmu_src.native import without_compiler
+
+    problem = without_compiler(all_platforms)
+    if problem:
+        warn(problem)
+
+
+def ssp(
+    scenario: ScenarioName,
+    output: Annotated[
+        Path | None, option("The .ssp file; SCENARIO.ssp by default.", "--output", "-o", metavar="FILE")
+    ] = None,
+    parameters: Parameters = None,
+    settings: Settings = [],
+    duration: Annotated[float, option("Stop time of the default experiment.", metavar="SECONDS")] = 90.0,
+    native: Native = False,
+) -> None:
+    """Write a scenario with its units and parameters as one SSP file."""
+    from fmu_src.ssp import write_ssp
+
+    values = in_scenario(scenario, parameters, settings)
+    path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
+    if native:
+        warn_of_missing_compilers()
+    _print_sizes(path)
+
+
+# --- simulate --------------------------------------------------------------------------------------------------------
+
+FIGURES = (".svg", ".pdf", ".png")
+"""Endings of a figure that can be drawn."""
+
+
+def simulate(
+    scenario: ScenarioName = "open_loop",
+    duration: Annotated[
+        float | None, option("Length; by default the log's, or 60 s.", "--duration", "-d", metavar="SECONDS")
+    ] = None,
+    step: Annotated[
+        float | None, option("Communication step; by default the log's, or 0.01 s.", metavar="SECONDS")
+    ] = None,
+    settings: Settings = [],
+    parameters: Parameters = None,
+    fmu: Annotated[
+        list[str],
+        option("FMU file of a unit; by default the unit is built.", metavar="UNIT=FILE", show_default=False),
+    ] = [],
+    log: Annotated[Path | None, option("Log that the scenario plays.", metavar="LOG")] = None,
+    start: From = None,
+    end: To = None,
+    config: Config = None,
+    output: Annotated[
+        Path | None, option("Every output of every unit as CSV.", "--output", "-o", metavar="FILE")
+    ] = None,
+    plot: Annotated[Path | None, option("The run as a figure: .svg, .pdf or .png.", metavar="FILE")] = None,
+    native: Native = False,
+    runs: Annotated[
+        int | None,
+        option(
+            "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters.",
+            metavar="N", min=2, max=100_000,
+        ),
+    ] = None,
+    seed: Annotated[int, option("Seed of the draws of --runs.", metavar="N", min=0)] = 0,
+    json: Json = False,
+    verbose: Verbose = False,
+) -> None:  # fmt: skip
+    """Run units wired together, and print or draw what they did."""
+    from fmu_src.master import run_apart, run_many_apart
+
+    if plot is not None and plot.suffix.lower() not in FIGURES:
+        raise ConfigurationError(f"--plot {plot} must end in one of {', '.join(FIGURES)}.")
+    if runs is not None and not native:
+        raise ConfigurationError("--runs needs units in C; add --native.")
+    files = _fmu_files(fmu)
+    values = in_scenario(scenario, parameters, settings, files)
+    with _played(scenario, log, start, end, config) as (recorded, played):
+        if step is None:
+            step = recorded.step if recorded else 0.01
+        if duration is None:
+            duration = _length(recorded, step) if recorded else 60.0
+        begun = {**played, **values}
+        if runs is not None:
+            drawn, outputs = _variations(scenario, parameters, assignments(settings), runs, seed)
+            bands = run_many_apart(scenario, duration, step, begun, drawn, files, outputs)
+            _draw(bands.nominal, recorded, plot, (bands.low, bands.high))
+            if output is not None:
+                bands.write_csv(output)
+            _print_bands(bands, json, verbose)
+            return
+        shown = not json and sys.stderr.isatty()
+        result = run_apart(scenario, duration, step, begun, files, progress=shown, native=native)
+    if output is not None:
+        result.write_csv(output)
+    _draw(result, recorded, plot)
+    last = result.values[-1]
+    _print_outputs(
+        f"{result.time[-1]:g} s in steps of {result.time[1]:g} s",
+        result,
+        {"first": result.values[0], "last": last, "smallest": result.values.min(0), "largest": result.values.max(0)},
+        json,
+        verbose,
+    )
+
+
+def _fmu_files(words: list[str]) -> dict[str, str]:
+    """Give ``UNIT=FILE`` words as a mapping."""
+    files: dict[str, str] = {}
+    for word in words:
+        unit, mark, path = word.partition("=")
+        if not mark:
+            raise ConfigurationError(f"--fmu {word} must read UNIT=FILE, as plant=result/HelicopterPlant.fmu.")
+        if unit in files:
+            raise ConfigurationError(f"--fmu {unit} is given twice; keep one.")
+        files[unit] = path
+    return files
+
+
+def _length(log: "Log", step: float) -> float:
+    """Time [s] from a log's first sample to its last, down to whole steps [s]."""
+    length = (log.samples - 1) * log.step
+    if not 0.0 < step <= length:
+        return length  # the master refuses such a step with its bounds
+    return floor(length / step + 1e-6) * step
+
+
+@contextmanager
+def _played(
+    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
+) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
+    """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
+    from fmu_src import scenario as wiring
+
+    units = dict(wiring(scenario).units)
+    if "LogPlayer" not in units.values():
+        if path is not None:
+            raise ConfigurationError(f"scenario {scenario} plays no log; leave --log away or take measured_data.")
+        yield None, {}
+        return
+    if path is None:
+        raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
+    from heli_identifier.drafts import draft_folder
+    from heli_identifier.records import write_log
+    from heli_identifier.results import START, started
+
+    ((log,), _) = logs_of([path], config, start, end)
+    with draft_folder() as folder:
+        played: dict[str, Any] = {"player.log.path": str(write_log(log, folder / "log.csv"))}
+        if "plant" in units:
+            state = started(log)._asdict()
+            played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
+        played |= {f"{unit}.sample.time": log.step for unit in ("identifier", "corrector") if unit in units}
+        yield log, played
+
+
+def _variations(
+    scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
+) -> tuple[list[dict[str, float]], list[str]]:
+    """Draw the plants' parameters by their standard errors, but for what was given; name the plants' outputs."""
+    from fmu_src import scenario as wiring
+    from fmu_src import unit_class
+    from heli_identifier import read_parameters
+    from heli_identifier.results import drawn_values
+
+    if file is None:
+        raise ConfigurationError(
+            "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
+        )
+    plants = [name for name, unit in wiring(scenario).units if unit == PLANT]
+    if not plants:
+        raise ConfigurationError(f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
+    drawn = [
+        {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
+        for draw in drawn_values(read_parameters(file), count, seed)
+    ]
+    if not drawn[0]:
+        raise ConfigurationError(
+            f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; "
+            "the parameters.json of `heli diagnose` has them."
+        )
+    note(
+        f"{len(drawn[0])} parameters are drawn independently by their standard errors (seed {seed}); parameters.json "
+        "holds no correlations."
+    )
+    outputs = [variable.name for variable in unit_class(PLANT).variables if variable.causality == "output"]
+    return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
+
+
+def _draw(result: Any, recorded: "Log | None", plot: Path | None, bands: Any = None) -> None:
+    if plot is not None:
+        from heli_identifier.results import run_figure, write_figure
+
+        measured = (recorded.time, recorded.angles) if recorded else None
+        write_figure(run_figure(result.names, result.units, result.time, result.values, measured, bands), plot)
+
+
+def _print_bands(bands: Any, json: bool, everything: bool) -> None:
+    """Print last values of the nominal run and the range of 95 % of the runs."""
+    if bands.refused:
+        warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
+    figures = {
+        "last": bands.nominal.values[-1],
+        "low": bands.low[-1],
+        "high": bands.high[-1],
+        "widest band": (bands.high - bands.low).max(axis=0),
+    }
+    if json:
+        keys = ("last", "last_low", "last_high", "widest")
+        outputs = _outputs(bands.nominal, dict(zip(keys, figures.values(), strict=True)))
+        print_json({"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs})
+        return
+    title = f"{bands.runs} runs of {bands.nominal.time[-1]:g} s; 95 % of them lie between low and high"
+    _print_outputs(title, bands.nominal, figures, json, everything)
+
+
+def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
+    columns = {name: column.tolist() for name, column in figures.items()}
+    rows = zip(result.names, result.units, *columns.values(), strict=True)
+    return [dict(zip(("name", "unit", *columns), row, strict=True)) for row in rows]
+
+
+def _print_outputs(title: str, result: Any, figures: Mapping[str, Any], json: bool, everything: bool) -> None:
+    """Print figures of every output, of the finer ones if ``everything`` is wanted."""
+    from heli_identifier.results import significant, unit_text
+
+    outputs = _outputs(result, figures)
+    if json:
+        print_json(outputs)
+        return
+    print_table(
+        title,
+        ("output", *(f"{name} >" for name in figures), "unit"),
+        [
+            (row["name"], *(significant(row[key], 4) for key in figures), unit_text(row["unit"]))
+            for row in outputs
+            if everything or row["name"].count(".") == 1
+        ],
+    )
+
+
+# --- the plant -------------------------------------------------------------------------------------------------------
+
+
+def effects(
+    axis: Annotated[str, option("Only effects on this axis: pitch, elevation, travel or rotors.")] = "",
+    json: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """List every effect that a model may lack: its law, unit, plausible range and source."""
+    from heli_identifier.results import law_text, unit_text
+    from heli_plant.effects import CATALOGUE
+
+    axes = sorted({entry.axis for entry in CATALOGUE})
+    if axis and axis not in axes:
+        raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
+    listed = [entry for entry in CATALOGUE if axis in ("", entry.axis)]
+    if json:
+        print_json(
+            [
+                {
+                    "name": entry.name,
+                    "axis": entry.axis,
+                    "parameter": f"effects.{entry.name}.{entry.axis}",
+                    "law": entry.law,
+                    "unit": entry.unit,
+                    "range": [entry.lower, entry.upper],
+                    "source": entry.source,
+                    "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
+                }
+                for entry in listed
+            ]
+        )
+        return
+    rows = []
+    for entry in listed:
+        bounds = f"{entry.lower:g} to {entry.upper:g}"
+        row = [entry.name, entry.axis, law_text(entry.law), unit_text(entry.unit), bounds]
+        shapes = ", ".join(f"{shape.name} [{unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
+        rows.append([*row, shapes, entry.source] if verbose else row)
+    columns = ["effect", "axis", "law", "unit of c", "range of c", *(["shapes", "source"] if verbose else [])]
+    print_table("Effects", columns, rows)
+
+
+def design(
+    separate: Annotated[
+        tuple[str, str] | None, option("Two effects to separate, each NAME or NAME:AXIS.", metavar="A B")
+    ] = None,
+    show: Annotated[str | None, option("One effect to make visible, NAME or NAME:AXIS.", metavar="A")] = None,
+    parameters: Parameters = None,
+    duration: Annotated[float, option("Length of the experiment, 20 to 3600.", metavar="SECONDS")] = 90.0,
+    pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
+    elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
+    voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
+    output: Annotated[
+        Path | None, option("Write the best experiment's voltages as CSV.", "--output", "-o", metavar="FILE")
+    ] = None,
+    closed_loop: Annotated[
+        bool, option("What to add to a flight under the controller, for its parameters.", "--closed-loop")
+    ] = False,
+    hover: Annotated[float, option("Elevation held, with --closed-loop.", metavar="RAD")] = 0.15,
+    controller: Controller = None,
+    settings: Settings = [],
+    json: Json = False,
+) -> None:
+    """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
+
+    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
+    the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
+    """
+    from heli_identifier.tools import Limits, designs, effects_named, experiment_table, separation_warning
+
+    require_range("duration", duration, "s", 20.0, 3600.0)
+    if [separate is not None, show is not None, closed_loop].count(True) != 1:
+        raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
+    if closed_loop:
+        if output is not None:
+            raise ConfigurationError("--output writes voltages of an open loop; with --closed-loop there are none.")
+        gains = {name: float(value) for name, value in of_unit("PidController", settings, controller).items()}
+        _design_flight(_plant(parameters), gains, duration, hover, (pitch_limit, elevation_limit), json)
+        return
+    if controller is not None or settings:
+        raise ConfigurationError("--controller and --set are the controller's; give them with --closed-loop.")
+    entries = effects_named(separate if separate is not None else (show or "",))
+    plant = _plant(parameters)
+    with progress_bar() as progress:
+        limits = Limits(voltage_limit, pitch_limit, elevation_limit)
+        ranked = designs(plant, entries, duration, limits, progress=progress)
+    if not ranked:
+        raise ConfigurationError(
+            f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
+            "widen the limits."
+        )
+    listed = ranked[: 10 if json else 5]
+    if json:
+        print_json([one.document(entries) for one in listed])
+    else:
+        print_table("Experiments, best first", *experiment_table(listed, entries))
+        typer.echo(
+            "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
+        )
+        typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
+        if len(entries) > 1:
+            typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")
+    text = separation_warning(listed, entries)
+    if text is not None:
+        warn(text)
+    if output is not None:
+        ranked[0].write_voltages(output)
+        note(f"voltages of the best: {output}")
+
+
+def _plant(file: Path | None) -> "PlantParameters":
+    """Give the plant of a parameters.json; without one the published model, and say so."""
+    from heli_plant.parameters import PlantParameters, from_names
+
+    if file is None:
+        note("no --parameters given: the published model, Table 2, stands in for the rig")
+        return PlantParameters()
+    return from_names({name: float(value) for name, value in of_unit(PLANT, (), file).items()}, PlantParameters())
+
+
+def _design_flight(
+    plant: "PlantParameters",
+    gains: dict[str, float],
+    duration: float,
+    hover: float,
+    limits: tuple[float, float],
+    json: bool,
+) -> None:
+    """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
+    from heli_identifier.tools import Limits, flight_outlooks, flight_table, pid_settings
+
+    Limits(plant.v_max, *limits)  # refuses limits that are none
+    require_range("hover", hover, "rad", -1.5, 1.5)
+    with progress_bar() as progress:
+        pid = pid_settings(gains, plant.v_max)
+        ranked = flight_outlooks(plant, pid, hover, duration, limits, progress)
+    if not ranked:
+        raise ConfigurationError(
+            f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
+            "hover; widen the limits."
+        )
+    if json:
+        print_json([one.document for one in ranked])
+        return
+    print_table("Standard errors of what the loop hides, best first", *flight_table(ranked))
+    if not gains:
+        note("no --controller given: the PID of the units flies with its default gains")
+
+
+def linearise(
+    parameters: Annotated[
+        Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
+    ] = Path("parameters.json"),
+    pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
+    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
+    output: Folder = Path("control"),
+    json: Json = False,
+) -> None:
+    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
+
+    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
+    """
+    from heli_identifier import read_parameters
+    from heli_identifier.results import document_text, from_command_line, significant, whole_folder, write_figure
+    from heli_identifier.tools import design_pid
+    from heli_identifier.tools.figures import step_figure
+
+    with whole_folder(output) as draft:
+        given = read_parameters(parameters)
+        with progress_bar() as progress:
+            made = design_pid(given, pitch, elevation, progress=progress)
+        origin = from_command_line()
+        document = made.document(origin)
+        write_atomically(draft / "linear_model.json", document_text(document))
+        write_atomically(draft / "linear_model.mat", made.matlab_bytes())
+        made.controller_parameters(origin).write(draft / "controller.json")
+        write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
+    if json:
+        print_json(document)
+        return
+    rows = []
+    for name, loop in (("present", made.before), ("retuned", made.after)):
+        for (axis, found), step in zip(loop.margins.items(), loop.steps, strict=True):
+            low, high = loop.low[axis], loop.high[axis]
+            gains = ", ".join(significant(gain, 4) for gain in getattr(loop.settings, axis))
+            margins = (
+                f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
+                f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
+                f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",
+            )
+            rows.append(
+                (axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", significant(step.settling_time, 2))
+            )
+    figures = ("gain margin >", "phase [deg] >", "sensitivity >", "overshoot [%] >", "settles [s] >")
+    title = "Margins with their 95 % intervals over the plants that the data allow"
+    print_table(title, ("loop", "PID", "P, I, D", *figures), rows)
+    for text in made.notes:
+        note(text)
+    note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
+
+
+def paper(output: Folder = Path("paper"), json: Json = False) -> None:
+    """Restate the paper's Tables 1 and 2, and make counterparts of its Figures 2 to 5, as CSV and SVG.
+
+    The tables hold the paper's numbers. The figures are computed from its equations, tables and captions: they are
+    counterparts and no copies. The command also names a likely cause of the paper's spread.
+    """
+    from heli_identifier.workbench.paper import reproduce
+
+    with progress_bar() as progress:
+        made = reproduce(output, lambda done, of, name: progress(name, done / of))
+    if json:
+        files = [str(file) for file in made.files]
+        print_json({"files": files, "findings": list(made.sentences), "seconds": made.seconds})
+        return
+    for sentence in made.sentences:
+        typer.echo(sentence)
+    note(f"written: {len(made.files)} files in {output}, in {made.seconds:.0f} s")
