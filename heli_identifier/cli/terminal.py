@@ -151,21 +151,34 @@ def progress_bar() -> Iterator[Progress]:
 
 def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue as well."""
-    from heli_identifier import results
-    from heli_identifier.results import significant, with_interval
+    from heli_identifier.results import (
+        ERROR_COLUMNS,
+        GAIN_COLUMNS,
+        effect_title,
+        error_rows,
+        floor_missing,
+        gain_rows,
+        held_out_sentence,
+        parameter_rows,
+        possible_rows,
+        significant,
+        tabled_sentence,
+        verdict_sentence,
+        with_interval,
+    )
     from heli_identifier.tracing import Verdict
 
     def print_rows(title: str, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
         print_table(title, columns, [tuple(row.values()) for row in rows])
 
-    typer.secho(results.verdict_sentence(diagnosis), bold=True)
+    typer.secho(verdict_sentence(diagnosis), bold=True)
     if diagnosis.effects:
         print_table(
             "Effects that the model lacks (± 1.96 standard errors)",
             ("effect", "coefficient >", "verdict", "score [nats] >", "as likely"),
             [
                 (
-                    results.effect_title(found),
+                    effect_title(found),
                     with_interval(found.coefficient) if found.coefficient else "",
                     found.verdict,
                     significant(found.score),
@@ -176,26 +189,23 @@ def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
         )
     for found in diagnosis.effects:
         if found.verdict == Verdict.UNKNOWN and found.in_plant:
-            typer.echo(results.tabled_sentence(found))
+            typer.echo(tabled_sentence(found))
     if any(found.alternatives for found in diagnosis.effects):
         typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
     if diagnosis.possible:
         columns = ("effect", "coefficient >", "score [nats] >", "left-out logs gain >", "in the plant", "or, as well")
-        print_rows("Possible effects: no findings", columns, results.possible_rows(diagnosis))
+        print_rows("Possible effects: no findings", columns, possible_rows(diagnosis))
     volts = significant(diagnosis.settings["operating_point"])
-    print_rows(f"Gains as slopes at {volts} V", results.GAIN_COLUMNS, results.gain_rows(diagnosis))
+    print_rows(f"Gains as slopes at {volts} V", GAIN_COLUMNS, gain_rows(diagnosis))
     print_table(
         "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)",
         ("parameter", "meaning", "before >", "after >", "unit"),
-        [
-            [row[name] for name in ("name", "meaning", "before", "after", "unit")]
-            for row in results.parameter_rows(diagnosis)
-        ],
+        [[row[name] for name in ("name", "meaning", "before", "after", "unit")] for row in parameter_rows(diagnosis)],
     )
-    typer.echo(results.held_out_sentence(diagnosis))
-    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in results.ERROR_COLUMNS)
-    print_rows("Error on held-out logs", heads, results.error_rows(diagnosis))
-    if results.floor_missing(diagnosis.axes):
+    typer.echo(held_out_sentence(diagnosis))
+    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in ERROR_COLUMNS)
+    print_rows("Error on held-out logs", heads, error_rows(diagnosis))
+    if floor_missing(diagnosis.axes):
         typer.echo("no noise floor: the model is unstable, even on its own data")
     if reasons:
         print_table(
