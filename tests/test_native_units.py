@@ -15,6 +15,7 @@ from tests.fmi_rules import findings
 from tests.native_builds import lockstep, needs_a_compiler
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
+REFERENCES = {"pitch_reference": [-0.2, 0.2], "elevation_reference": [-0.1, 0.3], "travel_reference": [0.0, 0.0]}
 VOLTAGES = {"v_front": [-5.0, 6.0], "v_rear": [-5.0, 6.0]}
 WATCHED = {
     "watch.pitch": "dry_friction, quadratic_drag,rotor_mismatch",
@@ -56,7 +57,7 @@ def twins(tmp_path_factory):
 def test_the_identifier_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins, parameters, steps):
     run = lockstep(
         tmp_path, fmus["AdaptiveIdentifier"], twins["AdaptiveIdentifier"], parameters=parameters,
-        inputs={**VOLTAGES, **ANGLES}, steps=steps, seed=2, longest=0.01, shortest=0.001,
+        inputs={**VOLTAGES, **ANGLES, **REFERENCES}, steps=steps, seed=2, longest=0.01, shortest=0.001,
     )  # fmt: skip
     assert run["different"] == 0, run
 

@@ -8,6 +8,7 @@ from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determi
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
+from heli_identifier.online.instruments import Instruments, References, contradicts, evaluated
 from heli_identifier.online.outside import (
     FILTERS,
     UNEXPLAINED,
@@ -121,3 +122,37 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
         assert spectrum[-1] <= 1.02 * limit
         # Five deviations of what Gamma_max allows.
         assert np.abs(axis.omega[:-2]).max() < 5.0 * np.sqrt(limit)
+
+
+def test_references_tell_the_gain_and_agree_with_a_right_noise_model():
+    """Two-stage least squares with the references of a flight as instruments; a copy of one adds nothing."""
+    log, _ = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 60.0, ProcessNoise())
+    rows = np.column_stack((log.voltages, log.angles)).tolist()
+    asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5))
+    silent = start_identifier(plan, *rows[0])
+    state = start_identifier(plan, *rows[0], (asked[0], 0.0, asked[0]))
+    for row, reference in zip(rows[1:], asked[1:], strict=True):
+        state, output = identifier_step(state, *row, plan, (reference, 0.0, reference))
+        silent, unasked = identifier_step(silent, *row, plan)
+    assert output.parameters == unasked.parameters  # a second opinion moves no estimate
+    assert (unasked.instruments, unasked.instrument_errors, unasked.contradicted) == ((0.0,) * 3, (0.0,) * 3, False)
+    # 3.5 standard errors: once in 2000 for a normal estimate.
+    assert abs(output.instruments[0] - TABLE_2.k_x) < 3.5 * output.instrument_errors[0]
+    assert not output.contradicted
+
+
+def test_the_instruments_are_two_stage_least_squares():
+    rng = np.random.default_rng(4)
+    b, noise = rng.standard_normal((500, 13)), rng.standard_normal(500)
+    psi = b[:, 1:3] + noise[:, None]  # the loop's answer: correlated with the noise
+    y = psi @ [0.7, -0.4] + noise
+    upper = np.triu_indices(13)
+    shared = References((0.0, 0.0, 0.0), True, tuple(b[-1]), tuple((b.T @ b)[upper]))
+    products = (b.T @ np.column_stack((psi, y))).ravel()
+    found = evaluated(Instruments((0.0,) * 3, tuple(products), 0.0, 0.0), shared, (0.1, 0.2), (1e9, 1e9), 1, 0.25)
+    first = b @ np.linalg.lstsq(b, psi, rcond=None)[0]
+    assert found.gain == pytest.approx(np.linalg.lstsq(first, y, rcond=None)[0][1], rel=1e-9)
+    assert found.standard_error == pytest.approx(2.0 * np.sqrt(np.linalg.inv(first.T @ first)[1, 1]), rel=1e-9)
+    assert not contradicts(found, found.gain + 2.4 * found.standard_error)
+    assert contradicts(found, found.gain + 2.6 * found.standard_error)

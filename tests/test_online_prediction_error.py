@@ -97,7 +97,7 @@ def test_a_constant_signal_is_settled_from_the_first_sample_on():
 def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
     w, c = whitening(log(7.0), log(0.8), F1, F2, H), noise_coefficients(H, 1.0)
-    noise, memory, found = first_noise(log(7.0), log(0.8), c), [settled_memory(x[0], w)], []
+    noise, memory, found = first_noise(c), [settled_memory(x[0], w)], []
     for value in x:
         found.append((bandwidth_slope(noise, w), memory[0][5]))
         memory, (e,) = whiten(memory, (value,), w)
@@ -133,18 +133,18 @@ def test_what_is_learnt_first_is_forgotten_and_nothing_later():
     assert shares[9000] == 1.0
 
 
-def test_without_information_the_noise_model_returns_to_its_prior():
+def test_without_information_the_estimate_returns_to_its_prior():
     """At rest, without noise. The return takes prior / change, 160 s and 49 s; 1000 s leave exp(-6) of .25 and .7."""
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
-    axis = initial_axis((0.0, 0.0), 1e3)._replace(omega=(0.0, 0.0))
-    axis = with_noise(axis, Noise(), plan.predictor)
-    moved = axis._replace(omega=(*axis.omega[:2], log(9.0), log(0.5)))
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.01))
+    axis = with_noise(initial_axis((0.1, 0.2), 1e3), Noise(), (0.5, 0.4), plan.predictor)
+    moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
     p = first_predictor((0.0, 0.0, 0.0), axis, plan.predictor)
     for count in range(100_000):
         moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, plan.predictor, plan.adaptation)
     gain = np.array(gain_matrix(moved.factor, 4))
     assert noise_of(moved) == pytest.approx(Noise(), rel=0.01)
-    assert np.sqrt(np.diag(gain)[2:]) == pytest.approx([BANDWIDTH_PRIOR, CORNER_PRIOR], rel=0.05)
+    assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)
+    assert np.sqrt(np.diag(gain)) == pytest.approx([0.5, 0.4, BANDWIDTH_PRIOR, CORNER_PRIOR], rel=0.05)
 
 
 def test_loosening_adds_to_one_diagonal_element_of_gamma():

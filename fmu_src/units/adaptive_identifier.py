@@ -10,6 +10,7 @@ from pythonfmu.enums import Fmi2Status
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     ADAPTATION,
+    GAINS,
     IdentifierOutput,
     IdentifierSettings,
     ModelParameters,
@@ -28,7 +29,7 @@ from heli_plant.parameter_table import BY_FIELD
 from ..errors import Refusal
 from ..slave_base import MOST_SUBSTEPS, SlaveBase
 from ..variables import Variable, boolean_parameter, real_output, real_parameter, string_parameter
-from .signals import AXES, PAPER, angle_inputs, voltage_inputs
+from .signals import AXES, PAPER, angle_inputs, reference_inputs, voltage_inputs
 
 _NAMES = ModelParameters._fields
 _ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in _NAMES)
@@ -36,8 +37,8 @@ _ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for n
 _DEFAULT = IdentifierSettings()
 SLOTS = 3
 """Number of effects of the catalogue that can be watched on each axis."""
-_INPUTS = 5
-"""Two voltages and three angles, the first of ``variables``; the outputs follow them."""
+_MEASURED, _INPUTS = 5, 8
+"""Two voltages and three angles, the first of ``variables``; three references; the outputs follow them."""
 
 
 _UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
@@ -72,6 +73,15 @@ _OUTPUTS = (
         for axis in AXES
     ),
     _output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
+    *(
+        _output(f"instrument.{name}", BY_FIELD[name].unit, f"{name} by the references alone, 0 where none has moved")
+        for name in GAINS
+    ),
+    *(
+        _output(f"standard_error.instrument.{name}", BY_FIELD[name].unit, f"standard error of instrument.{name}")
+        for name in GAINS
+    ),
+    _output("contradicted", "1", "1: the references exclude an estimated gain by 2.5 standard errors, else 0"),
     *(
         _output(f"score.{axis}[{slot}]", "1", f"score of the effect named at place {slot} of watch.{axis}")
         for axis in AXES
@@ -108,7 +118,9 @@ _SETTINGS = (
 class AdaptiveIdentifier(SlaveBase):
     """Samples its inputs every ``sample.time`` [s], independent of the communication step."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*voltage_inputs(), *angle_inputs(), *_OUTPUTS, *_SETTINGS)
+    variables: ClassVar[tuple[Variable, ...]] = (
+        *voltage_inputs(), *angle_inputs(), *reference_inputs(), *_OUTPUTS, *_SETTINGS,
+    )  # fmt: skip
     summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
     equations = """
 <pre>
@@ -123,6 +135,9 @@ adaptation:     Omega' = Gamma phi sigma,  Gamma' = alpha Gamma - Gamma phi phi^
 wrong, and the unit says so in a warning: take <code>prediction_error</code>, which holds in both.
 <code>closed_loop</code> is 1 where innovations are correlated with the voltages to come; <code>determined.*</code> is 0
 where the motion so far does not determine a parameter.</p>
+<p>The references need not be connected. Those that a pilot or a program gives (no output of an outer loop, which is
+feedback) say with prediction errors what the gains are whatever the air does: <code>instrument.*</code>.
+<code>contradicted</code> is 1 where they exclude an estimate; air that swirls does that to <code>k_x</code>.</p>
 <p>Prediction errors estimate the lag of the motors along. With <code>motor.lag_known</code>, and with the adaptation,
 it is <code>motor.time_constant</code>, and no standard error covers a wrong one: where the lag is .04 s longer than
 given, a rig flown by a controller shows a <code>k_x</code> 9 % and a <code>k_z</code> 6 % too small.</p>
@@ -178,9 +193,11 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
 
     def advance(self, time: float, step_size: float) -> None:
         """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
-        v_front, v_rear, pitch, elevation, travel = now = tuple(self.values[:_INPUTS])
+        v_front, v_rear, pitch, elevation, travel = now = tuple(self.values[:_MEASURED])
+        of_pitch, of_elevation, of_travel = self.values[_MEASURED:_INPUTS]
+        references = of_pitch, of_elevation, of_travel
         if self.sampled is None:
-            self.sampled = begin_sampling(time, (v_front, v_rear, pitch, elevation, travel), self.plan)
+            self.sampled = begin_sampling(time, (v_front, v_rear, pitch, elevation, travel), self.plan, references)
             return
         period = self.plan.settings.sample_time
         due = self.sampled.first + (self.sampled.state.samples + 1) * period
@@ -189,7 +206,8 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
                 f"{(time - due) / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
                 f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
             )
-        sampled, estimate = take_samples(self.sampled, time, (v_front, v_rear, pitch, elevation, travel), self.plan)
+        measured = v_front, v_rear, pitch, elevation, travel
+        sampled, estimate = take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             if not isfinite(total(estimate.parameters)):
                 raise Refusal(
@@ -210,6 +228,9 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
             *estimate.lag,
             *estimate.feedback,
             1.0 if closed else 0.0,
+            *estimate.instruments,
+            *estimate.instrument_errors,
+            1.0 if estimate.contradicted else 0.0,
         )
         self.values[_INPUTS : _INPUTS + len(shown)] = shown
         if closed and not self.warned and self.plan.predictor is None:

@@ -34,6 +34,14 @@ def voltage_outputs() -> tuple[Variable, ...]:
     )
 
 
+def reference_inputs() -> tuple[Variable, ...]:
+    """Return the three references as inputs that need not be connected."""
+    return tuple(
+        real_input(f"{axis}_reference", "rad", ANGLE_BOUND, 1.0, f"{axis} that is asked for; may stay unconnected")
+        for axis in AXES
+    )
+
+
 def angle_inputs() -> tuple[Variable, ...]:
     """Return the three angles as inputs."""
     return tuple(real_input(axis, "rad", ANGLE_BOUND, 1.0, f"measured {axis} angle") for axis in AXES)

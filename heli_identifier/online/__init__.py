@@ -6,15 +6,18 @@ where a controller closes the loop. The excitation signals have a door of their 
 :mod:`heli_identifier.online.excitation`.
 """
 
-from .adaptation import adapt
+from .adaptation import adapt, gain_matrix
+from .axis import AxisState
 from .candidates import WATCHABLE, Candidate, Motion, candidate, candidate_value
 from .estimate import Estimate, ModelParameters, determined
 from .feedback import CLOSED, is_closed
-from .identifier import start, step
+from .identifier import combinations, start, step
+from .instruments import CONTRADICTION, GAINS
 from .linear_algebra import total
 from .noise_model import Noise
+from .outside import shares
 from .plan import Plan, prepare
-from .prediction_error import noise_of
+from .prediction_error import PredictorState, noise_of
 from .sampled import Sampled, begin_sampling, is_due, take_sample, take_samples
 from .score import Score
 from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
@@ -30,9 +33,12 @@ from .state import IdentifierOutput, IdentifierState, Lag, before_samples, outpu
 __all__ = [
     "ADAPTATION",
     "CLOSED",
+    "CONTRADICTION",
+    "GAINS",
     "METHODS",
     "PREDICTION_ERROR",
     "WATCHABLE",
+    "AxisState",
     "Candidate",
     "Estimate",
     "IdentifierOutput",
@@ -43,6 +49,7 @@ __all__ = [
     "Motion",
     "Noise",
     "Plan",
+    "PredictorState",
     "Sampled",
     "Score",
     "adapt",
@@ -51,9 +58,11 @@ __all__ = [
     "begin_sampling",
     "candidate",
     "candidate_value",
+    "combinations",
     "default_settings",
     "determined",
     "elevation_regression",
+    "gain_matrix",
     "is_closed",
     "is_due",
     "noise_of",
@@ -62,6 +71,7 @@ __all__ = [
     "pitch_regression_free",
     "prepare",
     "restored",
+    "shares",
     "start",
     "step",
     "take_sample",

@@ -204,18 +204,6 @@ def restore(factor, n, count, interval, restoring_noise, direction):
         measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
 
 
-def recall(factor, omega, first, count, interval, restoring_noise):
-    """Give one direction of Gamma back the information of the start, and its parameter to the value ``first`` there.
-
-    Unlike :func:`restore` this does not take the present estimate for what was known: without excitation, Omega would
-    otherwise wander as far as noise drives it, while Gamma stays at its limit. In place; ``first`` has the parameters
-    to which this applies, the first ones of ``omega``; the other arguments are those of :func:`restore`.
-    """
-    index = count % interval
-    if index < len(first) and restoring_noise < inf:
-        measure_one(factor, omega, index, first[index], restoring_noise)
-
-
 def loosen(factor, index, variance):
     """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
 

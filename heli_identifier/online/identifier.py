@@ -16,12 +16,21 @@ from heli_plant.motor import saturate
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
 from .early import kept_early
 from .feedback import first_feedback, watch_error, watch_innovation
-from .lag import ELEVATION_PRIOR, PITCH_PRIOR, LagState, advance_lag, follow_lag, settled_lag
+from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references, have_moved
+from .lag import LagState, advance_lag, follow_lag, settled_lag
 from .linear_algebra import hypotenuse
 from .moments import fade
 from .outside import widened
 from .plan import Plan
-from .prediction_error import first_predictor, predict_axis, rest_predictor, with_noise
+from .prediction_error import (
+    PredictorCoefficients,
+    PredictorState,
+    first_predictor,
+    predict_axis,
+    rest_predictor,
+    with_noise,
+)
+from .prior import ELEVATION, ELEVATION_LAG, PITCH, PITCH_FREE, PITCH_LAG, TRAVEL
 from .signals import (
     Signals,
     advance_signals,
@@ -41,8 +50,20 @@ Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(phi, watched, y) of pitch, elevation and travel."""
 
 
-def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: float, travel: float) -> IdentifierState:
-    """Return the state at sample 0, filters and motors settled at it; voltages [V], angles [rad]."""
+Rows = tuple[tuple[float, ...], ...]
+"""Combinations of the Omega of one axis."""
+
+
+def start(
+    plan: Plan,
+    v_front: float,
+    v_rear: float,
+    pitch: float,
+    elevation: float,
+    travel: float,
+    references: tuple[float, float, float] = NO_REFERENCES,
+) -> IdentifierState:
+    """Return the state at sample 0, filters and motors settled at it; voltages [V], angles and references [rad]."""
     at, gain = plan.settings.initial, plan.settings.initial_gain
     if plan.rest_angle_is_known:
         pitch_omega: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
@@ -54,9 +75,6 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
         pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
     pitch_axis = initial_axis(pitch_omega, gain, of_pitch)
     elevation_axis = initial_axis(elevation_omega, gain, of_elevation)
-    if plan.lag is not None:
-        pitch_axis = pitch_axis._replace(factor=(*pitch_axis.factor[:-1], PITCH_PRIOR**2))
-        elevation_axis = elevation_axis._replace(factor=(*elevation_axis.factor[:-1], ELEVATION_PRIOR**2))
     travel_axis = initial_axis((at.a_wy, at.k_y), gain, of_travel)
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
@@ -64,8 +82,13 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
     predictors: Predictors | None = None
     if plan.predictor is not None:
         c, (first, second, third) = plan.predictor, plan.settings.noise
-        pitch_axis, elevation_axis = with_noise(pitch_axis, first, c), with_noise(elevation_axis, second, c)
-        travel_axis = with_noise(travel_axis, third, c)
+        of_pitch_known: tuple[float, ...] = PITCH if plan.rest_angle_is_known else PITCH_FREE
+        of_elevation_known: tuple[float, ...] = ELEVATION
+        if plan.lag is not None:
+            of_pitch_known, of_elevation_known = (*of_pitch_known, PITCH_LAG), (*of_elevation_known, ELEVATION_LAG)
+        pitch_axis = with_noise(pitch_axis, first, of_pitch_known, c)
+        elevation_axis = with_noise(elevation_axis, second, of_elevation_known, c)
+        travel_axis = with_noise(travel_axis, third, TRAVEL, c)
         z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
         predictors = (
             first_predictor(z_1, pitch_axis, c),
@@ -87,6 +110,7 @@ def start(plan: Plan, v_front: float, v_rear: float, pitch: float, elevation: fl
             first_feedback(signals.v_front + signals.v_rear, plan.feedback),
             first_feedback(signals.v_front - signals.v_rear, plan.feedback),
         ),
+        first_references(references),
     )
 
 
@@ -117,8 +141,9 @@ def step(
     elevation: float,
     travel: float,
     plan: Plan,
+    references: tuple[float, float, float] = NO_REFERENCES,
 ) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take in the next sample; voltages [V], angles [rad].
+    """Take in the next sample; voltages [V], angles and, where there are any, the controller's references [rad].
 
     Returns
     -------
@@ -143,6 +168,7 @@ def step(
     z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
     axis_1, axis_2, axis_3, predictors = state.pitch, state.elevation, state.travel, state.predictors
     loop_1, loop_2, loop_3 = state.loops
+    outside = state.references
     difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
     count = samples // every - plan.hold_samples
     c, a, loop = plan.predictor, plan.adaptation, plan.feedback
@@ -151,9 +177,22 @@ def step(
         if count < 0:
             predictors = rest_predictor(p_1, z_1), rest_predictor(p_2, z_2), rest_predictor(p_3, z_3)
         else:
-            axis_1, p_1 = predict_axis(axis_1, p_1, z_1, count, c, a)
-            axis_2, p_2 = predict_axis(axis_2, p_2, z_2, count, c, a)
-            axis_3, p_3 = predict_axis(axis_3, p_3, z_3, count, c, a)
+            outside = have_moved(outside, references)
+            b: tuple[float, ...] = outside.b if outside.moved else ()
+            axis_1, p_1 = predict_axis(axis_1, p_1, z_1, count, c, a, b)
+            axis_2, p_2 = predict_axis(axis_2, p_2, z_2, count, c, a, b)
+            axis_3, p_3 = predict_axis(axis_3, p_3, z_3, count, c, a, b)
+            if outside.moved and count % c.outside.stride == 0:
+                kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
+                outside = advance_references(outside, references, kept, c.outside)
+            if outside.moved:
+                turn, before_lag = count % plan.report_samples, 1 if plan.lag is not None else 0
+                if turn == 0:
+                    p_1 = with_instruments(axis_1, p_1, outside, before_lag, c)
+                elif turn == 1:
+                    p_2 = with_instruments(axis_2, p_2, outside, before_lag, c)
+                elif turn == _LAST_TURN:
+                    p_3 = with_instruments(axis_3, p_3, outside, 0, c)
             predictors = p_1, p_2, p_3
             loop_1 = watch_innovation(loop_1, axis_1.sigma, difference, count, loop)
             loop_2 = watch_innovation(loop_2, axis_2.sigma, total, count, loop)
@@ -172,8 +211,17 @@ def step(
         lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
     voltages = signals.v_front, signals.v_rear
     loops = loop_1, loop_2, loop_3
-    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops)
+    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops, outside)
     return state, output_of(state, plan)
+
+
+def with_instruments(
+    axis: AxisState, p: PredictorState, references: References, behind: int, c: PredictorCoefficients
+) -> PredictorState:
+    """Return ``p`` with what the instruments say about the gain, ``behind`` which so many parameters follow."""
+    n = len(axis.omega) - 2
+    found = evaluated(p.instruments, references, axis.omega, p.prior, n - 1 - behind, c.sample_time)
+    return p._replace(instruments=found)
 
 
 def _evaluated(
@@ -202,7 +250,7 @@ def _evaluated(
             errors = widened(axis_1.standard_errors, predictors[0].outside, rows)
             axis_1 = axis_1._replace(standard_errors=errors)
     elif turn == 1:
-        rows = _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis_2.omega[:6])
+        rows = _elevation_rows(axis_2, plan)
         axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
         if predictors is not None:
             errors = widened(axis_2.standard_errors, predictors[1].outside, rows)
@@ -222,6 +270,11 @@ def _observed(axis: AxisState, samples: int, kept: float, predicted: bool, plan:
     if predicted:
         return observe_products(axis, samples, plan.moments)
     return observe_axis(axis, samples, plan.moments)
+
+
+def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
+    """Return, for pitch, elevation and travel, the rows j whose j^T Omega are what is reported, to first order."""
+    return _pitch_rows(state.pitch, plan), _elevation_rows(state.elevation, plan), _BOTH
 
 
 def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
@@ -250,6 +303,11 @@ def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
     if plan.lag is not None:
         rows = _with_lag(rows, axis.omega[: len(rows[0]) + 1])
     return rows
+
+
+def _elevation_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
+    """Return the elevation's combinations."""
+    return _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis.omega[:6])
 
 
 def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:

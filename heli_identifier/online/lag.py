@@ -22,10 +22,6 @@ from typing import NamedTuple
 from .signals import Signals
 from .state_filter import FilterCoefficients, filter_held
 
-PITCH_PRIOR, ELEVATION_PRIOR = 0.05, 0.01
-"""Standard deviations of k Delta before the first sample [rad/s^2 s/V]: .05 s of lag, times gains of 1 and .2."""
-
-
 _KNOWN = 0.5
 """T_2 follows the estimate while that has a standard error of at most this share of it."""
 

@@ -62,6 +62,10 @@ class Noise(NamedTuple):
     corner: float = 1.0
 
 
+WINDY = Noise(20.0, 2.5), Noise(15.0, 2.5), Noise(12.0, 2.5)
+"""Where pitch, elevation and travel begin."""
+
+
 class NoiseCoefficients(NamedTuple):
     """What one sampling period makes of the constants.
 
@@ -83,7 +87,7 @@ class NoiseModel(NamedTuple):
     """What is remembered of the innovations of one axis.
 
     The ``variance`` lambda [rad^2/s^4] of ``seen`` innovations; the last innovations ``e1 .. e3`` and derivatives
-    ``d1 .. d3``; ``first_bandwidth`` and ``first_corner``, the ln omega_o and ln gamma to begin with.
+    ``d1 .. d3``.
     """
 
     variance: float
@@ -94,8 +98,6 @@ class NoiseModel(NamedTuple):
     d1: float
     d2: float
     d3: float
-    first_bandwidth: float
-    first_corner: float
 
 
 def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
@@ -112,14 +114,14 @@ def noise_coefficients(h: float, newest: float) -> NoiseCoefficients:
     )
 
 
-def first_noise(log_bandwidth: float, log_corner: float, c: NoiseCoefficients) -> NoiseModel:
-    """Return the noise model before the first innovation; nu begins at the ln omega_o and ln gamma given."""
-    return NoiseModel(c.first_variance, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, log_bandwidth, log_corner)
+def first_noise(c: NoiseCoefficients) -> NoiseModel:
+    """Return the noise model before the first innovation."""
+    return NoiseModel(c.first_variance, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
     """Return d of the innovation to come."""
-    _, _, e1, e2, e3, d1, d2, d3, _, _ = n
+    _, _, e1, e2, e3, d1, d2, d3 = n
     _, _, _, _, _, o1, o2, o3, s1, s2, s3, _, _, _, _ = w
     return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
 
@@ -138,11 +140,11 @@ def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoeffici
         By :func:`bandwidth_slope`, 0 while nu rests.
     c : NoiseCoefficients
     """
-    variance, seen, e1, e2, _, d1, d2, _, first_bandwidth, first_corner = n
+    variance, seen, e1, e2, _, d1, d2, _ = n
     e *= sqrt(certain)
     seen += 1.0
     variance += max(1.0 / seen, c.renewal) * (e * e - variance)
-    return NoiseModel(max(variance, c.least_variance), seen, e, e1, e2, d, d1, d2, first_bandwidth, first_corner)
+    return NoiseModel(max(variance, c.least_variance), seen, e, e1, e2, d, d1, d2)
 
 
 def bounded(x: float, least: float, most: float) -> float:

@@ -107,7 +107,7 @@ def add_regressors(
 def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
     """Return the share of each combination j^T Omega that counts; 0 where the data do not determine it at all."""
     n = len(combinations[0])
-    whole, outside = _factor(o.products, FILTERS + n, FILTERS), _factor(o.products, FILTERS + n, 0)
+    whole, outside = cholesky(o.products, FILTERS + n, FILTERS), cholesky(o.products, FILTERS + n, 0)
     found = []
     for j in combinations:
         certain = 0.0
@@ -124,7 +124,7 @@ def widened(errors: tuple[float, ...], o: Outside, combinations: tuple[tuple[flo
     return tuple([error / sqrt(share) for error, share in zip(errors, own, strict=True)])
 
 
-def _factor(packed: tuple[float, ...], size: int, first: int) -> list[list[float]]:
+def cholesky(packed: tuple[float, ...], size: int, first: int) -> list[list[float]]:
     """Return the rows of the Cholesky factor of a packed symmetric matrix from row ``first`` on; fewer if singular."""
     lower: list[list[float]] = []
     for i in range(first, size):
@@ -146,14 +146,20 @@ def _factor(packed: tuple[float, ...], size: int, first: int) -> list[list[float
 
 
 def _squared(lower: list[list[float]], j: tuple[float, ...]) -> float:
-    """Return j^T (L L^T)^-1 j by solving L x = j."""
-    solution: list[float] = []
+    """Return j^T (L L^T)^-1 j."""
     squares = 0.0
+    for x in half_solved(lower, j):
+        squares += x * x
+    return squares
+
+
+def half_solved(lower: list[list[float]], j: tuple[float, ...]) -> list[float]:
+    """Return L^-1 j."""
+    solution: list[float] = []
     for i in range(len(j)):
         x = j[i]
         for k in range(i):
             x -= lower[i][k] * solution[k]
         x /= lower[i][i]
         solution.append(x)
-        squares += x * x
-    return squares
+    return solution

@@ -1,6 +1,6 @@
 """The coefficients that a step computes with, from the settings of the identifier."""
 
-from math import cos, sin
+from math import cos, exp, sin
 from typing import NamedTuple
 
 from heli_plant.motor import kept
@@ -32,8 +32,8 @@ count lasts many samples. Innovations one after the other would be correlated, a
 _REFRESH = 0.2
 """Time between two evaluations of the whitening filter [s]."""
 
-_MOST_PARAMETERS = 6
-"""Of an axis: the elevation's with the motors' lag."""
+_MOST_PARAMETERS = 8
+"""Of an axis: the elevation's with the motors' lag and the noise model."""
 
 _MOMENT_SPACING = 0.2
 """omega_f times the time between two samples of the moments: filtered by F, signals change little in it."""
@@ -82,7 +82,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
     return Plan(
         settings,
         SignalCoefficients(f, h, kept(h, lag), settings.voltage_limit),
-        adaptation_coefficients(settings.forgetting, h, settings.gain_limit, _MOST_PARAMETERS if predicting else 5),
+        adaptation_coefficients(settings.forgetting, h, settings.gain_limit),
         moment_coefficients(spacing * h, settings.forgetting, settings.excitation_window),
         round(hold / h),
         spacing,
@@ -103,7 +103,7 @@ def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoef
     """Return what prediction errors need every ``h`` [s], from the settings and the discretised state filter."""
     f1, f2 = filter_polynomial(settings.filter_frequency, settings.filter_damping, h)
     # Derivatives with respect to the newest angle: of second_derivative, and of xi_2 and xi_1 behind a line.
-    refresh = max(1, round(_REFRESH / h))
+    refresh = max(_MOST_PARAMETERS, round(_REFRESH / h))
     newest = f.omega_squared * (NEWEST - f.ramp_1) - f.two_rho_omega * f.ramp_2
     return PredictorCoefficients(
         f1,
@@ -114,6 +114,7 @@ def predictor_coefficients(settings: IdentifierSettings, h: float, f: FilterCoef
         f.ramp_1 / NEWEST,
         noise_coefficients(h, newest / NEWEST),
         refresh,
+        exp(-settings.forgetting * refresh * h),
         BANDWIDTH_CHANGE * refresh * h,
         CORNER_CHANGE * refresh * h,
         outside_coefficients(h, settings.forgetting),

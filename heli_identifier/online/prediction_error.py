@@ -24,9 +24,10 @@ from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, measure_one, recall
+from .adaptation import AdaptationCoefficients, loosen, measure, measure_one
 from .axis import AxisState
 from .early import kept_early
+from .instruments import Instruments, add_signals, no_instruments
 from .moments import no_moments
 from .noise_model import (
     BANDWIDTH_PRIOR,
@@ -48,7 +49,7 @@ class PredictorCoefficients(NamedTuple):
 
     ``f1``, ``f2`` of A_F; h [s]; ``newest`` c [1/s^2]; ``newest_rate`` and ``newest_angle``, the r of the columns
     -(angle')_f [1/s] and -(angle)_f [1]; the noise model's; ``refresh`` samples between two evaluations of G,
-    and the variances by which ln omega_o and ln gamma may change in that time.
+    the share ``kept`` by the forgetting in that time and the variances by which ln omega_o and ln gamma may change.
     """
 
     f1: float
@@ -59,6 +60,7 @@ class PredictorCoefficients(NamedTuple):
     newest_angle: float
     noise: NoiseCoefficients
     refresh: int
+    kept: float
     bandwidth_change: float
     corner_change: float
     outside: OutsideCoefficients
@@ -68,7 +70,7 @@ class PredictorState(NamedTuple):
     """What an axis remembers beside :class:`AxisState`.
 
     The whitened signals' past, the noise model, G, what came from outside the loop with the sum of the innovations that
-    it has not taken in yet, and Omega(0).
+    it has not taken in yet, the prior of Omega and nu, ``first`` values and their variances, and the instruments.
     """
 
     memory: tuple[Memory, ...]
@@ -77,13 +79,22 @@ class PredictorState(NamedTuple):
     outside: Outside
     waiting: float
     first: tuple[float, ...]
+    prior: tuple[float, ...]
+    instruments: Instruments
 
 
-def with_noise(axis: AxisState, noise: Noise, c: PredictorCoefficients) -> AxisState:
-    """Return ``axis`` before its first sample, with nu, beginning at ``noise``, appended to Omega and Gamma."""
+def with_noise(axis: AxisState, noise: Noise, widths: tuple[float, ...], c: PredictorCoefficients) -> AxisState:
+    """Return ``axis`` before its first sample, with nu, beginning at ``noise``, appended to Omega and Gamma.
+
+    ``widths`` are the standard deviations of Omega beforehand (:mod:`.prior`), where Gamma(0) says no smaller ones.
+    """
     n = len(axis.omega)
+    before = list(axis.factor)
+    for i in range(n):
+        own = i * (i + 3) // 2
+        before[own] = min(before[own], widths[i] * widths[i])
     bandwidth = bounded(log(noise.bandwidth), c.noise.least_bandwidth, c.noise.most_bandwidth)
-    factor = (*axis.factor, *([0.0] * n), BANDWIDTH_PRIOR**2, *([0.0] * (n + 1)), CORNER_PRIOR**2)
+    factor = (*before, *([0.0] * n), BANDWIDTH_PRIOR**2, *([0.0] * (n + 1)), CORNER_PRIOR**2)
     size = n + 2 + len(axis.scores) + 1
     packed = (0.0,) * (size * (size + 1) // 2)
     return axis._replace(
@@ -99,15 +110,18 @@ def noise_of(axis: AxisState) -> Noise:
 def first_predictor(z: tuple[float, ...], axis: AxisState, c: PredictorCoefficients) -> PredictorState:
     """Return the state at sample 0 of the signals ``z`` = (phi, watched, y) of ``axis``, settled there."""
     w = whitening(axis.omega[-2], axis.omega[-1], c.f1, c.f2, c.sample_time)
-    noise = first_noise(axis.omega[-2], axis.omega[-1], c.noise)
+    noise = first_noise(c.noise)
     outside = nothing_outside(len(axis.omega) - 2)
-    return PredictorState(tuple([settled_memory(value, w) for value in z]), noise, w, outside, 0.0, axis.omega[:-2])
+    prior = tuple([axis.factor[i * (i + 3) // 2] for i in range(len(axis.omega))])
+    memory = tuple([settled_memory(value, w) for value in z])
+    instruments = no_instruments(len(axis.omega) - 2)
+    return PredictorState(memory, noise, w, outside, 0.0, axis.omega, prior, instruments)
 
 
 def rest_predictor(p: PredictorState, z: tuple[float, ...]) -> PredictorState:
     """Return ``p`` after a sample at which nothing is estimated yet."""
     memory, _ = whiten(p.memory, z, p.whitening)
-    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, 0.0, p.first)
+    return PredictorState(tuple(memory), p.noise, p.whitening, p.outside, 0.0, p.first, p.prior, p.instruments)
 
 
 def predict_axis(
@@ -117,6 +131,7 @@ def predict_axis(
     count: int,
     c: PredictorCoefficients,
     a: AdaptationCoefficients,
+    b: tuple[float, ...] = (),
 ) -> tuple[AxisState, PredictorState]:
     """Return axis and predictor after one sample.
 
@@ -132,10 +147,12 @@ def predict_axis(
         Numbers the steps from 0.
     c : PredictorCoefficients
     a : AdaptationCoefficients
-        Forgetting and gain limit.
+        Forgetting.
+    b : tuple
+        Instruments (:mod:`.instruments`); empty while no reference has moved.
     """
     # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
-    before, past, w, outside, waiting, first = p
+    before, past, w, outside, waiting, first, prior, instruments = p
     factor_before, omega_before, _, sums, moments, errors, excitation, scores = axis
     bounds, h = c.noise, c.sample_time
     memory, v = whiten(before, z, w)
@@ -156,26 +173,26 @@ def predict_axis(
         for i in range(n):
             g -= before[i][5] * omega[i]
     # The regressand: psi^T Omega, which is z_y short of c times the angle's innovation, and e as it is with nu = 0.
-    v[-1] = regressand + e - c.newest * innovation - d * w.log_bandwidth - g * w.log_corner
+    known = regressand + e - c.newest * innovation
+    v[-1] = known - d * w.log_bandwidth - g * w.log_corner
     scale = 1.0 / sqrt(past.variance * h)
     seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
     factor, direction = list(factor_before), [0.0] * (n + 2)
     kept = kept_early(count, 1, h)
-    beta, r, interval, restoring_noise = a
+    beta, r, _, _ = a
     _, s = measure(factor, omega, seen[: n + 2], seen[-1], r * kept, beta * kept, direction)
     certain = r / (r + (s - r * kept))
-    recall(factor, omega, first, count, interval, restoring_noise)
-    renewed = count % c.refresh == 0
-    if renewed:
-        forgotten = 1.0 - kept_early(count, c.refresh, h)
-        _renew(factor, omega, n, past.first_bandwidth, BANDWIDTH_PRIOR**2, c.bandwidth_change, forgotten)
-        _renew(factor, omega, n + 1, past.first_corner, CORNER_PRIOR**2, c.corner_change, forgotten)
+    turn = count % c.refresh
+    if turn < n + 2:
+        change = 0.0 if turn < n else c.bandwidth_change if turn == n else c.corner_change
+        forgotten = 1.0 - c.kept * kept_early(count, c.refresh, h)
+        _renew(factor, omega, turn, first[turn], prior[turn], change, forgotten)
     if not bounds.least_bandwidth <= omega[n] <= bounds.most_bandwidth:
         omega[n] = bounded(omega[n], bounds.least_bandwidth, bounds.most_bandwidth)
     if not bounds.least_corner <= omega[n + 1] <= bounds.most_corner:
         omega[n + 1] = bounded(omega[n + 1], bounds.least_corner, bounds.most_corner)
-    if renewed:
+    if turn == n + 1:
         w = whitening(omega[n], omega[n + 1], c.f1, c.f2, h)
 
     products = [a * b for i, a in enumerate(seen) for b in seen[i:]]
@@ -186,17 +203,24 @@ def predict_axis(
         kept = c.outside.kept * kept_early(count, c.outside.stride, h)
         outside = add_regressors(outside, seen[:n], waiting, kept, c.outside)
         waiting = 0.0
+    if len(b) > 0:
+        due = count % c.outside.stride == 0
+        kept = c.outside.kept * kept_early(count, c.outside.stride, h) if due else 1.0
+        instruments = add_signals(instruments, seen[:n], scale * known, b, due, kept)
     noise = remember(past, e, certain, d, bounds)
-    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first)
+    return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first, prior, instruments)
 
 
 def _renew(
     factor: list[float], omega: list[float], index: int, first: float, prior: float, change: float, forgotten: float
 ) -> None:
-    """Let the noise parameter ``index`` change by the variance ``change`` in time, in place, and return to ``first``.
+    """Let the parameter ``index`` change by the variance ``change`` in time, in place, and return to ``first``.
 
     Left alone, it would approach its prior: the mean ``first`` and the variance ``prior``, Gamma' = change
-    - Gamma^2 change / prior^2. The share of the prior that was ``forgotten`` early is given back too.
+    - Gamma^2 change / prior^2. The share of the prior that was ``forgotten`` is given back too.
     """
-    loosen(factor, index, change)
-    measure_one(factor, omega, index, first, prior / (change / prior + forgotten))
+    if change > 0.0:
+        loosen(factor, index, change)
+    share = change / prior + forgotten
+    if share > 0.0:
+        measure_one(factor, omega, index, first, prior / share)

@@ -7,6 +7,7 @@ has the angles of the straight line between them and the voltages held since the
 from typing import NamedTuple
 
 from .identifier import start, step
+from .instruments import NO_REFERENCES
 from .plan import Plan
 from .state import IdentifierOutput, IdentifierState
 
@@ -26,10 +27,12 @@ class Sampled(NamedTuple):
     previous: Sample
 
 
-def begin_sampling(time: float, now: Sample, plan: Plan) -> Sampled:
-    """Return what is remembered after sample 0, which is ``now`` at ``time`` [s]."""
+def begin_sampling(
+    time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> Sampled:
+    """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
     v_front, v_rear, pitch, elevation, travel = now
-    return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel), time, time, now)
+    return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel, references), time, time, now)
 
 
 def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
@@ -38,8 +41,10 @@ def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
     return sampled.first + (sampled.state.samples + 1) * period <= time + _EARLY * period
 
 
-def take_sample(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput]:
-    """Take in the next sample, which is due up to ``time`` [s], at which ``now`` is read."""
+def take_sample(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> tuple[Sampled, IdentifierOutput]:
+    """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
     period = plan.settings.sample_time
     due = sampled.first + (sampled.state.samples + 1) * period
     v_front, v_rear, pitch, elevation, travel = now
@@ -49,12 +54,14 @@ def take_sample(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple
         pitch = pitch_0 + share * (pitch - pitch_0)
         elevation = elevation_0 + share * (elevation - elevation_0)
         travel = travel_0 + share * (travel - travel_0)
-    state, output = step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan)
+    state, output = step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan, references)
     return sampled._replace(state=state), output
 
 
-def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput | None]:
-    """Take in the samples that are due up to ``time`` [s], at which ``now`` is read.
+def take_samples(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> tuple[Sampled, IdentifierOutput | None]:
+    """Take in the samples that are due up to ``time`` [s], at which ``now`` and the ``references`` [rad] are read.
 
     Returns
     -------
@@ -64,5 +71,5 @@ def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tupl
     """
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
-        sampled, output = take_sample(sampled, time, now, plan)
+        sampled, output = take_sample(sampled, time, now, plan, references)
     return sampled._replace(before=time, previous=now), output

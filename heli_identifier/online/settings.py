@@ -8,7 +8,7 @@ from heli_plant.effects import AXES
 from ..errors import ConfigurationError, require_positive, require_range
 from .candidates import candidate
 from .estimate import ModelParameters
-from .noise_model import BANDWIDTHS, CORNERS, Noise
+from .noise_model import BANDWIDTHS, CORNERS, WINDY, Noise
 
 ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"
 """Methods of estimation."""
@@ -91,7 +91,7 @@ class IdentifierSettings:
     watched: tuple[tuple[str, str], ...] = ()
     method: str = ADAPTATION
     lag_known: bool = False
-    noise: tuple[Noise, Noise, Noise] = (Noise(), Noise(), Noise())
+    noise: tuple[Noise, Noise, Noise] = WINDY
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from .axis import AxisState
 from .estimate import ModelParameters
 from .feedback import Feedback, feedback_score
+from .instruments import Instruments, References, contradicts
 from .lag import LagState
 from .linear_algebra import hypotenuse
 from .moments import Moments
@@ -32,7 +33,7 @@ class IdentifierState(NamedTuple):
     ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
     sample that was taken, where not all of them are (:class:`.plan.Plan`); ``lag`` is None where the lag is not
     estimated, ``watch`` where no effect is watched, ``predictors`` where the method is the adaptation; ``loops`` is
-    what is known about the loops of pitch, elevation and travel.
+    what is known about the loops of pitch, elevation and travel; ``references`` are the instruments of all axes.
     """
 
     samples: int
@@ -45,6 +46,7 @@ class IdentifierState(NamedTuple):
     travel: AxisState
     predictors: Predictors | None
     loops: tuple[Feedback, Feedback, Feedback]
+    references: References
 
 
 Omega = tuple[float, ...]
@@ -60,12 +62,18 @@ class Lag(NamedTuple):
     standard_error: float
 
 
+Gains = tuple[float, float, float]
+"""k_x, k_z, k_y, or their standard errors [rad/s^2/V]."""
+
+
 class IdentifierOutput(NamedTuple):
     """What is known after a sample.
 
     ``parameters`` and their ``standard_errors`` by name; per axis (pitch, elevation, travel) the adaptation error
     ``sigma`` [rad/s^2], the ``excitation`` level [1] and the score of a closed loop, ``feedback`` [1]
-    (:mod:`.feedback`); the motors' ``lag``; ``adapting`` is false while the adaptation rests; ``scores``
+    (:mod:`.feedback`); the motors' ``lag``; what references say as ``instruments`` of k_x, k_z, k_y
+    with their standard errors ``instrument_errors`` [rad/s^2/V], 0 where none has moved, and whether an estimate is
+    ``contradicted`` by them (:mod:`.instruments`); ``adapting`` is false while the adaptation rests; ``scores``
     are those of the watched effects, in the order of the settings.
     """
 
@@ -75,13 +83,16 @@ class IdentifierOutput(NamedTuple):
     excitation: tuple[float, float, float]
     feedback: tuple[float, float, float]
     lag: Lag
+    instruments: Gains
+    instrument_errors: Gains
+    contradicted: bool
     adapting: bool
     scores: tuple[Score, ...] = ()
 
 
 def restored(saved: Any) -> IdentifierState:
     """Return the state that ``json.dumps`` wrote and ``json.loads`` read as ``saved``."""
-    samples, voltages, signals, lag, watch, pitch, elevation, travel, predictors, loops = _tuples(saved)
+    samples, voltages, signals, lag, watch, pitch, elevation, travel, predictors, loops, references = _tuples(saved)
     first, second, third = loops
     return IdentifierState(
         samples,
@@ -94,6 +105,7 @@ def restored(saved: Any) -> IdentifierState:
         _axis(*travel),
         None if predictors is None else _predictors(*predictors),
         (Feedback(*first), Feedback(*second), Feedback(*third)),
+        References(*references),
     )
 
 
@@ -101,8 +113,9 @@ def _predictors(pitch, elevation, travel) -> Predictors:
     return _predictor(*pitch), _predictor(*elevation), _predictor(*travel)
 
 
-def _predictor(memory, noise, whitening, outside, waiting, first) -> PredictorState:
-    return PredictorState(memory, NoiseModel(*noise), Whitening(*whitening), Outside(*outside), waiting, first)
+def _predictor(memory, noise, whitening, outside, waiting, first, prior, instruments) -> PredictorState:
+    known = NoiseModel(*noise), Whitening(*whitening), Outside(*outside)
+    return PredictorState(memory, *known, waiting, first, prior, Instruments(*instruments))
 
 
 def _axis(factor, omega, sigma, sums, moments, errors, excitation, scores) -> AxisState:
@@ -121,12 +134,14 @@ def before_samples(plan: Plan) -> IdentifierOutput:
     errors = ModelParameters(error, error, error, error, error, error, error, error, error, error, error)
     nothing = (0.0, 0.0, 0.0)
     lag = Lag(plan.settings.motor_time_constant, 0.0)
-    return IdentifierOutput(plan.settings.initial, errors, nothing, nothing, nothing, lag, False)
+    return IdentifierOutput(
+        plan.settings.initial, errors, nothing, nothing, nothing, lag, nothing, nothing, False, False
+    )
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
-    samples, _, _, _, _, pitch, elevation, travel, _, loops = state
+    samples, _, _, _, _, pitch, elevation, travel, predictors, loops, _ = state
     _, omega_1, sigma_1, _, _, errors_1, excitation_1, _ = pitch
     _, omega_2, sigma_2, _, _, errors_2, excitation_2, _ = elevation
     _, omega_3, sigma_3, _, _, errors_3, excitation_3, _ = travel
@@ -143,6 +158,12 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     else:
         a_wx, p, q, k_x = omega_1
         a_th, theta0 = hypotenuse(p, q), atan2(q, p)
+    instruments, instrument_errors, contradicted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False
+    if predictors is not None:
+        p_1, p_2, p_3 = predictors[0].instruments, predictors[1].instruments, predictors[2].instruments
+        instruments = p_1.gain, p_2.gain, p_3.gain
+        instrument_errors = p_1.standard_error, p_2.standard_error, p_3.standard_error
+        contradicted = contradicts(p_1, k_x) or contradicts(p_2, omega_2[-1]) or contradicts(p_3, omega_3[-1])
     return IdentifierOutput(
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
@@ -150,6 +171,9 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         (excitation_1, excitation_2, excitation_3),
         (feedback_score(loops[0]), feedback_score(loops[1]), feedback_score(loops[2])),
         lag,
+        instruments,
+        instrument_errors,
+        contradicted,
         samples // plan.every >= plan.hold_samples,
         _scores_in_order(state, plan) if plan.watch.candidates else (),
     )

@@ -2,8 +2,8 @@
 
 In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
 prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
-log twice. The first pass finds the noise model, which is the same for all logs of a rig, parameters to begin with and
-the motors' lag; the second begins with the means of these. Nothing is counted twice: Gamma(0) is the same in both.
+log twice. The first pass finds the noise model and the motors' lag, which are the same for all logs of a rig; the
+second begins with them. Nothing is counted twice: Gamma(0) is the same in both. References of a log are instruments.
 
 Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
 each axis (:mod:`heli_identifier.online.feedback`), roughly normal in open loop. With n logs the loop is closed if one
@@ -35,9 +35,11 @@ from heli_identifier.online import (
     PREDICTION_ERROR,
     Estimate,
     IdentifierSettings,
+    IdentifierState,
     Lag,
     ModelParameters,
     Noise,
+    Plan,
     noise_of,
     output_of,
     prepare,
@@ -56,6 +58,7 @@ from heli_identifier.results import (
     unit_text,
     with_interval,
 )
+from heli_identifier.tools.joint import contradictions, joint
 from heli_identifier.tracing import sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
@@ -91,10 +94,10 @@ class EstimateHistory:
         By :data:`NAMES`, in the units of :class:`PlantParameters`.
     feedback : tuple of float
         Scores of a closed loop on pitch, elevation and travel at the end [1].
-    noise : tuple of Noise
-        Noise models of the three axes at the end; empty where the method is the adaptation.
     lag : Lag
         The motors' lag at the end, with a standard error of 0 where it was given [s].
+    state, plan : IdentifierState, Plan
+        Of the identifier at the end, standard errors evaluated there.
     """
 
     name: str
@@ -102,8 +105,14 @@ class EstimateHistory:
     parameters: NDArray[np.float64]
     standard_errors: NDArray[np.float64]
     feedback: tuple[float, float, float]
-    noise: tuple[Noise, ...]
     lag: Lag
+    state: IdentifierState
+    plan: Plan
+
+    @property
+    def noise(self) -> tuple[Noise, ...]:
+        """Noise models of the three axes at the end, of prediction errors."""
+        return tuple(noise_of(axis) for axis in (self.state.pitch, self.state.elevation, self.state.travel))
 
     @property
     def last(self) -> dict[str, Estimate]:
@@ -363,37 +372,38 @@ def settings_for(
 
 
 def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
-    """Run the identifier over a log; the history has a row for every evaluation of the standard errors."""
+    """Run the identifier over a log, with its references where it has any.
+
+    The history has a row for every evaluation of the standard errors.
+    """
     plan = prepare(settings)
     samples = np.column_stack((log.voltages, log.angles)).tolist()
-    state = start(plan, *samples[0])
+    rest = np.zeros(len(samples))
+    asked = list(zip(*(log.references.get(axis, rest).tolist() for axis in AXES), strict=True))
+    state = start(plan, *samples[0], asked[0])
     every = max(1, round(settings.report_interval / settings.sample_time))
     time, parameters, errors = [], [], []
     output = output_of(state, plan)
     for k, (v_front, v_rear, pitch, elevation, travel) in enumerate(samples[1:], start=1):
-        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan)
+        state, output = step(state, v_front, v_rear, pitch, elevation, travel, plan, asked[k])
         if (k % every == 0 and output.adapting) or k == len(samples) - 1:
             time.append(k * settings.sample_time)
             parameters.append(tuple(output.parameters))
             errors.append(tuple(output.standard_errors))
-    axes = () if state.predictors is None else (state.pitch, state.elevation, state.travel)
-    noise = tuple(noise_of(axis) for axis in axes)
     return EstimateHistory(
-        log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, noise, output.lag
+        log.name, np.array(time), np.array(parameters), np.array(errors), output.feedback, output.lag, state, plan
     )
 
 
 def begun_at(settings: IdentifierSettings, histories: Sequence[EstimateHistory]) -> IdentifierSettings:
-    """Return ``settings`` that begin with the noise models, parameters and lag of a first pass over all logs."""
-    found = {name: estimate.value for name, estimate in combined(histories).estimates.items()}
-    lag = max(found.pop("T_m", settings.motor_time_constant), 0.0)
+    """Return ``settings`` that begin with the noise models and the motors' lag of a first pass over all logs."""
+    lag = combined(histories).estimates.get("T_m")
     pitch, elevation, travel = (
         Noise(*np.exp(np.mean(np.log([history.noise[axis] for history in histories]), axis=0)).tolist())
         for axis in range(3)
     )
-    return replace(
-        settings, noise=(pitch, elevation, travel), initial=ModelParameters(**found), motor_time_constant=lag
-    )
+    known = settings.motor_time_constant if lag is None else max(lag.value, 0.0)
+    return replace(settings, noise=(pitch, elevation, travel), motor_time_constant=known)
 
 
 def loop_is_closed(scores: Sequence[Sequence[float]]) -> tuple[bool, str]:
@@ -429,12 +439,18 @@ def choose(scores: Sequence[Sequence[float]], wanted: str | None) -> Choice:
 
 
 def combined(histories: Sequence[EstimateHistory]) -> Together:
-    """Combine the last estimates of several logs, each weighted by the inverse square of its standard error.
+    """Combine the last estimates of several logs.
 
-    The standard error of the weighted mean is multiplied by the Birge ratio (Birge, Physical Review 40 (1932)) where
-    that exceeds 1: the logs then scatter by more than their own standard errors allow.
+    Those of prediction errors by their information (:mod:`.joint`), those of the adaptation each weighted by the
+    inverse square of its standard error. The standard error of the weighted mean is multiplied by the Birge ratio
+    (Birge, Physical Review 40 (1932)) where that exceeds 1: the logs then scatter by more than their own standard
+    errors allow.
     """
-    estimates, notes = {}, []
+    if histories[0].state.predictors is not None:
+        flights = [(history.state, history.plan) for history in histories]
+        estimates, ratios = joint(flights)
+        return Together(estimates, (*_scatter(ratios), *contradictions(estimates, flights)))
+    estimates, ratios = {}, {}
     lasts = [history.last for history in histories]
     for name in lasts[0]:
         values = np.array([last[name].value for last in lasts])
@@ -447,14 +463,23 @@ def combined(histories: Sequence[EstimateHistory]) -> Together:
         mean = float(weights @ values / weights.sum())
         ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
         estimates[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(ratio, 1.0), unit)
-        if len(values) > 1 and ratio > CONSISTENT:
-            notes.append(f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say")
+        ratios[name] = ratio if len(values) > 1 else 0.0
+    return Together(estimates, _scatter(ratios))
+
+
+def _scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:
+    """Return what is to be said of logs that scatter by these Birge ratios."""
+    notes = [
+        f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
+        for name, ratio in ratios.items()
+        if ratio > CONSISTENT
+    ]
     if notes:
         notes.append(
             "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
             "run `heli diagnose`"
         )
-    return Together(estimates, tuple(notes))
+    return tuple(notes)
 
 
 def effect_of_lag(

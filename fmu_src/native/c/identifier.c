@@ -90,6 +90,14 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
     unit->values[REF_motor_lag].real = output->lag.value;
     unit->values[REF_standard_error_motor_lag].real = output->lag.standard_error;
     unit->values[REF_closed_loop].real = closed;
+    const double gains[AXES] = {output->instruments.x0, output->instruments.x1, output->instruments.x2};
+    const double gain_errors[AXES] = {
+        output->instrument_errors.x0, output->instrument_errors.x1, output->instrument_errors.x2};
+    for (int axis = 0; axis < AXES; axis++) {
+        unit->values[REF_instrument_k_x + axis].real = gains[axis];
+        unit->values[REF_standard_error_instrument_k_x + axis].real = gain_errors[axis];
+    }
+    unit->values[REF_contradicted].real = output->contradicted;
     if (closed && !model->warned && !model->plan.predictor.some) {
         model->warned = true;
         unit_say(
@@ -125,9 +133,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row5 now = {
         values[REF_v_front].real, values[REF_v_rear].real, values[REF_pitch].real, values[REF_elevation].real,
         values[REF_travel].real};
+    const Row3 references = {
+        values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
     (void)step;
     if (!model->sampling) {
-        model->sampled = sampled_begin_sampling(&unit->space, time, now, &model->plan);
+        model->sampled = sampled_begin_sampling(&unit->space, time, now, &model->plan, references);
         model->sampling = true;
         return;
     }
@@ -148,7 +158,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
             unit_tidy(unit);
             next.x0 = model->sampled;
         }
-        next = sampled_take_sample(&unit->space, &next.x0, time, now, &model->plan);
+        next = sampled_take_sample(&unit->space, &next.x0, time, now, &model->plan, references);
     }
     if (taken) {
         const double *estimates = &next.x1.parameters.a_wx;
