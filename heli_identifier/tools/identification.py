@@ -380,7 +380,8 @@ def identify_log(log: Log, settings: IdentifierSettings) -> EstimateHistory:
     samples = np.column_stack((log.voltages, log.angles)).tolist()
     rest = np.zeros(len(samples))
     asked = list(zip(*(log.references.get(axis, rest).tolist() for axis in AXES), strict=True))
-    state = start(plan, *samples[0], asked[0])
+    v_front, v_rear, pitch, elevation, travel = samples[0]
+    state = start(plan, v_front, v_rear, pitch, elevation, travel, asked[0])
     every = max(1, round(settings.report_interval / settings.sample_time))
     time, parameters, errors = [], [], []
     output = output_of(state, plan)

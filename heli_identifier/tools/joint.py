@@ -137,9 +137,7 @@ def _predictor(state: IdentifierState, axis: int) -> PredictorState:
     return state.predictors[axis]
 
 
-def _errors(
-    flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: Array
-) -> tuple[Array, Array]:
+def _errors(flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:
     """Return the standard errors of the combinations ``rows`` (m, n) and the Birge ratios, each of shape (m,)."""
     outside = [_predictor(state, axis).outside for state, _ in flights]
     if len(flights) == 1:
