@@ -8,7 +8,7 @@ from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, determi
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
-from heli_identifier.online.instruments import Instruments, References, contradicts, evaluated
+from heli_identifier.online.instruments import References, add_signals, contradicts, evaluated, no_instruments
 from heli_identifier.online.outside import (
     FILTERS,
     UNEXPLAINED,
@@ -125,7 +125,7 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
 
 
 def test_references_tell_the_gain_and_agree_with_a_right_noise_model():
-    """Two-stage least squares with the references of a flight as instruments; a copy of one adds nothing."""
+    """The references of a flight as instruments; a copy of one adds nothing."""
     log, _ = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 60.0, ProcessNoise())
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
@@ -142,17 +142,21 @@ def test_references_tell_the_gain_and_agree_with_a_right_noise_model():
     assert not output.contradicted
 
 
-def test_the_instruments_are_two_stage_least_squares():
+def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():
     rng = np.random.default_rng(4)
-    b, noise = rng.standard_normal((500, 13)), rng.standard_normal(500)
+    b, noise = rng.standard_normal((900, 13)), rng.standard_normal(900)
     psi = b[:, 1:3] + noise[:, None]  # the loop's answer: correlated with the noise
     y = psi @ [0.7, -0.4] + noise
-    upper = np.triu_indices(13)
-    shared = References((0.0, 0.0, 0.0), True, tuple(b[-1]), tuple((b.T @ b)[upper]))
-    products = (b.T @ np.column_stack((psi, y))).ravel()
-    found = evaluated(Instruments((0.0,) * 3, tuple(products), 0.0, 0.0), shared, (0.1, 0.2), (1e9, 1e9), 1, 0.25)
-    first = b @ np.linalg.lstsq(b, psi, rcond=None)[0]
-    assert found.gain == pytest.approx(np.linalg.lstsq(first, y, rcond=None)[0][1], rel=1e-9)
-    assert found.standard_error == pytest.approx(2.0 * np.sqrt(np.linalg.inv(first.T @ first)[1, 1]), rel=1e-9)
-    assert not contradicts(found, found.gain + 2.4 * found.standard_error)
-    assert contradicts(found, found.gain + 2.6 * found.standard_error)
+    i, h = no_instruments(2), 0.25
+    for part in (slice(0, 300), slice(300, 900)):
+        before = b[: part.start].T @ b[: part.start], b[: part.start].T @ psi[: part.start]
+        for row, *regressors, regressand in zip(b[part], *psi[part].T, y[part], strict=True):
+            i = add_signals(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
+        shared = References((0.0, 0.0, 0.0), True, (), tuple((b[: part.stop].T @ b[: part.stop])[np.triu_indices(13)]))
+        i = evaluated(i, shared, (0.1, 0.2), (1e9, 1e9), 1, h)
+    z = b[300:] @ np.linalg.solve(*before)
+    inverse = np.linalg.inv(z.T @ psi[300:])
+    assert i.gain == pytest.approx((inverse @ z.T @ y[300:])[1], rel=1e-6)
+    assert i.standard_error == pytest.approx(np.sqrt((inverse @ z.T @ z @ inverse.T)[1, 1] / h), rel=1e-6)
+    assert not contradicts(i, i.gain + 2.4 * i.standard_error)
+    assert contradicts(i, i.gain + 2.6 * i.standard_error)

@@ -3,18 +3,23 @@
 Prediction errors are right where the noise model is. Air that swirls has another colour, and moves k_x by a fifth
 while innovations stay nearly white. References (a stick, steps) know nothing of the air. With b = (1, four Laguerre
 outputs of each reference), psi and y the whitened regressors and regressand of an axis (:mod:`.prediction_error`), and
-sums over all samples, h apart and of noise with the intensity 1,
+sums over samples that are h apart, of noise with the intensity 1,
 
-    B = sum b b^T,    C = sum b (psi, y)^T,    S = h C^T B^-1 C                   two-stage least squares
-    gain = Omega + (S_psi + P^-1)^-1 (S_y - S_psi Omega),    variance (S_psi + P^-1)^-1
+    Pi   = (sum b b^T)^-1 sum b psi^T         from earlier samples only
+    z    = Pi^T b                             what the references say of psi
+    M    = h sum z psi^T,    m = h sum z (y - psi^T Omega),    V = h sum z z^T
+    gain = Omega + (M^T V^-1 M + P^-1)^-1 M^T V^-1 m,    variance (M^T V^-1 M + P^-1)^-1
 
-P is the prior around the present estimate: references that do not move a rig contradict nothing. b changes slowly and
-is held for .1 s. Columns of B that depend on earlier ones (a reference that rests, a second copy) are left out.
+P is the prior around the present estimate: references that do not move a rig contradict nothing. Since Pi is older than
+the noise that z meets, z carries none of it; with Pi of the same samples (two-stage least squares) a flight of half a
+minute draws k_x by a sixth to the biased value of least squares. b changes slowly and is held for .1 s. Columns that
+depend on earlier ones (a reference that rests, a second copy) are left out.
 
 Omega and the instruments' gain rest on the same flight, so that they differ by less than the standard error says
 (Hausman, Econometrica 46 (1978)): beyond ``CONTRADICTION`` of them the noise model is wrong, or what is connected is no
 reference but feedback.
-Sources: Soderstrom and Stoica, Instrumental Variable Methods for System Identification, 1983; for the filters
+Sources: Soderstrom and Stoica, Instrumental Variable Methods for System Identification, 1983; Angrist, Imbens and
+Krueger, J. Applied Econometrics 14 (1999), for Pi of other samples; for the filters
 :mod:`.outside`.
 """
 
@@ -23,6 +28,7 @@ from math import sqrt
 from operator import add
 from typing import NamedTuple
 
+from .linear_algebra import dot
 from .outside import FILTERS, OutsideCoefficients, cholesky, half_solved
 
 CONTRADICTION = 2.5
@@ -53,12 +59,17 @@ class References(NamedTuple):
 class Instruments(NamedTuple):
     """What an axis keeps.
 
-    Sums of (psi, y) since the last products, ``waiting``; ``products``, the sums of b (psi, y)^T by rows; the ``gain``
-    and its ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has moved.
+    Sums of (psi, y) since the last products, ``waiting``; the sums of b psi^T by rows, ``products``; Pi, ``first_stage``,
+    by columns, 0 before its first evaluation; the sums of z (psi, y)^T by rows, ``cross``, and of z z^T, packed,
+    ``squares``; the ``gain`` and its ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has
+    moved.
     """
 
     waiting: tuple[float, ...]
     products: tuple[float, ...]
+    first_stage: tuple[tuple[float, ...], ...]
+    cross: tuple[float, ...]
+    squares: tuple[float, ...]
     gain: float
     standard_error: float
 
@@ -70,7 +81,11 @@ def first_references(references: tuple[float, float, float]) -> References:
 
 def no_instruments(parameters: int) -> Instruments:
     """Return the state before the first sample of an axis with so many ``parameters``."""
-    return Instruments((0.0,) * (parameters + 1), (0.0,) * (_SIZE * (parameters + 1)), 0.0, 0.0)
+    n = parameters
+    nothing = tuple([(0.0,) * _SIZE for _ in range(n)])
+    return Instruments(
+        (0.0,) * (n + 1), (0.0,) * (_SIZE * n), nothing, (0.0,) * (n * (n + 1)), (0.0,) * (n * (n + 1) // 2), 0.0, 0.0
+    )
 
 
 def have_moved(r: References, references: tuple[float, float, float]) -> References:
@@ -100,44 +115,55 @@ def advance_references(
 
 
 def add_signals(
-    i: Instruments, psi: Sequence[float], y: float, b: tuple[float, ...], due: bool, kept: float
+    i: Instruments, psi: Sequence[float], y: float, b: tuple[float, ...], stride: int, kept: float
 ) -> Instruments:
-    """Return ``i`` after a sample; products are taken with the ``b`` that was held where they are ``due``."""
+    """Return ``i`` after a sample.
+
+    Where products are due, ``stride`` is the number of samples over which ``b`` was held, else 0.
+    """
     waiting = tuple(map(add, i.waiting, (*psi, y)))
-    if not due:
-        return Instruments(waiting, i.products, i.gain, i.standard_error)
-    products = [x * z for x in b for z in waiting]
-    faded = [kept * x for x in i.products]
-    return Instruments((0.0,) * len(waiting), tuple(map(add, faded, products)), i.gain, i.standard_error)
+    if stride == 0:
+        return i._replace(waiting=waiting)
+    z = [dot(column, b) for column in i.first_stage]
+    products = [x * w for x in b for w in waiting[:-1]]
+    cross = [x * w for x in z for w in waiting]
+    squares = [stride * x * w for j, x in enumerate(z) for w in z[j:]]
+    return Instruments(
+        (0.0,) * len(waiting),
+        tuple(map(add, [kept * x for x in i.products], products)),
+        i.first_stage,
+        tuple(map(add, [kept * x for x in i.cross], cross)),
+        tuple(map(add, [kept * x for x in i.squares], squares)),
+        i.gain,
+        i.standard_error,
+    )
 
 
 def evaluated(
     i: Instruments, r: References, omega: tuple[float, ...], prior: tuple[float, ...], index: int, h: float
 ) -> Instruments:
-    """Return ``i`` with the gain at ``index`` of Omega, from samples every ``h`` [s].
+    """Return ``i`` with Pi and the gain at ``index`` of Omega, from samples every ``h`` [s].
 
     The ``prior`` variances stand at the places of Omega.
     """
     n = len(i.waiting) - 1
-    S = [h * x for x in _explained(i, r, n + 1)]
+    M = []
+    for j in range(n):
+        row = i.cross[j * (n + 1) : (j + 1) * (n + 1)]
+        M.append([*row[:n], row[n] - dot(row[:n], omega)])
+    S = _explained(*_eliminated(i.squares, M))
     normal, g = [], []
     for j in range(n):
-        left = S[j * (n + 1) + n]
-        for k in range(n):
-            left -= S[j * (n + 1) + k] * omega[k]
-        g.append(left)
+        g.append(h * S[j][n])
         for k in range(j, n):
-            normal.append(S[j * (n + 1) + k] + (1.0 / prior[j] if j == k else 0.0))
+            normal.append(h * S[j][k] + (1.0 / prior[j] if j == k else 0.0))
+    first_stage = _solved(*_eliminated(r.products, [list(i.products[j * n : (j + 1) * n]) for j in range(_SIZE)]))
     lower = cholesky(tuple(normal), n, 0)
     if len(lower) < n:
-        return i
+        return i._replace(first_stage=first_stage)
     unit = half_solved(lower, tuple([1.0 if j == index else 0.0 for j in range(n)]))
-    other = half_solved(lower, tuple(g))
-    shift, variance = 0.0, 0.0
-    for j in range(n):
-        shift += unit[j] * other[j]
-        variance += unit[j] * unit[j]
-    return Instruments(i.waiting, i.products, omega[index] + shift, sqrt(variance))
+    gain = omega[index] + dot(unit, half_solved(lower, tuple(g)))
+    return i._replace(first_stage=first_stage, gain=gain, standard_error=sqrt(dot(unit, unit)))
 
 
 def contradicts(i: Instruments, gain: float) -> bool:
@@ -145,22 +171,51 @@ def contradicts(i: Instruments, gain: float) -> bool:
     return abs(i.gain - gain) > CONTRADICTION * i.standard_error > 0.0
 
 
-def _explained(i: Instruments, r: References, columns: int) -> list[float]:
-    """Return S = C^T B^-1 C by rows, shape (columns, columns), by elimination of B."""
-    B = [[r.products[j * _SIZE - j * (j - 1) // 2 + k - j] for k in range(j, _SIZE)] for j in range(_SIZE)]
-    C = [[i.products[j * columns + k] for k in range(columns)] for j in range(_SIZE)]
-    wholes = [B[j][0] for j in range(_SIZE)]
-    S = [0.0] * (columns * columns)
-    for j in range(_SIZE):
-        pivot = B[j][0]
-        if pivot > _LEAST_PIVOT * wholes[j]:
-            for k in range(j + 1, _SIZE):
-                share = B[j][k - j] / pivot
-                for m in range(k, _SIZE):
-                    B[k][m - k] -= share * B[j][m - j]
-                for m in range(columns):
-                    C[k][m] -= share * C[j][m]
+Rows = list[list[float]]
+
+
+def _eliminated(packed: tuple[float, ...], C: Rows) -> tuple[Rows, Rows]:
+    """Return (U, L^-1 C) with B = L U by elimination of a packed B; U has a row of zeros for a dependent column."""
+    size = len(C)
+    U = [[packed[j * size - j * (j - 1) // 2 + k - j] for k in range(j, size)] for j in range(size)]
+    wholes = [row[0] for row in U]
+    for j in range(size):
+        pivot = U[j][0]
+        if pivot <= _LEAST_PIVOT * wholes[j]:
+            U[j] = [0.0] * (size - j)
+            C[j] = [0.0] * len(C[j])
+            continue
+        for k in range(j + 1, size):
+            share = U[j][k - j] / pivot
+            for m in range(k, size):
+                U[k][m - k] -= share * U[j][m - j]
+            for m in range(len(C[k])):
+                C[k][m] -= share * C[j][m]
+    return U, C
+
+
+def _explained(U: Rows, C: Rows) -> Rows:
+    """Return C^T B^-1 C from the eliminated (U, C)."""
+    columns = len(C[0])
+    S = [[0.0] * columns for _ in range(columns)]
+    for row, own in zip(U, C, strict=True):
+        if row[0] > 0.0:
             for k in range(columns):
                 for m in range(columns):
-                    S[k * columns + m] += C[j][k] * C[j][m] / pivot
+                    S[k][m] += own[k] * own[m] / row[0]
     return S
+
+
+def _solved(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
+    """Return the columns of B^-1 C from the eliminated (U, C); what a dependent column would say is 0."""
+    columns = []
+    for k in range(len(C[0])):
+        x = [0.0] * len(U)
+        for j in range(len(U) - 1, -1, -1):
+            if U[j][0] > 0.0:
+                left = C[j][k]
+                for m in range(j + 1, len(U)):
+                    left -= U[j][m - j] * x[m]
+                x[j] = left / U[j][0]
+        columns.append(tuple(x))
+    return tuple(columns)

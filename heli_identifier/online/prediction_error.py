@@ -204,9 +204,9 @@ def predict_axis(
         outside = add_regressors(outside, seen[:n], waiting, kept, c.outside)
         waiting = 0.0
     if len(b) > 0:
-        due = count % c.outside.stride == 0
-        kept = c.outside.kept * kept_early(count, c.outside.stride, h) if due else 1.0
-        instruments = add_signals(instruments, seen[:n], scale * known, b, due, kept)
+        stride = c.outside.stride if count % c.outside.stride == 0 else 0
+        kept = c.outside.kept * kept_early(count, c.outside.stride, h)
+        instruments = add_signals(instruments, seen[:n], scale * known, b, stride, kept)
     noise = remember(past, e, certain, d, bounds)
     return axis, PredictorState(tuple(memory), noise, w, outside, waiting + scale * e, first, prior, instruments)
 
