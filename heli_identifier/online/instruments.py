@@ -59,8 +59,8 @@ class References(NamedTuple):
 class Instruments(NamedTuple):
     """What an axis keeps.
 
-    Sums of (psi, y) since the last products, ``waiting``; the sums of b psi^T by rows, ``products``; Pi, ``first_stage``,
-    by columns, 0 before its first evaluation; the sums of z (psi, y)^T by rows, ``cross``, and of z z^T, packed,
+    Sums of (psi, y) since the last products, ``waiting``; the sums of b psi^T by rows, ``products``; ``first_stage``,
+    Pi by columns, 0 before its first evaluation; the sums of z (psi, y)^T by rows, ``cross``, and of z z^T, packed,
     ``squares``; the ``gain`` and its ``standard_error`` as last evaluated [rad/s^2/V], both 0 while no reference has
     moved.
     """
