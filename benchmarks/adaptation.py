@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.machine import measured_at
 from benchmarks.online_identifier import samples
+from benchmarks.replay import Replay, replay
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import in_turn, ratio
 from heli_identifier.online import IdentifierSettings, prepare, start
@@ -25,7 +26,6 @@ from heli_identifier.online.signals import (
     pitch_regression_free,
     travel_regression,
 )
-from heli_identifier.workbench.paper.replay import Replay, replay
 
 LONG, SHORT, ROUNDS = 1_000_000, 20_000, 3
 

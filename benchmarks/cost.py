@@ -14,13 +14,13 @@ import numpy as np
 
 from benchmarks.cost_figures import FOLDER, by_effects, by_logs, by_samples
 from benchmarks.machine import measured_at
+from benchmarks.replay import replay
 from benchmarks.tables import figure, seconds, table
 from benchmarks.timing import in_turn
 from heli_identifier.online import IdentifierSettings
 from heli_identifier.records import Log
 from heli_identifier.results.style import write_figure
 from heli_identifier.tracing import diagnose
-from heli_identifier.workbench.paper.replay import replay
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import step

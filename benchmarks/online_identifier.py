@@ -15,10 +15,10 @@ import numpy as np
 
 from benchmarks.native_identifier import built_units
 from benchmarks.native_memory import identifier_state
+from benchmarks.replay import replay
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, prepare, start, step
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.excitation import paper_excitation, voltages
-from heli_identifier.workbench.paper.replay import replay
 
 WATCHED = (("dry_friction", "pitch"), ("quadratic_thrust", "pitch"), ("dry_friction", "travel"))
 

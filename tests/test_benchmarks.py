@@ -15,12 +15,12 @@ from benchmarks.loop import figures_of
 from benchmarks.machine import processor
 from benchmarks.page import assembled, section_of
 from benchmarks.printed import Printed
+from benchmarks.replay import replay
 from benchmarks.simulation import bars as simulation_bars
 from benchmarks.soak_run import CASES, GAIN_LIMIT
 from benchmarks.tables import Bar, bar_table, figure, seconds, table
 from benchmarks.timing import Times, in_turn, ratio
 from heli_identifier.online import IdentifierSettings
-from heli_identifier.workbench.paper.replay import replay
 from heli_plant.effects import CATALOGUE
 from tests.faults.case import ROOT
 

@@ -40,7 +40,7 @@ MATHEMATICS = tuple(
 H = "heli_identifier"
 ROOMS = tuple(
     f"{H}.{room}"
-    for room in ("online", "records", "tracing", "following", "results", "workbench", "live", "tools", "cli")
+    for room in ("online", "records", "tracing", "following", "results", "live", "tools", "cli")
 )
 """From the ground floor up: a room imports those below it only."""
 
@@ -48,9 +48,9 @@ LINK = tuple(f"{H}.live.{module}" for module in ("datagrams", "port", "order", "
 """The link to a rig, which travels inside units; the rest of its room is entered by the commands, module by module."""
 
 DOORS = (*ROOMS[:5], f"{H}.online.excitation")
-"""Packages whose ``__init__`` names what others may use; the workbench is entered by the commands and by the top."""
+"""Packages whose ``__init__`` names what others may use; live is entered by the commands, module by module."""
 
-MAY_USE_UNITS = (f"{H}.cli", f"{H}.results", f"{H}.workbench.paper")
+MAY_USE_UNITS = (f"{H}.cli", f"{H}.results")
 
 RULES = (
     Rule("physics knows no identification", "heli_plant", (H,)),
@@ -66,7 +66,7 @@ RULES = (
     ),
     Rule(
         "identification takes the form of the physics, never true values",
-        H, ("heli_plant.parameters.TABLE_2",), (f"{H}.workbench.paper",),
+        H, ("heli_plant.parameters.TABLE_2",),
     ),
     Rule("identification knows no units, but for what builds and runs them", H, ("fmu_src",), MAY_USE_UNITS),
     *(Rule(f"{lower} does not use what is built on it", lower, ROOMS[i + 1 :]) for i, lower in enumerate(ROOMS[:-1])),

@@ -9,6 +9,7 @@ from math import inf, nan, radians
 import numpy as np
 import pytest
 
+from benchmarks.replay import replay
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierSettings,
@@ -20,7 +21,6 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.online.excitation import paper_excitation
-from heli_identifier.workbench.paper.replay import replay
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state

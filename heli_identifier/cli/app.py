@@ -9,7 +9,7 @@ from heli_identifier.cli.arguments import Spreading
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import campaign, check, demo, diagnose, fleet, identify, init, look
-from heli_identifier.cli.on_units import build, design, effects, linearise, paper, simulate, ssp
+from heli_identifier.cli.on_units import build, design, effects, linearise, simulate, ssp
 
 app = typer.Typer(
     name="heli",
@@ -76,7 +76,6 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
     ),
     (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
     (init, "heli init run1.mat\n\nheli init\n\nheli init rigs/north-lab.toml"),
-    (paper, "heli paper\n\nheli paper --output figures --json"),
     (demo, "heli demo\n\nheli demo --output somewhere"),
 )
 """Commands in the order of the help, each with examples."""
