@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from heli_identifier.cli.campaign import rigs_done
+from heli_identifier.cli.on_logs import rigs_done
 
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, sources

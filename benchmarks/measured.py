@@ -22,8 +22,8 @@ from benchmarks.page import PAGE, ROOT, write_section
 from benchmarks.tables import table
 from heli_identifier.records import read_logs
 from heli_identifier.results.rounding import is_known
-from heli_identifier.tools import Finding, Fleet, fleet_of, rig_folder
-from heli_identifier.tools import fleet_page as page
+from heli_identifier.tools import Fleet, fleet_of, fleet_sentence, rig_folder
+from heli_identifier.tools import fleet_tables as fleet_tables_of
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, NamedShape, diagnose
 from heli_plant.effects import AXES
 
@@ -69,10 +69,8 @@ EXPLANATION = (
 
 def fleet_tables(fleet: Fleet) -> str:
     """Give what repeats over the rigs, what differs and what is one rig's own, and the parameters, as two tables."""
-    effects = [page.effect_row(effect) for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
-    parameters = [page.parameter_row(parameter) for parameter in fleet.parameters]
-    tables = [(page.COLUMNS, effects), (page.PARAMETER_COLUMNS, parameters)]
-    parts = [page.fleet_sentence(fleet), *(table(_plain(columns), rows) for columns, rows in tables if rows)]
+    tables = fleet_tables_of(fleet)
+    parts = [fleet_sentence(fleet), *(table(_plain(columns), rows) for _, columns, rows in tables)]
     return "\n\n" + "\n\n".join(parts)
 
 

@@ -45,8 +45,8 @@ from heli_identifier.files import write_atomically
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
     from heli_identifier.results import Diagnosis
-    from heli_identifier.tools import Fleet, Row, Source, Summary
     from heli_identifier.tools import Progress as CampaignProgress
+    from heli_identifier.tools import Row, Source, Summary
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -270,7 +270,7 @@ def fleet(
     a rig whose logs cannot be used is left out and named. Exit 1 if there was one.
     """
     from heli_identifier.results import document_text, from_command_line, whole_folder
-    from heli_identifier.tools import diagnose_rigs, fleet_html, rig_folders
+    from heli_identifier.tools import diagnose_rigs, fleet_html, fleet_sentence, fleet_tables, rig_folders
 
     rigs, failures = {}, {}
     with whole_folder(output) as draft:
@@ -294,23 +294,12 @@ def fleet(
     if json:
         print_json(document)
     else:
-        _print_fleet(found)
+        typer.secho(fleet_sentence(found), bold=True)
+        for table in fleet_tables(found):
+            print_table(*table)
         note_written(output, ("fleet.json", "fleet.html"))
     if found.failures:
         raise typer.Exit(FAILED)
-
-
-def _print_fleet(found: "Fleet") -> None:
-    """Print what repeats, and every parameter over the rigs."""
-    from heli_identifier.tools import Finding
-    from heli_identifier.tools import fleet_page as page
-
-    typer.secho(page.fleet_sentence(found), bold=True)
-    shown = [effect for effect in found.effects if effect.finding != Finding.NOT_SHOWN]
-    if shown:
-        print_table("Effects over the rigs", page.COLUMNS, [page.effect_row(effect) for effect in shown])
-    parameters = [page.parameter_row(parameter) for parameter in found.parameters]
-    print_table("Parameters over the rigs", page.PARAMETER_COLUMNS, parameters)
 
 
 def campaign(
@@ -353,7 +342,7 @@ def campaign(
     from heli_identifier.tools import CONSOLIDATED, run_campaign, summarised
 
     settings = DiagnosisSettings.from_rig(configuration)
-    with _rigs_done() as progress:
+    with rigs_done() as progress:
         rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
@@ -366,7 +355,7 @@ def campaign(
 
 
 @contextmanager
-def _rigs_done() -> "Iterator[CampaignProgress]":
+def rigs_done() -> "Iterator[CampaignProgress]":
     """Show how many rigs are done on the error stream: a bar on a terminal, some twenty lines elsewhere."""
     failed = 0
     with progress_bar() as bar:

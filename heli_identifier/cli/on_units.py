@@ -1,4 +1,4 @@
-"""Commands on units and plants: build, ssp, simulate; effects, design, linearise; paper."""
+"""Commands on units and plants: build, ssp, simulate; effects, design, linearise."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -523,8 +523,7 @@ def linearise(
     """
     from heli_identifier import read_parameters
     from heli_identifier.results import document_text, from_command_line, significant, whole_folder, write_figure
-    from heli_identifier.tools import design_pid
-    from heli_identifier.tools.figures import step_figure
+    from heli_identifier.tools import design_pid, step_figure
 
     with whole_folder(output) as draft:
         given = read_parameters(parameters)
@@ -558,22 +557,3 @@ def linearise(
     for text in made.notes:
         note(text)
     note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
-
-
-def paper(output: Folder = Path("paper"), json: Json = False) -> None:
-    """Restate the paper's Tables 1 and 2, and make counterparts of its Figures 2 to 5, as CSV and SVG.
-
-    The tables hold the paper's numbers. The figures are computed from its equations, tables and captions: they are
-    counterparts and no copies. The command also names a likely cause of the paper's spread.
-    """
-    from heli_identifier.workbench.paper import reproduce
-
-    with progress_bar() as progress:
-        made = reproduce(output, lambda done, of, name: progress(name, done / of))
-    if json:
-        files = [str(file) for file in made.files]
-        print_json({"files": files, "findings": list(made.sentences), "seconds": made.seconds})
-        return
-    for sentence in made.sentences:
-        typer.echo(sentence)
-    note(f"written: {len(made.files)} files in {output}, in {made.seconds:.0f} s")

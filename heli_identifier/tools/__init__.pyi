@@ -30,6 +30,7 @@ __all__ = [
     "fleet_html",
     "fleet_of",
     "fleet_sentence",
+    "fleet_tables",
     "flight_outlooks",
     "flight_table",
     "generated_rigs",
@@ -44,6 +45,7 @@ __all__ = [
     "rigs_below",
     "run_campaign",
     "separation_warning",
+    "step_figure",
     "summarised",
     "write_rows",
 ]
@@ -51,8 +53,9 @@ __all__ = [
 from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
 from .campaign_rows import Row, Summary, read_rows, summarised, write_rows
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
+from .figures import step_figure
 from .fleet import Coefficient, Finding, Fleet, diagnose_rigs, fleet_of
-from .fleet_page import fleet_html, fleet_sentence
+from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import EstimateHistory, Identification, Together, identify
 from .linearisation import linearise

@@ -1,6 +1,6 @@
 """fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -99,6 +99,14 @@ def parameter_row(parameter: Coefficient) -> tuple[str, ...]:
     """Give a parameter as a row under :data:`PARAMETER_COLUMNS`."""
     _, _, _, counted, *figures = effect_row(parameter)
     return (parameter.name, title(parameter), counted, *figures)
+
+
+def fleet_tables(fleet: Fleet) -> list[tuple[str, Sequence[str], list[tuple[str, ...]]]]:
+    """Give title, columns and rows of the tables of a terminal: effects that were found, if any, and parameters."""
+    shown = [effect_row(effect) for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
+    tables = [("Effects over the rigs", COLUMNS, shown)] if shown else []
+    parameters = [parameter_row(parameter) for parameter in fleet.parameters]
+    return [*tables, ("Parameters over the rigs", PARAMETER_COLUMNS, parameters)]
 
 
 def mean_text(coefficient: Coefficient) -> str:
