@@ -37,9 +37,10 @@ def needs_a_compiler(target=LINUX):
 def library(folder, entries, more="", flags=("-O2",), translation=None):
     """Translated functions, compiled and loaded; ``more`` is C text behind them."""
     translation = translation or Translation()
-    units = [translation.entry(*(entry if isinstance(entry, tuple) else (entry,))) for entry in entries]
-    (folder / "model.h").write_text(header(translation, "MODEL_H", units))
-    (folder / "model.c").write_text(source(units, "model.h", more=more))
+    for entry in entries:
+        translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
+    (folder / "model.h").write_text(header(translation))
+    (folder / "model.c").write_text(source(translation, more))
     command = [
         *c_compiler(), "-std=c11", "-Wall", "-Wextra", "-Wno-unused-parameter", "-Werror", "-ffp-contract=off", *flags,
         "-shared", "-fPIC", f"-I{RUNTIME}", "model.c", str(RUNTIME / "memory.c"), "-o", "model.so", "-lm",

@@ -98,7 +98,7 @@ def changed_behind_a_slice(x: float) -> float:
     first = [x, 2.0 * x, 3.0 * x]
     part = first[:2]
     first[0] = 7.0
-    a, *_ = part
+    a = part[0]
     return a + first[0]
 
 

@@ -44,24 +44,15 @@ def _model(unit: str, exchanged: bool) -> tuple[Definition, str, str]:
     """Return the definition of a unit, model.h and model.c: the translation of its functions."""
     definition = DEFINITIONS[unit]()
     translation = Translation(dict(definition.externals))
-    entries = []
     exchange = definition.exchange if exchanged else None
     for entry in (*definition.entries, *(exchange.entries if exchange else ())):
-        function, *bound = entry if isinstance(entry, tuple) else (entry,)
-        entries.append(translation.entry(function, *bound))
+        translation.entry(*(entry if isinstance(entry, tuple) else (entry,)))
     for function, by in exchange.differentiated.items() if exchange else ():
-        entries.append(translation.differentiated(function, by))
+        translation.entry(function, slopes_by=by)
     for kind in (*definition.settings, *definition.memory):
         translation.use(Struct(kind))
-    external = set(definition.externals.values())
-    written = [f"{unit.head};" for unit in translation.units.values() if unit.name in external]
     memory = persistence([Struct(kind) for kind in definition.memory], translation)
-    more = "\n".join([*written, memory, definition.more])
-    return (
-        definition,
-        header(translation, "MODEL_H", entries, more),
-        source(entries, "model.h", external),
-    )
+    return definition, header(translation, f"{memory}\n{definition.more}"), source(translation)
 
 
 def native_sources(

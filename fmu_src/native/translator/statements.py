@@ -1,29 +1,95 @@
-"""Statements beside assignments: branches, loops, returns, refusals, calls for their effect."""
+"""Statements: assignments, branches, loops, returns, refusals, calls for their effect."""
 
 from __future__ import annotations
 
 import ast
+import re
 
-from .assignments import store
-from .body import Body
-from .conversions import as_type
-from .displays import assign as assign_in_scope
-from .displays import loop
-from .expression import UNKNOWN_VALUE, Expr
-from .homes import targets
-from .iteration import indexed, run
-from .operators import condition
-from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, joined
-from .values import unwrapped
+from .body import UNKNOWN_VALUE, Body, Expr, quoted, target_names, translates, unwrapped
+from .expressions import assign, condition, each, place_in, run
+from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, element, joined
 
 
+@translates(ast.Assign)
+def assignment(body: Body, node: ast.Assign) -> None:
+    """Translate ``a = b = value``; a tuple of targets takes its values at once."""
+    value = body.value(node.value)
+    if len(node.targets) > 1:
+        value = body.simple(value)
+    for target in node.targets:
+        store(body, target, value)
+
+
+@translates(ast.AnnAssign)
+def annotated_assignment(body: Body, node: ast.AnnAssign) -> None:
+    """Translate ``a: T = value``."""
+    if not isinstance(node.target, ast.Name) or node.value is None:
+        body.refuse(node, "an annotation without a value has no translation")
+    body.widen(node.target.id, annotated(eval(ast.unparse(node.annotation), dict(body.names))))  # our own source
+    store(body, node.target, body.value(node.value))
+
+
+@translates(ast.AugAssign)
+def changed_in_place(body: Body, node: ast.AugAssign) -> None:
+    """Translate ``a += value``."""
+    read = ast.parse(ast.unparse(node.target), mode="eval").body
+    whole = ast.fix_missing_locations(ast.copy_location(ast.BinOp(read, node.op, node.value), node))
+    store(body, node.target, body.value(whole))
+
+
+def store(body: Body, target: ast.expr, value: Expr) -> None:
+    """Store a value in a variable, an element of a list, or a tuple of them."""
+    if isinstance(target, ast.Tuple):
+        items = body.unpacked(value, len(target.elts))
+        stored = {body.c_names[name] for name in target_names(target)}
+        if any(isinstance(one, ast.Subscript) for one in target.elts) or any(stored & _words(item) for item in items[1:]):
+            items = [body.kept(item) if item.constant is UNKNOWN_VALUE else item for item in items]
+        for one, item in zip(target.elts, items, strict=True):
+            store(body, one, item)
+    elif isinstance(target, ast.Subscript):
+        _store_element(body, target, value)
+    elif not isinstance(target, ast.Name):
+        body.refuse(target, f"{ast.unparse(target)} cannot be changed; NamedTuples have _replace")
+    elif target.id != "_":
+        name = target.id
+        value = unwrapped(value) if body.types.get(name) in (INT, FLOAT) else value
+        kind = body.widen(name, value.type)
+        value = body.as_type(value, kind)
+        if name in body.grown and isinstance(kind, Listing):  # it needs a list of its own
+            body.needs_space = True
+            value = Expr(kind, f"growable_{kind.name}(space, {value.bare})")
+        body.program.use(kind)
+        head = f"{kind.name} " if name in body.to_declare else ""
+        body.to_declare.discard(name)
+        body.emit(f"{head}{body.c_names[name]} = {value.bare};")
+
+
+def _words(value: Expr) -> set[str]:
+    """Return the names in a value, which an assignment to one of them would change."""
+    return set(re.findall(r"(?<![.>\w])\w+", value.code)).union(*map(_words, value.items or []))
+
+
+def _store_element(body: Body, target: ast.Subscript, value: Expr) -> None:
+    name = target.value.id if isinstance(target.value, ast.Name) else ""
+    owner, index = body.value(target.value), body.value(target.slice)
+    if name in body.types and not isinstance(owner.type, Listing):
+        body.types[name] = Listing(element(owner.type))
+        return  # the next pass makes it a list
+    if not isinstance(owner.type, Listing) or index.type != INT:
+        body.refuse(target, f"{ast.unparse(target)} is no element of a list")
+    if name in body.types:
+        body.widen(name, Listing(joined(owner.type.item, value.type)))
+    body.emit(f"{owner.field('at')}[{place_in(owner, index)}] = {body.as_type(value, owner.type.item).bare};")
+
+
+@translates(ast.If)
 def branch(body: Body, node: ast.If) -> None:
     """Translate ``if``; a branch that can never be taken is left out."""
     test = condition(body, node.test)
     if test.constant is not UNKNOWN_VALUE:
         body.statements(node.body if test.constant else node.orelse)
         return
-    with body.block(f"if ({test.text})", "} else {" if node.orelse else "}"):
+    with body.block(f"if ({test.bare})", "} else {" if node.orelse else "}"):
         body.statements(node.body)
     if node.orelse:
         body.depth += 1
@@ -32,140 +98,98 @@ def branch(body: Body, node: ast.If) -> None:
         body.emit("}")
 
 
+@translates(ast.While)
 def repeat_while(body: Body, node: ast.While) -> None:
     """Translate ``while``."""
-    with body.aside() as apart:
+    lines: list[str] = []
+    with body.aside(lines):
         test = condition(body, node.test)
-    if not apart:
-        with body.block(f"while ({test.text})"):
-            body.statements(node.body)
-        return
-    with body.block("for (;;)"):
-        body.lines += apart
-        body.emit(f"if (!({test.text})) break;")
+    with body.block("for (;;)" if lines else f"while ({test.bare})"):
+        if lines:
+            body.lines += lines
+            body.emit(f"if (!{test.text}) break;")
         body.statements(node.body)
 
 
+@translates(ast.For)
 def repeat_for(body: Body, node: ast.For) -> None:
     """Translate ``for``."""
     over = run(body, node.iter)
-    leaves = any(isinstance(part, ast.Break | ast.Continue) for part in ast.walk(node))
-    if over.elements is not None and not leaves:
-        for item in over.elements:
-            with body.block(""):
-                _loop_body(body, node, item)
-        return
-    if over.elements is not None:
-        over = indexed(body, over)
-    with loop(body, over) as item:
-        _loop_body(body, node, item)
+    if over.loops is not None or any(isinstance(part, ast.Break | ast.Continue) for part in ast.walk(node)):
+        over = over.indexed(body)
+
+    def turn(item: Expr) -> None:
+        assign(body, node.target, item, store)
+        body.statements(node.body)
+
+    each(body, over, turn)
 
 
-def _loop_body(body: Body, node: ast.For, item: Expr) -> None:
-    inside = body.homes.get((id(node.body), 0), [])
-    own = targets(node.target) & set(inside) - {"_"}
-    if own == targets(node.target) - {"_"} and not any(_is_assigned(name, node.body) for name in own):
-        assign_in_scope(body, node.target, item)  # the target is read only: it stands for the element
-    else:
-        body.undeclared |= own
-        store(body, node.target, item, ast.Constant(0))
-        for name in own:
-            body.bind(name, Expr(body.types[name], body.variable(name)))
-    body.statements(node.body)
-
-
-def _is_assigned(name: str, statements: list[ast.stmt]) -> bool:
-    return any(
-        isinstance(part, ast.Name) and part.id == name and isinstance(part.ctx, ast.Store)
-        for statement in statements
-        for part in ast.walk(statement)
-    )
-
-
+@translates(ast.Return)
 def give_back(body: Body, node: ast.Return) -> None:
     """Translate ``return``."""
-    value = Expr(NOTHING, "") if node.value is None else body.value(node.value)
+    value = Expr(NOTHING) if node.value is None else body.value(node.value)
     body.returned = joined(body.returned, value.type)
     if body.returned == NOTHING:
         body.emit("return;")
         return
     kind = body.returned if body.returns is None else body.returns
     body.program.use(kind)
-    body.emit(f"return {as_type(body, value, kind).text};")
+    body.emit(f"return {body.as_type(value, kind).bare};")
 
 
+@translates(ast.Expr)
 def lone_expression(body: Body, node: ast.Expr) -> None:
     """Translate a call for its effect: ``xs.append(x)``, or a function that changes a list."""
-    if isinstance(node.value, ast.Constant):
-        return
     call = node.value
-    if isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "append":
-        if not isinstance(call.func.value, ast.Name) or call.func.value.id not in body.types:
-            body.refuse(node, "append needs a list that is a variable of the same function")
-        name = call.func.value.id
-        value = body.value(call.args[0])
-        value = as_type(body, value, value.type)
-        kind = body.widen(name, Listing(value.type))
-        assert isinstance(kind, Listing)
-        body.grown.add(name)
-        body.needs_space = True
-        body.program.use(kind)
-        body.emit(f"push_{kind.name}(space, &{body.variable(name)}, {as_type(body, value, kind.item).text});")
+    if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Attribute) and call.func.attr == "append"):
+        done = body.value(call)
+        body.emit(f"{'(void)' if done.type != NOTHING else ''}{done.bare};")
         return
-    done = body.value(call)
-    body.emit(f"{'(void)' if done.type != NOTHING else ''}{done.text};")
+    name = getattr(call.func.value, "id", "")
+    if name not in body.types:
+        body.refuse(node, "append needs a list that is a variable of the same function")
+    value = body.value(call.args[0])
+    value = body.as_type(value, value.type)
+    kind = body.widen(name, Listing(value.type))
+    body.grown.add(name)
+    body.needs_space = True
+    body.program.use(kind)
+    item = body.as_type(value, element(kind))
+    body.emit(f"push_{kind.name}(space, &{body.c_names[name]}, {item.bare});")
 
 
+@translates(ast.Break, ast.Continue)
+def leave(body: Body, node: ast.stmt) -> None:
+    """Translate ``break`` and ``continue``."""
+    body.emit("break;" if isinstance(node, ast.Break) else "continue;")
+
+
+@translates(ast.Raise)
 def refusal(body: Body, node: ast.Raise) -> None:
     """Translate ``raise Error(f"...")``: the unit refuses the call with this text."""
     if not isinstance(node.exc, ast.Call) or len(node.exc.args) != 1:
         body.refuse(node, "only `raise Error(text)` has a translation to C")
-    text, values = _format(body, node.exc.args[0])
-    body.needs_space = True
-    quoted = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    body.emit(f"refuse(space, {', '.join([chr(34) + quoted + chr(34), *values])});")
-
-
-def _format(body: Body, node: ast.expr) -> tuple[str, list[str]]:
-    """Return printf's format and arguments of a text."""
-    if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        return node.value.replace("%", "%%"), []
-    if not isinstance(node, ast.JoinedStr):
-        body.refuse(node, "a message must be a text or an f-string")
-    text, values = "", []
-    for part in node.values:
+    message = node.exc.args[0]
+    form, values = "", []
+    for part in message.values if isinstance(message, ast.JoinedStr) else [message]:
         if isinstance(part, ast.Constant):
-            text += str(part.value).replace("%", "%%")
+            form += str(part.value).replace("%", "%%")
             continue
-        assert isinstance(part, ast.FormattedValue)
+        if not isinstance(part, ast.FormattedValue):
+            body.refuse(node, "a message must be a text or an f-string")
         value = unwrapped(body.value(part.value))
-        form = part.format_spec.values[0].value if isinstance(part.format_spec, ast.JoinedStr) else ""  # type: ignore[attr-defined]
+        wanted = part.format_spec.values[0].value if isinstance(part.format_spec, ast.JoinedStr) else ""  # type: ignore[attr-defined]
         if value.type == TEXT:
-            text += "'%s'" if part.conversion == ord("r") else "%s"
-            values.append(value.text)
+            form, value = form + ("'%s'" if part.conversion == ord("r") else "%s"), value
         elif value.type == INT:
-            text += "%lld"
-            values.append(f"(long long){value.at_least(90)}")
-        elif value.type == FLOAT and form and form[-1] in "gef":
-            text += f"%{form}"
-            values.append(value.text)
-        elif value.type == FLOAT and not form:
-            text += "%s"
-            values.append(f"shortest(space, {value.text})")
+            form, value = form + "%lld", Expr(INT, f"(long long){value.text}")
+        elif value.type == FLOAT and wanted:
+            form += f"%{wanted}"
+        elif value.type == FLOAT:
+            form, value = form + "%s", Expr(TEXT, f"shortest(space, {value.bare})")
         else:
             raise NoType("this value has no form in a message")
-    return text, values
-
-
-def leave_loop(body: Body, node: ast.Break) -> None:
-    """Translate ``break``."""
-    body.emit("break;")
-
-
-def next_turn(body: Body, node: ast.Continue) -> None:
-    """Translate ``continue``."""
-    body.emit("continue;")
-
-
-def nothing(body: Body, node: ast.stmt) -> None:
-    """Translate ``pass``."""
+        values.append(value.bare)
+    body.needs_space = True
+    body.emit(f"refuse(space, {', '.join([quoted(form), *values])});")

@@ -19,48 +19,46 @@ import dataclasses
 import types
 from collections import abc
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
+value_type = dataclasses.dataclass(frozen=True)
 
-@dataclass(frozen=True)
+
+@value_type
 class Scalar:
-    """A type of C itself; ``short`` stands in the names of the types that are made of it."""
+    """A type of C itself; ``short`` stands in the names of the types that are made of it, ``said`` in messages."""
 
     name: str
     short: str
+    said: str
 
 
-FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool", "b")
-DUAL = Scalar("Dual", "d")
+FLOAT, INT = Scalar("double", "f", "float"), Scalar("int64_t", "i", "int")
+BOOL = Scalar("bool", "b", "bool")
+DUAL = Scalar("Dual", "d", "a dual number")
 """A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
-TEXT = Scalar("const char *", "s")
-NOTHING = Scalar("void", "n")
-"""The type of None."""
-UNKNOWN = Scalar("void", "u")
+TEXT = Scalar("const char *", "s", "text")
+NOTHING = Scalar("void", "n", "None")
+UNKNOWN = Scalar("void", "u", "of no known type")
 """The type of the elements of an empty list."""
+NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
-@dataclass(frozen=True)
+@value_type
 class Struct:
     """A NamedTuple or a dataclass."""
 
     kind: type
-
-    @property
-    def name(self) -> str:
-        """The name in C."""
-        return self.kind.__name__
-
-    short = name
+    name = short = said = property(lambda self: self.kind.__name__)
 
 
-@dataclass(frozen=True)
+@value_type
 class Row:
     """A tuple of known length."""
 
     items: tuple[CType, ...]
+    said = property(lambda self: f"a tuple of {len(self.items)}")
 
     @property
     def name(self) -> str:
@@ -72,53 +70,47 @@ class Row:
     short = name
 
 
-@dataclass(frozen=True)
+@value_type
 class Listing:
     """A list, or a tuple whose length is known at run time only."""
 
     item: CType
+    said = property(lambda self: f"a list of {self.item.said}")
 
     @property
     def name(self) -> str:
         """The name in C."""
-        plain: dict[CType, str] = {FLOAT: "Floats", INT: "Integers"}
-        return plain.get(self.item, f"List_{self.item.short}")
+        return {FLOAT: "Floats", INT: "Integers"}.get(self.item, f"List_{self.item.short}")  # type: ignore[arg-type]
 
     short = name
 
 
-@dataclass(frozen=True)
+@value_type
 class Maybe:
     """A value or None."""
 
     item: CType
-
-    @property
-    def name(self) -> str:
-        """The name in C."""
-        return f"Maybe_{self.item.short}"
-
-    short = name
+    name = short = property(lambda self: f"Maybe_{self.item.short}")
+    said = property(lambda self: f"{self.item.said} or None")
 
 
-@dataclass(frozen=True)
+@value_type
 class Function:
     """A function that is known when the program is translated."""
 
     function: Callable[..., Any]
-    name = short = "function"
+    name = short = said = "function"
 
 
-@dataclass(frozen=True)
+@value_type
 class Choice:
     """One of several functions, chosen at run time by its index."""
 
     functions: tuple[Callable[..., Any], ...]
-    name, short = "int64_t", "choice"
+    name, short, said = "int64_t", "choice", "function"
 
 
 CType = Scalar | Struct | Row | Listing | Maybe | Function | Choice
-_NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
 class NoType(TypeError):
@@ -137,47 +129,27 @@ def joined(a: CType, b: CType) -> CType:
         return a
     if a == UNKNOWN:
         return b
-    if a in _NUMBERS and b in _NUMBERS:
-        return max(a, b, key=_NUMBERS.index)
+    if a in NUMBERS and b in NUMBERS:
+        return max(a, b, key=NUMBERS.index)
     if NOTHING in (a, b) or isinstance(a, Maybe) or isinstance(b, Maybe):
-        inner = [t.item if isinstance(t, Maybe) else t for t in (a, b) if t != NOTHING]
-        return Maybe(inner[0] if len(inner) == 1 else joined(*inner))
+        inner = [kind.item if isinstance(kind, Maybe) else kind for kind in (a, b) if kind != NOTHING]
+        return Maybe(joined(inner[0], inner[-1]))
     if isinstance(a, Row) and isinstance(b, Row) and len(a.items) == len(b.items):
-        try:
-            return Row(tuple(joined(x, y) for x, y in zip(a.items, b.items, strict=True)))
-        except NoType:
-            pass
+        return Row(tuple(map(joined, a.items, b.items)))
     if isinstance(a, Row | Listing) and isinstance(b, Row | Listing):
         return Listing(joined(element(a), element(b)))
-    raise NoType(f"a value is once {describe(a)} and once {describe(b)}")
+    raise NoType(f"a value is once {a.said} and once {b.said}")
 
 
-def element(sequence: Row | Listing) -> CType:
-    """Return the type that holds every element."""
+def element(sequence: CType) -> CType:
+    """Return the type that holds every element of a tuple or list."""
     if isinstance(sequence, Listing):
         return sequence.item
+    assert isinstance(sequence, Row)
     out: CType = UNKNOWN
     for item in sequence.items:
         out = joined(out, item)
     return out
-
-
-def describe(kind: CType) -> str:
-    """Return a type as a message names it."""
-    if isinstance(kind, Row):
-        return f"a tuple of {len(kind.items)}"
-    if isinstance(kind, Listing):
-        return f"a list of {describe(kind.item)}"
-    names: dict[CType, str] = {
-        FLOAT: "float",
-        DUAL: "a dual number",
-        INT: "int",
-        BOOL: "bool",
-        TEXT: "text",
-        NOTHING: "None",
-        UNKNOWN: "of no known type",
-    }
-    return names.get(kind, kind.name)
 
 
 @cache
@@ -190,11 +162,9 @@ def fields(kind: type) -> dict[str, CType]:
         A field's annotation has no counterpart in C.
     """
     if dataclasses.is_dataclass(kind):
-        names: tuple[str, ...] = tuple(field.name for field in dataclasses.fields(kind))
-    elif hasattr(kind, "_fields"):
-        names = kind._fields
+        names = tuple(field.name for field in dataclasses.fields(kind))
     else:
-        raise NoType(f"{kind.__name__} is neither a NamedTuple nor a dataclass")
+        names = getattr(kind, "_fields", ())
     hints = get_type_hints(kind)
     if not any(name in hints for name in names):  # PlantParameters: a flat set of floats
         return dict.fromkeys(names, FLOAT)
@@ -218,30 +188,18 @@ def annotated(hint: Any) -> CType:
         The annotation has no counterpart in C.
     """
     plain: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        hint = type(arguments[0])
     if hint in plain:
         return plain[hint]
-    origin, arguments = get_origin(hint), get_args(hint)
-    if origin is Literal and all(isinstance(argument, str) for argument in arguments):
-        return TEXT
-    if origin is tuple:
-        if len(arguments) == 2 and arguments[1] is Ellipsis:
-            return Listing(annotated(arguments[0]))
-        return Row(tuple(annotated(argument) for argument in arguments))
-    if origin in (list, abc.Sequence, abc.Iterable):
+    if origin is tuple and arguments[-1] is not Ellipsis:
+        return Row(tuple(map(annotated, arguments)))
+    if origin in (tuple, list, abc.Sequence, abc.Iterable):
         return Listing(annotated(arguments[0]))
-    if origin in (Union, types.UnionType):
-        inner = [annotated(argument) for argument in arguments if argument is not type(None)]
-        if len(inner) == 1:
-            return Maybe(inner[0])
+    inner = [argument for argument in arguments if argument is not type(None)]
+    if origin in (Union, types.UnionType) and len(inner) == 1:
+        return Maybe(annotated(inner[0]))
     if isinstance(hint, type) and (dataclasses.is_dataclass(hint) or hasattr(hint, "_fields")):
         return Struct(hint)
     raise NoType(f"the annotation {hint} has no counterpart in C")
-
-
-def holds_lists(kind: CType) -> bool:
-    """Whether values of this type point into memory."""
-    if isinstance(kind, Struct):
-        return any(map(holds_lists, fields(kind.kind).values()))
-    if isinstance(kind, Row):
-        return any(map(holds_lists, kind.items))
-    return isinstance(kind, Listing) or (isinstance(kind, Maybe) and holds_lists(kind.item))

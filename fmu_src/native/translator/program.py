@@ -1,0 +1,312 @@
+"""A program: every function that its entries need, made for the types of its arguments as a template is; its text."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from textwrap import fill
+from types import FunctionType
+from typing import Any, get_type_hints
+
+from heli_plant.syntax import definition_of
+
+from . import statements
+from .body import Body, Expr, Untranslatable, c_name
+from .calls import parameter_types
+from .types import BOOL, DUAL, FLOAT, INT, NOTHING, UNKNOWN, CType, Function, Listing, Maybe, NoType
+from .types import Row, Struct, annotated, fields
+
+_MOST_PASSES = 20
+_WIDTH = 118
+assert statements  # it fills the handlers
+
+
+@dataclass(eq=False)
+class Unit:
+    """One translated function."""
+
+    name: str
+    function: FunctionType
+    parameters: list[tuple[str, CType]]
+    result: CType = NOTHING
+    lines: list[str] = field(default_factory=list)
+    callees: list[Unit] = field(default_factory=list)
+    needs_space: bool = False
+
+    @property
+    def head(self) -> str:
+        """The function's declaration."""
+        parts = ["Space *space"] if self.needs_space else []
+        for name, kind in self.parameters:
+            if isinstance(kind, Struct):
+                parts.append(f"const {kind.name} *{c_name(name)}")
+            elif not isinstance(kind, Function):
+                parts.append(f"{kind.name} {c_name(name)}")
+        return f"{self.result.name} {self.name}({', '.join(parts) or 'void'})"
+
+    def text(self, static: bool) -> str:
+        """Return the function's definition, its docstring's first sentence above it."""
+        said = (inspect.getdoc(self.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
+        where = f"{self.function.__module__}.{self.function.__qualname__}"
+        comment = fill(f"/* {where}{': ' if said else ''}{said} */", _WIDTH, subsequent_indent="   ")
+        return "\n".join([comment, *map(_wrapped, ["static " * static + self.head, "{", *self.lines, "}"]), ""])
+
+
+class Translation:
+    """Functions and types that a program needs.
+
+    Parameters
+    ----------
+    externals : mapping, optional
+        Functions that are written in C: the name there.
+    """
+
+    def __init__(self, externals: dict[Callable[..., Any], str] | None = None) -> None:
+        self.externals = externals or {}
+        self.units: dict[tuple[Any, ...], Unit] = {}
+        self.entries: list[Unit] = []
+        self.types: list[CType] = []
+        self.names: set[str] = set()
+
+    def entry(self, function: Callable[..., Any], *bound: Any, slopes_by: Collection[str] = ()) -> Unit:
+        """Translate a function that C by hand calls.
+
+        Parameters
+        ----------
+        function : callable
+        *bound
+            Functions, or types, for those parameters that have no annotation.
+        slopes_by : collection of str
+            Parameters that are dual numbers.
+
+        Raises
+        ------
+        Untranslatable
+            It, or a function that it calls, uses a form that has no translation.
+        """
+        function, waiting, kinds = inspect.unwrap(function), list(bound), []
+        assert isinstance(function, FunctionType)
+        for name, kind in parameter_types(function).items():
+            if kind is None and not waiting:
+                file, line = inspect.getsourcefile(function) or "?", function.__code__.co_firstlineno
+                raise Untranslatable(file, line, f"the parameter {name} of {function.__name__} needs an annotation")
+            if kind is None:
+                given = waiting.pop(0)
+                kind = FLOAT if given is float else Struct(given) if isinstance(given, type) else Function(given)
+            kinds.append(DUAL if name in slopes_by else kind)
+        self.entries.append(self.function(function, tuple(kinds)))
+        return self.entries[-1]
+
+    def function(self, function: Any, arguments: tuple[CType, ...]) -> Unit:
+        """Return the translation of ``function`` for these argument types."""
+        key = inspect.unwrap(function), arguments
+        if key not in self.units:
+            self.units[key] = self._translated(*key)
+        return self.units[key]
+
+    def _translated(self, function: FunctionType, arguments: tuple[CType, ...]) -> Unit:
+        names = list(inspect.signature(function).parameters)
+        unit = Unit(self._name(function, DUAL in arguments), function, list(zip(names, arguments, strict=True)))
+        for kind in arguments:
+            self.use(kind)
+        hinted = None if DUAL in arguments else _result(function)
+        if function in self.externals:
+            unit.name, unit.needs_space, unit.result = self.externals[function], True, hinted or NOTHING
+            self.use(unit.result)
+            return unit
+        origin = ("/".join(Path(function.__code__.co_filename).parts[-3:]), function.__code__.co_firstlineno - 1)
+        body = Body(self, function.__globals__, origin, definition_of(function), hinted)
+        for _ in range(_MOST_PASSES):
+            before = dict(body.types), body.returned, set(body.grown)
+            body.begin()
+            _parameters(body, unit)
+            body.statements(body.definition.body)
+            if (body.types, body.returned, body.grown) == before:
+                break
+        else:
+            raise Untranslatable(origin[0], origin[1] + 1, f"the types of {function.__name__} do not settle")
+        unit.result = body.returns or (NOTHING if body.returned == UNKNOWN else body.returned)
+        unit.lines, unit.callees, unit.needs_space = body.lines, body.callees, body.needs_space
+        return unit
+
+    def _name(self, function: Any, differentiated: bool) -> str:
+        """Return a name in C: the module's and the function's."""
+        own = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
+        base = name = f"{function.__module__.rpartition('.')[2]}_{own}{'_dual' if differentiated else ''}"
+        number = 1
+        while name in self.names:
+            number += 1
+            name = f"{base}_{number}"
+        self.names.add(name)
+        return name
+
+    def use(self, kind: CType) -> None:
+        """Define a type behind those that it is made of."""
+        if isinstance(kind, Struct | Row | Listing | Maybe) and kind not in self.types and kind != Listing(UNKNOWN):
+            for _, inner in parts_of(kind):
+                self.use(inner)
+            self.types.append(kind)
+
+
+def parts_of(kind: CType) -> list[tuple[str, CType]]:
+    """Return the fields of a type: name and type; of a list its elements."""
+    if isinstance(kind, Struct):
+        return list(fields(kind.kind).items())
+    if isinstance(kind, Row):
+        return [(f"x{i}", inner) for i, inner in enumerate(kind.items)]
+    if isinstance(kind, Maybe):
+        return [("some", BOOL), ("value", kind.item)]
+    return [("at[i]", kind.item)] if isinstance(kind, Listing) else []
+
+
+def _result(function: FunctionType) -> CType | None:
+    """Return the type of the result as its annotation says it."""
+    try:
+        hint = get_type_hints(function).get("return", UNKNOWN)
+        return None if hint is UNKNOWN else annotated(hint)
+    except (NameError, NoType, TypeError):
+        return None
+
+
+def _parameters(body: Body, unit: Unit) -> None:
+    """Let the parameters' names stand for what C passes; one that is assigned to becomes a variable."""
+    for name, kind in unit.parameters:
+        value = Expr(kind, c_name(name), pointer=isinstance(kind, Struct))
+        if isinstance(kind, Function):
+            value = body.known(kind.function)
+        if name not in body.assigned:
+            body.bind(name, value)
+            continue
+        wanted = body.widen(name, kind)
+        body.c_names[name] = f"{name}_now"
+        body.declared.add(name)
+        body.emit(f"{wanted.name} {name}_now = {body.as_type(value, wanted).bare};")
+
+
+# Text
+
+_LIST = """static inline {list} new_{list}(Space *space, int64_t count)
+{{
+    return ({list}){{count, space_take(space, count, sizeof({item}))}};
+}}
+
+/* A copy with room for more: 4, 8, 16, ... elements. */
+static inline {list} growable_{list}(Space *space, {list} old)
+{{
+    {list} list = {{old.count, space_take(space, room_for(old.count + 1), sizeof({item}))}};
+    for (int64_t i = 0; i < old.count; i++)
+        list.at[i] = old.at[i];
+    return list;
+}}
+
+static inline void push_{list}(Space *space, {list} *list, {item} value)
+{{
+    if (list->count == 0 || list->count == room_for(list->count))
+        *list = growable_{list}(space, *list);
+    list->at[list->count++] = value;
+}}
+
+/* list[first:beyond:step], as Python counts: bounds beyond the ends are moved to them. */
+static inline {list} part_of_{list}(Space *space, {list} list, int64_t first, int64_t beyond, int64_t step)
+{{
+    {list} part = new_{list}(space, range_count(first, beyond < list.count ? beyond : list.count, step));
+    for (int64_t i = 0; i < part.count; i++)
+        part.at[i] = list.at[first + i * step];
+    return part;
+}}
+"""
+
+
+def _wrapped(line: str) -> str:
+    """Return a line of C broken at blanks, unless a text is in it."""
+    margin = line[: len(line) - len(line.lstrip())]
+    if len(line) <= _WIDTH or '"' in line:
+        return line
+    return fill(line.strip(), _WIDTH, initial_indent=margin, subsequent_indent=margin + "        ",
+                break_long_words=False, break_on_hyphens=False)  # fmt: skip
+
+
+def _type_text(kind: CType) -> str:
+    """Return the definition of a type."""
+    parts = [("count", INT), *parts_of(kind)] if isinstance(kind, Listing) else parts_of(kind)
+    members = "".join(f"    {inner.name} {name};\n" for name, inner in parts)
+    return f"typedef struct {{\n{members}}} {kind.name};\n".replace(" at[i];", " *at;")
+
+
+def _reached(entries: Iterable[Unit]) -> list[Unit]:
+    """Return the functions that the entries need, each behind those that it calls."""
+    out: dict[Unit, None] = {}
+
+    def visit(unit: Unit) -> None:
+        if unit not in out:
+            for callee in unit.callees:
+                visit(callee)
+            out[unit] = None
+
+    for entry in entries:
+        visit(entry)
+    return list(out)
+
+
+def header(translation: Translation, more: str = "") -> str:
+    """Return the header of a program: its types and the functions that C by hand calls."""
+    types = "\n".join(map(_type_text, translation.types))
+    lists = "\n".join(
+        _LIST.format(list=kind.name, item=kind.item.name) for kind in translation.types if isinstance(kind, Listing)
+    )
+    duals = '#include "dual.h"\n' if any("Dual " in _type_text(kind) for kind in translation.types) else ""
+    external = [unit for unit in translation.units.values() if unit.name in translation.externals.values()]
+    heads = "\n".join(_wrapped(f"{unit.head};") for unit in (*translation.entries, *external))
+    return (
+        "/* Translated from the Python sources of the unit; change those, not this file. */\n"
+        f'#ifndef MODEL_H\n#define MODEL_H\n\n#include "arithmetic.h"\n#include "memory.h"\n{duals}\n{types}\n{lists}\n'
+        f"{heads}\n\n{more}\n#endif\n"
+    )
+
+
+def source(translation: Translation, more: str = "") -> str:
+    """Return the source file of a program."""
+    units = [unit for unit in _reached(translation.entries) if unit.name not in translation.externals.values()]
+    functions = "\n".join(unit.text(static=unit not in translation.entries) for unit in units)
+    return (
+        "/* Translated from the Python sources of the unit; change those, not this file. */\n"
+        f'#include "model.h"\n\n{functions}\n{more}'
+    )
+
+
+# Bytes of the memory
+
+
+def persistence(roots: list[CType], translation: Translation) -> str:
+    """Return ``write_T`` and ``read_T`` of these types and of their parts: a value as bytes, and back."""
+    for root in roots:
+        translation.use(root)
+    wanted = set(_all_parts(roots))
+    return "\n".join(_both_ways(kind) for kind in translation.types if kind in wanted)
+
+
+def _all_parts(kinds: Iterable[CType]) -> Iterator[CType]:
+    for kind in kinds:
+        yield kind
+        yield from _all_parts(inner for _, inner in parts_of(kind))
+
+
+def _both_ways(kind: CType) -> str:
+    out = ""
+    for verb, const in (("write", "const "), ("read", "")):
+        lines = [f"{verb}_{inner.name}(bytes, &x->{name});" for name, inner in parts_of(kind)]
+        if isinstance(kind, Maybe):
+            clear = [f"*x = ({kind.name}){{0}};"] if verb == "read" else []
+            lines = [*clear, lines[0], f"if (x->some) {lines[1]}"]
+        if isinstance(kind, Listing):
+            loop = [f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"]
+            count = ["read_count(bytes, &x->count);",
+                     f"x->at = space_take(bytes->space, x->count, sizeof({kind.item.name}));"]  # fmt: skip
+            lines = [*(count if verb == "read" else ["write_int64_t(bytes, &x->count);"]), *loop]
+        text = "".join(f"    {line}\n" for line in lines)
+        out += f"static inline void {verb}_{kind.name}(Bytes *bytes, {const}{kind.name} *x)\n{{\n{text}}}\n"
+    return out
+
