@@ -93,7 +93,7 @@ def build_native(
     files = compiled_files(sources)
     built = binaries(sources, files, unit, fmi, all_platforms)
     entries = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    entries["sources/buildDescription.xml"] = build_description(unit, sources, fmi)
+    entries["sources/buildDescription.xml"] = build_description(unit, sources)
     entries |= built
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     said = _HOST.format(platforms=platforms) + (_EXCHANGE if exchange else "")

@@ -1,6 +1,10 @@
-"""The native twins of the units: which functions are translated and which variables they read."""
+"""The native twins of the units: which functions are translated, and which variables they read."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from heli_identifier.online import (
     WATCHABLE,
@@ -34,39 +38,111 @@ from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
 
 from ..variables import Variable
-from .definition import Definition, Exchange
-from .translator import choose
+from .translator import choose, quoted
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """What Model Exchange adds to a unit.
+
+    Attributes
+    ----------
+    adapter : str
+        File in C that connects the translated functions with states, rates and slopes.
+    entries : tuple
+        Functions that it calls, as those of :class:`Definition`.
+    differentiated : mapping
+        Functions that are translated for dual numbers as well, and the parameters that are.
+    states : tuple of Variable
+        One per continuous state; they stand behind the unit's variables, their derivatives behind them.
+    """
+
+    adapter: str
+    entries: tuple[Any, ...]
+    differentiated: Mapping[Callable[..., Any], tuple[str, ...]]
+    states: tuple[Variable, ...]
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The states and their derivatives."""
+        rates = tuple(
+            state._replace(
+                name=f"der({state.name})",
+                unit=per_second(state.unit),
+                nominal=None,
+                description=f"derivative of {state.name}",
+            )
+            for state in self.states
+        )
+        return (*self.states, *rates)
+
+
+def per_second(unit: str | None) -> str:
+    """Return the unit of a derivative: ``rad/s`` becomes ``rad/s^2``."""
+    unit = unit or "1"
+    return unit.removesuffix("/s") + ("/s^2" if unit.endswith("/s") else "/s")
+
+
+@dataclass(frozen=True)
+class Definition:
+    """The native twin of a unit.
+
+    Attributes
+    ----------
+    adapter : str
+        File in C that connects the translated functions with the unit's variables.
+    entries : tuple
+        Functions that the adapter calls; one with unannotated parameters stands in a tuple with the functions for them.
+    settings : mapping
+        Structs that are filled from variables: for each field, by its path, the variable's name.
+    memory : tuple of types
+        What the unit remembers between steps.
+    externals : mapping
+        Functions that the adapter defines in C itself: the name there.
+    more : str
+        Further C text of the header.
+    files : tuple of str
+        Further files in C that the adapter needs.
+    exchange : Exchange or None
+        What Model Exchange adds, in units that have it.
+    """
+
+    adapter: str
+    entries: tuple[Any, ...] = ()
+    settings: Mapping[type, Mapping[str, str]] = field(default_factory=dict)
+    memory: tuple[type, ...] = ()
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)
+    more: str = ""
+    files: tuple[str, ...] = ()
+    exchange: Exchange | None = None
 
 
 def plant_twin() -> Definition:
     """HelicopterPlant."""
-    return Definition(
-        "plant.c",
-        (
-            communication.begin,
-            (communication.communicate, plant.step, plant.arriving),
-            communication.is_finite,
-            communication.shown,
-            state.start_state,
-            (laws.motor_time_constant, PlantParameters),
-            (laws.input_delay, PlantParameters),
-            correction.with_share,
-            observer.observer_gains,
-            observer.measured_against,
-            observer.predicted,
-        ),
-        {
-            PlantParameters: {row.field: row.name for row in PARAMETERS},
-            EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
-            correction.Correction: {
-                field: f"correction.{name}"
-                for field, (name, _) in zip(correction.Correction._fields, correction.CORRECTED, strict=True)
-            },
-        },
-        (communication.PlantMemory, observer.Torque),
-        files=("plant.h",),
-        exchange=plant_exchange(),
+    entries = (
+        communication.begin,
+        (communication.communicate, plant.step, plant.arriving),
+        communication.is_finite,
+        communication.shown,
+        state.start_state,
+        (laws.motor_time_constant, PlantParameters),
+        (laws.input_delay, PlantParameters),
+        correction.with_share,
+        observer.observer_gains,
+        observer.measured_against,
+        observer.predicted,
     )
+    corrections = {
+        field: f"correction.{name}"
+        for field, (name, _) in zip(correction.Correction._fields, correction.CORRECTED, strict=True)
+    }
+    settings = {
+        PlantParameters: {row.field: row.name for row in PARAMETERS},
+        EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
+        correction.Correction: corrections,
+    }
+    memory = (communication.PlantMemory, observer.Torque)
+    return Definition("plant.c", entries, settings, memory, files=("plant.h",), exchange=plant_exchange())
 
 
 def plant_exchange() -> Exchange:
@@ -75,18 +151,14 @@ def plant_exchange() -> Exchange:
         Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=nominal)
         for name, unit, nominal in continuous.STATES
     )
-    return Exchange(
-        "plant_exchange.c",
-        (continuous.rates_of_change, (laws.next_step_time, float, PlantParameters)),
-        {
-            continuous.rates_of_change: (
-                "th", "ep", "la", "w1", "w2", "w3", "nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear",
-                "mass_position",
-            ),
-            continuous.measured: ("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"),
-        },
-        states,
-    )  # fmt: skip
+    motion = ("th", "ep", "la", "w1", "w2", "w3")
+    rotors = ("nu_front", "nu_rear", "q", "w_q", "v_front", "v_rear", "mass_position")
+    slopes: dict[Callable[..., Any], tuple[str, ...]] = {
+        continuous.rates_of_change: (*motion, *rotors),
+        continuous.measured: (*motion, "q", "w_q"),
+    }
+    entries = (continuous.rates_of_change, (laws.next_step_time, float, PlantParameters))
+    return Exchange("plant_exchange.c", entries, slopes, states)
 
 
 def identifier_twin() -> Definition:
@@ -95,7 +167,8 @@ def identifier_twin() -> Definition:
     functions = tuple(dict.fromkeys(one.law for one in watchable))
     choose(Candidate, "law", functions)
     rows = "\n".join(
-        f'    {{"{one.name}", "{one.axis}", {functions.index(one.law)}, {_c(one.in_rotors)}, {_c(one.times_gain)}}},'
+        f"    {{{quoted(one.name)}, {quoted(one.axis)}, {functions.index(one.law)}, {one.in_rotors:d}, "
+        f"{one.times_gain:d}}},"
         for one in watchable
     )
     table = (
@@ -117,80 +190,55 @@ def identifier_twin() -> Definition:
         "report_interval": "report.interval",
         **{f"initial.{name}": f"initial.{name}" for name in ModelParameters._fields},
     }
-    return Definition(
-        "identifier.c",
-        (
-            is_due,
-            take_sample,
-            begin_sampling,
-            before_samples,
-            prepare,
-            default_settings,
-            determined,
-            is_closed,
-            (IdentifierSettings.__post_init__, IdentifierSettings),
-        ),
-        {IdentifierSettings: settings},
-        (Sampled,),
-        {candidate: "find_candidate"},
-        table,
+    entries = (
+        is_due,
+        take_sample,
+        begin_sampling,
+        before_samples,
+        prepare,
+        default_settings,
+        determined,
+        is_closed,
+        (IdentifierSettings.__post_init__, IdentifierSettings),
     )
-
-
-def _c(value: bool) -> str:
-    return "true" if value else "false"
+    externals = {candidate: "find_candidate"}
+    return Definition("identifier.c", entries, {IdentifierSettings: settings}, (Sampled,), externals, table)
 
 
 def controller_twin() -> Definition:
     """PidController."""
-    gains = {
-        f"{axis}.{gain}": f"{axis}.{gain}"
-        for axis in ("pitch", "elevation", "travel")
-        for gain in control.AxisGains._fields
-    }
+    gains = [f"{axis}.{gain}" for axis in ("pitch", "elevation", "travel") for gain in control.AxisGains._fields]
     settings = {
+        **dict(zip(gains, gains, strict=True)),
         "travel_enabled": "travel.enabled",
         "trim": "trim",
         "pitch_limit": "travel.pitch_limit",
         "rate_time_constant": "rate.time_constant",
         "voltage_limit": "voltage_limit",
     }
-    return Definition(
-        "pid.c",
-        (control.pid_step, control.start_pid, control.risen, motor.saturate),
-        {control.PidSettings: {**gains, **settings}},
-        (control.PidState,),
-    )
+    entries = (control.pid_step, control.start_pid, control.risen, motor.saturate)
+    return Definition("pid.c", entries, {control.PidSettings: settings}, (control.PidState,))
 
 
 def exciter_twin() -> Definition:
     """Exciter."""
-    return Definition(
-        "exciter.c",
-        (
-            (SquareChirp.at, SquareChirp),
-            paper_channels,
-            check_multisine,
-            multisine_components,
-            multisine_value,
-            check_bounds,
-            combined,
-        ),
-        externals={phases: "phases"},
-        files=("mersenne.c",),
+    entries = (
+        (SquareChirp.at, SquareChirp),
+        paper_channels,
+        check_multisine,
+        multisine_components,
+        multisine_value,
+        check_bounds,
+        combined,
     )
+    return Definition("exciter.c", entries, externals={phases: "phases"}, files=("mersenne.c",))
 
 
-def player_twin() -> Definition:
-    """LogPlayer, whose file is read in C."""
-    return Definition("player.c")
-
-
-DEFINITIONS = {
+DEFINITIONS: dict[str, Callable[[], Definition]] = {
     "HelicopterPlant": plant_twin,
     "AdaptiveIdentifier": identifier_twin,
     "PidController": controller_twin,
     "Exciter": exciter_twin,
-    "LogPlayer": player_twin,
+    "LogPlayer": lambda: Definition("player.c"),  # its file is read in C
 }
 """By the unit's name."""

@@ -1,20 +1,19 @@
-"""All sources of a native unit, and the description by which an importer compiles them."""
+"""All sources of a native unit: C by hand, the translation, and tables from the unit's definition."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from xml.etree.ElementTree import Element, SubElement
 
 from ..errors import BuildError
-from ..packaging import xml_text
-from ..slave_base import SlaveBase
-from ..variables import Value
-from .definition import Definition, Exchange
-from .definitions import DEFINITIONS
-from .tables import variables_header, variables_source
-from .translator import Struct, Translation, header, persistence, source
+from ..packaging import value_text, xml_text
+from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
+from ..variables import LARGEST, Value, Variable
+from .definitions import DEFINITIONS, Definition, Exchange
+from .translator import BOOL, INT, Struct, Translation, fields, header, persistence, quoted, source
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
 """Files in C that every unit has."""
@@ -22,6 +21,8 @@ RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
            3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
 """Headers of the standard, which fmpy carries."""
+
+_GENERATED = "/* Generated from the unit's definition. */\n"
 
 
 def exchange_of(unit: str) -> Exchange:
@@ -88,7 +89,7 @@ def compiled_files(sources: Mapping[str, str]) -> list[str]:
     return [name for name in sources if name.endswith(".c")]
 
 
-def build_description(identifier: str, sources: Mapping[str, str], fmi: int) -> bytes:
+def build_description(identifier: str, sources: Mapping[str, str]) -> bytes:
     """Return sources/buildDescription.xml (FMI 3.0, section 2.5.5; tools read it in FMI 2.0 units as well)."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
@@ -98,3 +99,62 @@ def build_description(identifier: str, sources: Mapping[str, str], fmi: int) -> 
     SubElement(listed, "IncludeDirectory", name=".")
     SubElement(configuration, "Library", name="m", external="true")
     return xml_text(root)
+
+
+def reference(name: str) -> str:
+    """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
+    return "REF_" + re.sub(r"\W+", "_", name).strip("_")
+
+
+def variables_header(variables: Sequence[Variable], definition: Definition) -> str:
+    """Return variables.h: the value references, and the functions that fill the settings."""
+    names = ",\n".join(f"    {reference(variable.name)}" for variable in variables)
+    text = f'{_GENERATED}#ifndef VARIABLES_H\n#define VARIABLES_H\n\n#include "model.h"\n#include "unit.h"\n\n'
+    text += f"enum {{\n{names}\n}};\n\n"
+    for kind, paths in definition.settings.items():
+        lines = "".join(
+            f"    x->{path} = {_converted(kind, path, f'values[{reference(name)}].real')};\n"
+            for path, name in paths.items()
+        )
+        text += f"static inline void set_{kind.__name__}({kind.__name__} *x, const Value *values)\n{{\n{lines}}}\n\n"
+    return f"{text}#endif\n"
+
+
+def _converted(kind: type, path: str, text: str) -> str:
+    """Return the number of a variable as the type of a field."""
+    first, _, rest = path.partition(".")
+    found = fields(kind)[first]
+    if rest:
+        assert isinstance(found, Struct)
+        return _converted(found.kind, rest, text)
+    return f"{text} != 0.0" if found == BOOL else f"(int64_t){text}" if found == INT else text
+
+
+def variables_source(
+    unit: type[SlaveBase], variables: Sequence[Variable], start_values: Mapping[str, Value], token: str, exchanged: bool
+) -> str:
+    """Return variables.c: all variables, the token of the model description, the unit's limits."""
+    rows = "\n".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in variables)
+    return (
+        f'{_GENERATED}#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quoted(token)};\n'
+        f"{'' if exchanged else 'const Exchange *const EXCHANGE = NULL;'}\n\n"
+        f"const bool HAS_PAST = {str(unit.has_past).lower()};\n"
+        f"const double LONGEST_STEP = {LONGEST_STEP!r}, CLOCK_TOLERANCE = {CLOCK_TOLERANCE!r};\n"
+        f"const int64_t MOST_SUBSTEPS = {MOST_SUBSTEPS};\n\n"
+        "/* name, kind, causality, tunable, unit, minimum, maximum, nominal, start, text */\n"
+        f"const Variable VARIABLES[] = {{\n{rows}\n}};\n\n"
+        "const size_t VARIABLE_COUNT = sizeof VARIABLES / sizeof VARIABLES[0];\n"
+    )
+
+
+def _row(variable: Variable, start: Value | None) -> str:
+    low, high = (0.0, 1.0) if variable.type == "Boolean" else variable.bounds
+    assert abs(low) <= LARGEST and abs(high) <= LARGEST
+    is_text = variable.type == "String"
+    number = "0.0" if start is None or is_text else value_text(float(start), "Real")
+    parts = (
+        quoted(variable.name), variable.type.upper(), variable.causality.upper(),
+        str(variable.variability == "tunable").lower(), quoted(variable.unit or ""), repr(float(low)),
+        repr(float(high)), repr(float(variable.nominal or 1.0)), number, quoted(str(start or "")) if is_text else "0",
+    )  # fmt: skip
+    return f"    {{{', '.join(parts)}}},"

@@ -1,7 +1,7 @@
 """One function while it is translated: expressions in C, their conversions, its lines, variables and scopes.
 
-Types of variables are found by translating the function again and again, until no assignment widens a type any more. The
-text of the last pass is the translation.
+Types of variables are found by translating the function again and again, until no assignment widens a type any more.
+The text of the last pass is the translation.
 """
 
 from __future__ import annotations
@@ -15,8 +15,26 @@ from dataclasses import dataclass
 from typing import Any, NoReturn
 
 from ...errors import BuildError
-from .types import BOOL, DUAL, FLOAT, INT, NOTHING, NUMBERS, TEXT, UNKNOWN, CType, Function, Listing, Maybe, NoType
-from .types import Row, Struct, element, fields, joined
+from .types import (
+    BOOL,
+    DUAL,
+    FLOAT,
+    INT,
+    NOTHING,
+    NUMBERS,
+    TEXT,
+    UNKNOWN,
+    CType,
+    Function,
+    Listing,
+    Maybe,
+    NoType,
+    Row,
+    Struct,
+    element,
+    fields,
+    joined,
+)
 
 UNKNOWN_VALUE: Any = object()
 """``constant`` of an expression whose value is not known when it is translated."""
@@ -365,7 +383,8 @@ class Body:
         if wanted in (INT, FLOAT) and have in (BOOL, INT):
             if wanted == FLOAT and isinstance(value.constant, int):
                 return self.known(float(value.constant))
-            return Expr(wanted, value.as_float if value.as_float and wanted == FLOAT else f"({wanted.name}){value.text}")
+            float_before = value.as_float if wanted == FLOAT else ""
+            return Expr(wanted, float_before or f"({wanted.name}){value.text}")
         if isinstance(wanted, Listing) and (have == Listing(UNKNOWN) or value.items == []):
             return Expr(wanted, f"({wanted.name}){{0}}")
         if isinstance(wanted, Row) and isinstance(have, Listing):

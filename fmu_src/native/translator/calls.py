@@ -19,8 +19,22 @@ from typing import Any
 
 from .body import UNKNOWN_VALUE, Body, Expr, translates, unwrapped
 from .expressions import arithmetic, collected, each, run, runs_over
-from .types import BOOL, DUAL, FLOAT, INT, NOTHING, Choice, CType, Function, Listing, NoType, Struct
-from .types import annotated, fields, joined
+from .types import (
+    BOOL,
+    DUAL,
+    FLOAT,
+    INT,
+    NOTHING,
+    Choice,
+    CType,
+    Function,
+    Listing,
+    NoType,
+    Struct,
+    annotated,
+    fields,
+    joined,
+)
 
 _MATHEMATICS: dict[Any, str] = {
     getattr(math, name): name
@@ -349,5 +363,3 @@ def _chosen(body: Body, node: ast.Call, which: Expr) -> Expr:
         for index, value in done.items():
             body.emit(f"case {index}: {name} = {value.bare}; break;")
     return Expr(result, name)
-
-

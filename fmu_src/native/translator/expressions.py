@@ -13,8 +13,25 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from .body import UNKNOWN_VALUE, Body, Expr, c_name, row, translates, unwrapped
-from .types import BOOL, DUAL, FLOAT, INT, NOTHING, NUMBERS, TEXT, UNKNOWN, CType, Function, Listing, Maybe, NoType
-from .types import Struct, element, fields, joined
+from .types import (
+    BOOL,
+    DUAL,
+    FLOAT,
+    INT,
+    NOTHING,
+    NUMBERS,
+    TEXT,
+    UNKNOWN,
+    CType,
+    Function,
+    Listing,
+    Maybe,
+    NoType,
+    Struct,
+    element,
+    fields,
+    joined,
+)
 
 _SYMBOLS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.Mod: "%", ast.FloorDiv: "//"}
 _RELATIONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
@@ -350,9 +367,7 @@ def _zip(body: Body, node: ast.Call) -> Run:
         kind, at = rows.type.item.item, rows.field("at")
         return Run(
             count=f"({rows.field('count')} > 0 ? {at}[0].count : 0)",
-            at=lambda k: collected(
-                body, Run(count=rows.field("count"), at=lambda i: Expr(kind, f"{at}[{i}].at[{k}]"))
-            ),
+            at=lambda k: collected(body, Run(count=rows.field("count"), at=lambda i: Expr(kind, f"{at}[{i}].at[{k}]"))),
         )
     strict = any(keyword.arg == "strict" for keyword in node.keywords)
     return _together([run(body, argument) for argument in node.args], body, strict)
@@ -420,10 +435,11 @@ def _nested(body: Body, node: ast.ListComp | ast.GeneratorExp, take: Callable[[E
 
     def turn(item: Expr) -> None:
         assign(body, generator.target, item)
-        if not generator.ifs:
-            return _nested(body, node, take, depth + 1)
-        test = ast.BoolOp(ast.And(), generator.ifs) if len(generator.ifs) > 1 else generator.ifs[0]
-        with body.block(f"if ({condition(body, test).bare})"):
+        if generator.ifs:
+            test = ast.BoolOp(ast.And(), generator.ifs) if len(generator.ifs) > 1 else generator.ifs[0]
+            with body.block(f"if ({condition(body, test).bare})"):
+                _nested(body, node, take, depth + 1)
+        else:
             _nested(body, node, take, depth + 1)
 
     each(body, run(body, generator.iter), turn)

@@ -16,8 +16,23 @@ from heli_plant.syntax import definition_of
 from . import statements
 from .body import Body, Expr, Untranslatable, c_name
 from .calls import parameter_types
-from .types import BOOL, DUAL, FLOAT, INT, NOTHING, UNKNOWN, CType, Function, Listing, Maybe, NoType
-from .types import Row, Struct, annotated, fields
+from .types import (
+    BOOL,
+    DUAL,
+    FLOAT,
+    INT,
+    NOTHING,
+    UNKNOWN,
+    CType,
+    Function,
+    Listing,
+    Maybe,
+    NoType,
+    Row,
+    Struct,
+    annotated,
+    fields,
+)
 
 _MOST_PASSES = 20
 _WIDTH = 118
@@ -309,4 +324,3 @@ def _both_ways(kind: CType) -> str:
         text = "".join(f"    {line}\n" for line in lines)
         out += f"static inline void {verb}_{kind.name}(Bytes *bytes, {const}{kind.name} *x)\n{{\n{text}}}\n"
     return out
-

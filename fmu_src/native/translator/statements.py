@@ -42,7 +42,8 @@ def store(body: Body, target: ast.expr, value: Expr) -> None:
     if isinstance(target, ast.Tuple):
         items = body.unpacked(value, len(target.elts))
         stored = {body.c_names[name] for name in target_names(target)}
-        if any(isinstance(one, ast.Subscript) for one in target.elts) or any(stored & _words(item) for item in items[1:]):
+        elements = any(isinstance(one, ast.Subscript) for one in target.elts)
+        if elements or any(stored & _words(item) for item in items[1:]):
             items = [body.kept(item) if item.constant is UNKNOWN_VALUE else item for item in items]
         for one, item in zip(target.elts, items, strict=True):
             store(body, one, item)

@@ -19,13 +19,12 @@ import dataclasses
 import types
 from collections import abc
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-value_type = dataclasses.dataclass(frozen=True)
 
-
-@value_type
+@dataclass(frozen=True)
 class Scalar:
     """A type of C itself; ``short`` stands in the names of the types that are made of it, ``said`` in messages."""
 
@@ -45,7 +44,7 @@ UNKNOWN = Scalar("void", "u", "of no known type")
 NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
-@value_type
+@dataclass(frozen=True)
 class Struct:
     """A NamedTuple or a dataclass."""
 
@@ -53,7 +52,7 @@ class Struct:
     name = short = said = property(lambda self: self.kind.__name__)
 
 
-@value_type
+@dataclass(frozen=True)
 class Row:
     """A tuple of known length."""
 
@@ -70,7 +69,7 @@ class Row:
     short = name
 
 
-@value_type
+@dataclass(frozen=True)
 class Listing:
     """A list, or a tuple whose length is known at run time only."""
 
@@ -85,7 +84,7 @@ class Listing:
     short = name
 
 
-@value_type
+@dataclass(frozen=True)
 class Maybe:
     """A value or None."""
 
@@ -94,7 +93,7 @@ class Maybe:
     said = property(lambda self: f"{self.item.said} or None")
 
 
-@value_type
+@dataclass(frozen=True)
 class Function:
     """A function that is known when the program is translated."""
 
@@ -102,7 +101,7 @@ class Function:
     name = short = said = "function"
 
 
-@value_type
+@dataclass(frozen=True)
 class Choice:
     """One of several functions, chosen at run time by its index."""
 
