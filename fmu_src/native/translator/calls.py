@@ -18,7 +18,7 @@ from types import FunctionType
 from typing import Any
 
 from .body import UNKNOWN_VALUE, Body, Expr, translates, unwrapped
-from .expressions import arithmetic, collected, each, run, runs_over
+from .expressions import RUNS, Run, arithmetic, collected, each, each_as, run, runs_over, together
 from .types import (
     BOOL,
     DUAL,
@@ -195,6 +195,16 @@ def _reduce(body: Body, node: ast.Call) -> Expr:
 
     each(body, run(body, node.args[1]), take)
     return Expr(FLOAT, total)
+
+
+def _map(body: Body, node: ast.Call) -> Run:
+    """``map(f, a, b)``: as long as its shortest argument."""
+    function = body.value(node.args[0]).constant
+    both = together(body, [run(body, argument) for argument in node.args[1:]], strict=len(node.args) == 2)
+    return each_as(both, lambda item: apply(body, node, function, body.items_of(item) or []))
+
+
+RUNS["map"] = _map
 
 
 def _any_all(body: Body, node: ast.Call) -> Expr:

@@ -327,8 +327,8 @@ def run(body: Body, node: ast.expr) -> Run:
     """Return what a loop over ``node`` runs over."""
     if isinstance(node, ast.GeneratorExp | ast.ListComp):
         return _comprehended(body, node)
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _RUNS:
-        return _RUNS[node.func.id](body, node)
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in RUNS:
+        return RUNS[node.func.id](body, node)
     return runs_over(body, body.value(node))
 
 
@@ -348,7 +348,7 @@ def _range(body: Body, node: ast.Call) -> Run:
     )
 
 
-def _together(runs: list[Run], body: Body, strict: bool) -> Run:
+def together(body: Body, runs: list[Run], strict: bool) -> Run:
     """Run over several at once, as ``zip`` does."""
     if all(one.items is not None for one in runs):
         return Run([row(list(items)) for items in zip(*(one.items or [] for one in runs), strict=strict)])
@@ -370,7 +370,7 @@ def _zip(body: Body, node: ast.Call) -> Run:
             at=lambda k: collected(body, Run(count=rows.field("count"), at=lambda i: Expr(kind, f"{at}[{i}].at[{k}]"))),
         )
     strict = any(keyword.arg == "strict" for keyword in node.keywords)
-    return _together([run(body, argument) for argument in node.args], body, strict)
+    return together(body, [run(body, argument) for argument in node.args], strict)
 
 
 def _enumerate(body: Body, node: ast.Call) -> Run:
@@ -389,20 +389,16 @@ def _reversed(body: Body, node: ast.Call) -> Run:
     return Run(count=one.count, at=lambda k: one.at(f"{one.count} - 1 - {k}"))  # type: ignore[misc]
 
 
-def _map(body: Body, node: ast.Call) -> Run:
-    from .calls import apply
-
-    function = body.value(node.args[0])
-    both = _together([run(body, argument) for argument in node.args[1:]], body, strict=len(node.args) == 2)
-    return _each_as(both, lambda item: apply(body, node, function.constant, body.items_of(item) or []))
-
-
-_RUNS: dict[str, Callable[[Body, ast.Call], Run]] = {
-    "range": _range, "zip": _zip, "enumerate": _enumerate, "reversed": _reversed, "map": _map,
-}  # fmt: skip
+RUNS: dict[str, Callable[[Body, ast.Call], Run]] = {
+    "range": _range,
+    "zip": _zip,
+    "enumerate": _enumerate,
+    "reversed": _reversed,
+}
+"""Functions that loops run over."""
 
 
-def _each_as(over: Run, value: Callable[[Expr], Expr]) -> Run:
+def each_as(over: Run, value: Callable[[Expr], Expr]) -> Run:
     """Run over a function of each element."""
     if over.items is not None:
         return Run([value(item) for item in over.items])
@@ -423,7 +419,7 @@ def _comprehended(body: Body, node: ast.ListComp | ast.GeneratorExp) -> Run:
         body.scopes.pop()
         return done
 
-    return _each_as(over, value)
+    return each_as(over, value)
 
 
 def _nested(body: Body, node: ast.ListComp | ast.GeneratorExp, take: Callable[[Expr], None], depth: int) -> None:
