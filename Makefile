@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test lint bench blind docs audit lock sbom clean
+.PHONY: demo test test-all lint size bench blind docs audit lock sbom clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
@@ -37,8 +37,17 @@ lint: $(VENV)/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: lint docs
+# What takes long, as the commands of the documentation, whole campaigns, and most faults that need processes, is in
+# test-all alone.
+test: lint
+	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
+
+test-all: lint docs
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+# Lines and files of every folder, beside what they are to be.
+size:
+	@$(PYTHON) -m benchmarks.size
 
 docs: $(VENV)/.test
 	$(BIN)/mkdocs build --strict

@@ -18,13 +18,12 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 HOSTS = Path(__file__).parent / "hosts"
 
 
-def pytest_configure(config):
+def pytest_configure():
     from hypothesis import HealthCheck, settings
 
     # a loaded machine is no defect: examples have no deadline, and may be slow to make
     settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("patient")
-    config.addinivalue_line("markers", "slow: a test of some seconds, a Monte Carlo or a whole search; -m 'not slow'")
 
 
 @pytest.fixture
