@@ -11,11 +11,10 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from heli_identifier.cli.on_logs import rigs_done
-
 from benchmarks.blind_page import misses, section
 from benchmarks.blind_rigs import GROUPS, sources
 from benchmarks.page import write_section
+from heli_identifier.cli.on_logs import rigs_done
 from heli_identifier.errors import IdentifierError
 from heli_identifier.tools.campaign import run_campaign
 from heli_identifier.tools.campaign_rows import Row, write_rows
