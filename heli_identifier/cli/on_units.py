@@ -289,19 +289,18 @@ def _variations(
     plants = [name for name, unit in wiring(scenario).units if unit == PLANT]
     if not plants:
         raise ConfigurationError(f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
+    read = read_parameters(file)
     drawn = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
-        for draw in drawn_values(read_parameters(file), count, seed)
+        for draw in drawn_values(read, count, seed)
     ]
     if not drawn[0]:
         raise ConfigurationError(
             f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; "
             "the parameters.json of `heli diagnose` has them."
         )
-    note(
-        f"{len(drawn[0])} parameters are drawn independently by their standard errors (seed {seed}); parameters.json "
-        "holds no correlations."
-    )
+    how = "with their covariance" if read.covariance else "independently by their standard errors"
+    note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
     outputs = [variable.name for variable in unit_class(PLANT).variables if variable.causality == "output"]
     return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
 

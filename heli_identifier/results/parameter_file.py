@@ -12,11 +12,12 @@ from sys import float_info
 from typing import Annotated, Any, TypeVar
 
 import msgspec
+import numpy as np
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
-from heli_identifier.results.parameters import SCHEMA, Expectation, ParameterSet
+from heli_identifier.results.parameters import SCHEMA, Covariance, Expectation, ParameterSet
 from heli_identifier.tracing import ErrorFigure
 from heli_plant.effects import AXES
 
@@ -99,6 +100,7 @@ class _Document(msgspec.Struct):
     values: dict[str, Any]
     expected: dict[str, Any]
     provenance: dict[str, Any]
+    covariance: dict[str, Any] | None = None
 
 
 class _Value(msgspec.Struct):
@@ -118,6 +120,13 @@ class _Expected(msgspec.Struct):
     noise_floor_rad: NotNegative
 
 
+class _Covariance(msgspec.Struct):
+    names: tuple[str, ...]
+    logarithms: tuple[str, ...]
+    operating_point_v: Finite
+    matrix: tuple[tuple[Finite, ...], ...]
+
+
 def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
     document = _typed(content, _Document, "")
     values = {}
@@ -131,7 +140,22 @@ def _parameter_set(content: Mapping[str, Any]) -> ParameterSet:
         judged = _typed(entry, _Expected, f"expected.{axis}")
         error = judged.prediction_1s_rad
         expected[axis] = Expectation(ErrorFigure(error.value, error.low, error.high), judged.noise_floor_rad)
-    return ParameterSet(document.unit, values, expected, document.provenance)
+    covariance = _covariance(document.covariance, values) if document.covariance is not None else None
+    return ParameterSet(document.unit, values, expected, document.provenance, covariance)
+
+
+def _covariance(content: Mapping[str, Any], values: Mapping[str, Estimate]) -> Covariance:
+    """Give the covariance of some of the ``values``."""
+    found = _typed(content, _Covariance, "covariance")
+    if strange := [name for name in found.names if name not in values]:
+        raise ValueError(f"covariance.names has {strange[0]!r}, which is none of the values")
+    if strange := [name for name in found.logarithms if name not in found.names or values[name].value == 0.0]:
+        raise ValueError(f"covariance.logarithms has {strange[0]!r}, which is none of the names or zero")
+    count = len(found.names)
+    if len(found.matrix) != count or any(len(row) != count for row in found.matrix):
+        raise ValueError(f"covariance.matrix must have {count} rows of {count} numbers")
+    matrix = np.array(found.matrix).reshape(count, count)
+    return Covariance(found.names, found.logarithms, found.operating_point_v, matrix)
 
 
 def _typed(content: Any, kind: type[Kind], place: str) -> Kind:

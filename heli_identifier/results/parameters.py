@@ -3,10 +3,11 @@
     {"schema": "heli-parameters/1", "unit": "HelicopterPlant",
      "values": {"pitch.damping": {"value", "standard_error", "unit"}, ...},
      "expected": {"pitch": {"prediction_1s_rad": {"value", "low", "high"}, "noise_floor_rad"}, ...},
+     "covariance": {"names": [...], "logarithms": [...], "operating_point_v", "matrix": [[...], ...]} or null,
      "provenance": {...}}
 
 ``heli build --parameters`` takes the values as start values of the unit, ``heli check`` compares a new log's
-prediction error with what is expected.
+prediction error with what is expected, and what draws plants draws them with the covariance.
 """
 
 from collections.abc import Mapping
@@ -14,6 +15,9 @@ from dataclasses import asdict, dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
@@ -24,11 +28,17 @@ from heli_identifier.results.tabular import Tabular
 from heli_identifier.tracing import Diagnosis, ErrorFigure
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
-from heli_plant.parameter_table import BY_FIELD, PARAMETERS
+from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters, from_names
 
 SCHEMA = "heli-parameters/1"
 PLANT = "HelicopterPlant"
+
+GAINS = ("k_x", "k_z", "k_y")
+"""Gains of the axes by the paper's symbols."""
+
+LAG = "motor_lag_rotors"
+"""Field of the motors' lag beyond the time constant that was given."""
 
 IDENTIFIED = tuple(BY_FIELD[field_].name for field_ in ModelParameters._fields)
 """Structured names of what a diagnosis identifies of every rig."""
@@ -45,6 +55,28 @@ class Expectation:
     noise_floor: float
 
 
+@dataclass(frozen=True, eq=False)
+class Covariance:
+    """Joint covariance of the estimates of a diagnosis.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Structured names, n of them: what was estimated, parameters and coefficients.
+    logarithms : tuple of str
+        Those of them, the gains, that count with the logarithm of their slope at the operating point.
+    operating_point_v : float
+        Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends.
+    matrix : NDArray, shape (n, n)
+        In the squares and products of the parameters' units, of a logarithm 1.
+    """
+
+    names: tuple[str, ...]
+    logarithms: tuple[str, ...]
+    operating_point_v: float
+    matrix: NDArray[np.float64]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class ParameterSet(Tabular):
     """Parameters of one unit.
@@ -59,12 +91,15 @@ class ParameterSet(Tabular):
         By axis; empty if there was no held-out log.
     provenance : mapping
         Where they come from.
+    covariance : Covariance or None
+        None where only standard errors are known.
     """
 
     unit: str
     values: Mapping[str, Estimate]
     expected: Mapping[str, Expectation] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    covariance: Covariance | None = None
 
     @property
     def start_values(self) -> dict[str, float]:
@@ -158,6 +193,7 @@ class ParameterSet(Tabular):
                     }
                     for axis, expected in self.expected.items()
                 },
+                "covariance": asdict(self.covariance) if self.covariance else None,
                 "provenance": self.provenance,
             }
         )
@@ -208,4 +244,20 @@ def corrected_parameters(diagnosis: Diagnosis, provenance: Mapping[str, Any]) ->
         axis: Expectation(report.after.prediction_1s, report.noise_floor.prediction_1s.value)
         for axis, report in diagnosis.axes.items()
     }
-    return ParameterSet(PLANT, plant_values(diagnosis.plant_after, estimates), expected, provenance)
+    values = plant_values(diagnosis.plant_after, estimates)
+    return ParameterSet(PLANT, values, expected, provenance, _covariance(diagnosis, values))
+
+
+def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covariance:
+    """Give the covariance with gains by logarithm; a lag that is no finding is part of the time constant."""
+    on = {BY_NAME[name].field for name in values}
+    names = [BY_FIELD["T_m" if f == LAG and f not in on else f].name for f in diagnosis.covariance_fields]
+    kept = [i for i, name in enumerate(names) if name in values]
+    gains = {i: diagnosis.parameters[f].estimate.value for i, f in enumerate(diagnosis.covariance_fields) if f in GAINS}
+    scale = np.array([gains.get(i, 1.0) for i in kept])
+    return Covariance(
+        tuple(names[i] for i in kept),
+        tuple(names[i] for i in kept if i in gains),
+        float(diagnosis.settings["operating_point"]),
+        diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
+    )
