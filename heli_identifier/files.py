@@ -1,22 +1,41 @@
-"""Writing a file whole: the one way in which results, logs, configurations, figures and units reach the disk.
+"""Files that are written whole or not at all, files that may be anything, and drafts.
 
 A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
-followed, so that the file it leads to changes and the link stays. What is no regular file (a device, a pipe, standard
-output) cannot be replaced without destroying it: it is written through.
+followed. What is no regular file (a device, a pipe, standard output) cannot be replaced without destroying it: it is
+written through.
+
+A draft exists only while its block runs. SIGKILL and a loss of power leave one. So each draft is locked (flock) by the
+process that made it, and whoever makes the next draft in the same folder removes those that nobody holds.
 """
 
 import errno
+import fcntl
 import os
+import secrets
+import shutil
 import stat
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
 from os import PathLike
 from pathlib import Path
+from typing import IO
 
-from heli_identifier.drafts import draft_file
+from heli_identifier.signals import deferred, undone
+
+PREFIX = ".heli-draft-"
+"""Beginning of the name of every draft."""
 
 _kept: ContextVar[tuple[Path, ...]] = ContextVar("_kept", default=())
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+    (stat.S_ISSOCK, "a socket"),
+)
 
 
 @contextmanager
@@ -42,13 +61,7 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     path : str or PathLike
         File to make or replace, or a device or pipe to write to. Missing folders above it are made.
     content : str or bytes
-        Text is written as UTF-8 and keeps its line ends. What UTF-8 cannot hold, such as the name of a file that is no
-        UTF-8, becomes a question mark.
-
-    Returns
-    -------
-    Path
-        The file.
+        Text is written as UTF-8 with its own line ends; what UTF-8 cannot hold becomes a question mark.
 
     Raises
     ------
@@ -58,11 +71,11 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        present = _present(target)
-        if present is not None and (_is_standard_output(present) or not stat.S_ISREG(present.st_mode)):
-            _write_through(target, present, data)
+        present = target.stat() if target.exists() else None
+        if present is None or (stat.S_ISREG(present.st_mode) and not _is_standard_output(present)):
+            _replace(Path(os.path.realpath(target)), present, data)
         else:
-            _replace(Path(os.path.realpath(target)), None if present is None else present.st_mode, data)
+            _write_through(target, present, data)
     except OSError as error:
         # An error of a write, such as a full disk, names no file, and one of the draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
@@ -86,13 +99,9 @@ def regular_bytes(path: Path, largest: float) -> bytes:
     OSError
         It is a folder, a device or a pipe, is larger than `largest`, or cannot be read.
     """
-    regular_size(path, largest)
-    bound = int(1e6 * largest)
+    size = regular_size(path, largest)
     with open(path, "rb") as file:
-        data = file.read(bound + 1)  # a file of /proc has no size and no end
-    if len(data) > bound:
-        raise OSError(errno.EFBIG, f"it has more than {largest:g} MB", str(path))
-    return data
+        return file.read(size or 1 << 20)  # a file that grows is read as far as it went; one of /proc has no size
 
 
 def regular_size(path: Path, largest: float) -> int:
@@ -107,21 +116,44 @@ def regular_size(path: Path, largest: float) -> int:
     return status.st_size
 
 
-_KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a pipe"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-    (stat.S_ISSOCK, "a socket"),
-)
+@contextmanager
+def draft_file(folder: Path) -> Iterator[tuple[Path, IO[bytes]]]:
+    """Give path and file object of a new file in ``folder``; it is removed unless the block renames it."""
+    with _draft(folder, lambda path: os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)) as made:
+        path, descriptor = made
+        with open(descriptor, "wb", closefd=False) as file:
+            yield path, file
 
 
-def _present(target: Path) -> os.stat_result | None:
-    """Status of what stands at the end of all links; None if nothing does."""
+@contextmanager
+def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
+    """Give a new folder within ``folder``, by default that of temporary files; it is removed when the block ends.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be made; it names the folder in which.
+    """
+    # the place of temporary files is looked for by writing one, and in vain where the disk is full
+    with _draft(Path(tempfile.gettempdir() if folder is None else folder), _folder) as (path, _):
+        yield path
+
+
+def sweep(folder: Path) -> None:
+    """Remove the drafts in ``folder`` that a process of this user has left behind."""
     try:
-        return target.stat()
-    except (FileNotFoundError, NotADirectoryError):
-        return None
+        with os.scandir(folder) as entries:
+            left = [Path(entry.path) for entry in entries if entry.name.startswith(PREFIX)]
+    except OSError:  # it does not exist or cannot be listed; whoever writes there will say so
+        return
+    for path in left:
+        with suppress(OSError):  # somebody else's, or gone meanwhile
+            descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                if os.fstat(descriptor).st_uid == os.geteuid() and _lock(descriptor, path):
+                    _remove(path)
+            finally:
+                os.close(descriptor)
 
 
 def _is_standard_output(present: os.stat_result) -> bool:
@@ -142,18 +174,65 @@ def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
         # Without O_NONBLOCK a pipe that nobody reads would be waited for without end.
         descriptor = os.open(target, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
         os.set_blocking(descriptor, True)
-    with open(descriptor, "wb", buffering=0) as file:
-        rest = memoryview(data)
-        while rest:
-            rest = rest[file.write(rest) :]
+    with open(descriptor, "wb") as file:
+        file.write(data)
 
 
-def _replace(target: Path, mode: int | None, data: bytes) -> None:
+def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
     """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
     target.parent.mkdir(parents=True, exist_ok=True)
     with draft_file(target.parent) as (draft, file):
-        if mode is not None:
-            os.fchmod(file.fileno(), stat.S_IMODE(mode))
+        if present is not None:
+            os.fchmod(file.fileno(), stat.S_IMODE(present.st_mode))
         file.write(data)
         file.flush()
         draft.replace(target)
+
+
+@contextmanager
+def _draft(folder: Path, make: Callable[[Path], int]) -> Iterator[tuple[Path, int]]:
+    """Make and lock a draft; signals wait meanwhile, which would leave it between its birth and this block."""
+    sweep(folder)
+    with ExitStack() as stack:
+        with deferred():
+            path, descriptor = _new(folder, make)
+            stack.callback(os.close, descriptor)
+            stack.enter_context(undone(lambda: _remove(path)))
+        yield path, descriptor
+
+
+def _new(folder: Path, make: Callable[[Path], int]) -> tuple[Path, int]:
+    while True:
+        path = folder / f"{PREFIX}{secrets.token_hex(8)}"
+        try:
+            descriptor = make(path)
+        except OSError as error:
+            if isinstance(error, FileNotFoundError) and folder.is_dir():
+                continue  # another process has swept it before it could be opened
+            raise OSError(error.errno, error.strerror, str(folder)) from error
+        if _lock(descriptor, path) is not False:
+            return path, descriptor
+        os.close(descriptor)
+
+
+def _folder(path: Path) -> int:
+    path.mkdir(mode=0o700)
+    return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _lock(descriptor: int, path: Path) -> bool | None:
+    """Lock a draft: False if another process holds or has removed it, None where files have no locks."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return os.path.samestat(os.fstat(descriptor), os.lstat(path))
+    except (BlockingIOError, FileNotFoundError):
+        return False
+    except OSError:
+        return None

@@ -96,7 +96,7 @@ ENDED = """
 import pathlib, signal, sys, time, typer, weakref
 from heli_identifier.cli import app, main
 from heli_identifier.cli.guard import guarded, is_of_memory
-from heli_identifier.drafts import draft_folder
+from heli_identifier.files import draft_folder
 
 class Thing:
     pass

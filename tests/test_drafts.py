@@ -6,13 +6,13 @@ from multiprocessing import get_context
 
 import pytest
 
-from heli_identifier import drafts
+from heli_identifier import files
 
 
 def drafts_made(folder, count):
     """Make ``count`` drafts after each other."""
     for _ in range(count):
-        with drafts.draft_folder(folder) as draft:
+        with files.draft_folder(folder) as draft:
             assert draft.is_dir()
 
 
@@ -28,15 +28,15 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
 
 
 @pytest.mark.usefixtures("interruptible")
-@pytest.mark.parametrize("make", [drafts.draft_file, drafts.draft_folder])
+@pytest.mark.parametrize("make", [files.draft_file, files.draft_folder])
 def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
-    lock = drafts._lock
+    lock = files._lock
 
     def interrupted(descriptor, path):
         os.kill(os.getpid(), signal.SIGINT)
         return lock(descriptor, path)
 
-    monkeypatch.setattr(drafts, "_lock", interrupted)
+    monkeypatch.setattr(files, "_lock", interrupted)
     with pytest.raises(KeyboardInterrupt), make(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []

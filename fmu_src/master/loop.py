@@ -16,7 +16,7 @@ from time import monotonic, perf_counter, sleep
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.drafts import draft_folder
+from heli_identifier.files import draft_folder
 
 from ..builder import build, scenario_fmus
 from ..native import build_native

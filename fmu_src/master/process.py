@@ -26,7 +26,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from heli_identifier.drafts import draft_folder
+from heli_identifier.files import draft_folder
 from heli_identifier.signals import undone
 
 from .. import errors

@@ -12,8 +12,7 @@ from typing import Any
 
 import fmpy
 
-from heli_identifier.archives import check_zip
-from heli_identifier.markup import plain_xml
+from heli_identifier.archives import check_zip, plain_xml
 
 from ..errors import MasterError
 

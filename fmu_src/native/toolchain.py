@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
-from heli_identifier.drafts import draft_folder
+from heli_identifier.files import draft_folder
 
 from ..errors import BuildError
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
+from heli_identifier.archives import plain_xml
 from heli_identifier.files import regular_bytes, write_atomically
-from heli_identifier.markup import plain_xml
 
 from ..builder import checked_start_values, unit_class
 from ..errors import BuildError

@@ -12,8 +12,7 @@ from math import inf
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from heli_identifier.drafts import draft_folder
-from heli_identifier.files import write_atomically
+from heli_identifier.files import draft_folder, write_atomically
 
 from ..builder import build, scenario_fmus, unit_class
 from ..errors import BuildError

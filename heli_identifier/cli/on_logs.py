@@ -132,7 +132,7 @@ def _build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
     from fmu_src.native import build_native, runs_here
     from heli_identifier.cli.on_units import warn_of_missing_compilers
-    from heli_identifier.drafts import draft_folder
+    from heli_identifier.files import draft_folder
     from heli_identifier.results import check_free_run
 
     ((unit, values),) = by_unit(folder / "parameters.json").items()

@@ -259,7 +259,7 @@ def _played(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    from heli_identifier.drafts import draft_folder
+    from heli_identifier.files import draft_folder
     from heli_identifier.records import write_log
     from heli_identifier.results import START, started
 

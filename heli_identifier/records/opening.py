@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import LogError
+from heli_identifier.files import draft_folder
 from heli_identifier.records.columnar import FORMATS, read_columnar
 from heli_identifier.records.format import LogFormat
 from heli_identifier.records.matlab import read_matlab_table

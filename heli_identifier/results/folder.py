@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import IdentifierError
-from heli_identifier.files import write_atomically
+from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.records import write_log
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters
 from heli_identifier.results.schema import diagnosis_document, document_text

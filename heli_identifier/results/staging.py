@@ -10,9 +10,8 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from heli_identifier.drafts import PREFIX, draft_folder, sweep
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import is_kept
+from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep
 from heli_identifier.signals import deferred
 
 _SWEPT = 4

@@ -23,8 +23,8 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from heli_identifier.drafts import draft_folder
 from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import draft_folder
 from heli_identifier.tools.campaign_rows import (
     Row,
     complete,
