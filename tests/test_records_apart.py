@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import apart
-from heli_identifier.records.apart import check_survives
+from heli_identifier.records import opening
+from heli_identifier.records.opening import check_survives
 
 
 def test_a_reader_that_crashes_is_a_damaged_file():
@@ -30,13 +30,13 @@ def computing_without_end():
 
 @pytest.mark.parametrize("read", [computing_without_end, signal.pause])
 def test_a_reader_without_end_is_ended(monkeypatch, read):
-    monkeypatch.setattr(apart, "PATIENCE", 0.1)
+    monkeypatch.setattr(opening, "PATIENCE", 0.1)
     with pytest.raises(LogError, match=r"its reader came to no end within 0.1 s"):
         check_survives(read, 1, "log.mat")
 
 
 def test_a_reader_that_only_has_to_wait_for_a_busy_machine_passes(monkeypatch):
-    monkeypatch.setattr(apart, "PATIENCE", 0.2)
+    monkeypatch.setattr(opening, "PATIENCE", 0.2)
     check_survives(lambda: sleep(0.5), 1, "log.mat")
 
 

@@ -182,10 +182,10 @@ def test_a_matlab_file_that_holds_no_log_says_why(tmp_path, variables, words):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600, b"\0"), "is not a readable MATLAB file"),
-        (b"time_s,v_front_V\n1,2\n", "is not a readable MATLAB file"),
-        (b"", "is not a readable MATLAB file"),
-        (bytes(500), "is not a readable MATLAB file"),
+        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600, b"\0"), "is not readable as a MATLAB file"),
+        (b"time_s,v_front_V\n1,2\n", "is not readable as a MATLAB file"),
+        (b"", "is not readable as a MATLAB file"),
+        (bytes(500), "is not readable as a MATLAB file"),
     ],
 )
 def test_bytes_that_are_no_matlab_file_are_refused(tmp_path, content, words):

@@ -16,7 +16,7 @@ def row(sample):
 @pytest.mark.parametrize("rate_hz", [50.0, 62.5, 100.0, 500.0, 1000.0, 2000.0])
 def test_an_even_time_keeps_its_samples_and_is_not_commented_on(rate_hz):
     sampling = find_sampling(3.0 + np.arange(2000) / rate_hz, row)
-    assert (sampling.samples, sampling.resample, sampling.note) == (2000, False, None)
+    assert (sampling.samples, sampling.resample, sampling.notes) == (2000, False, ())
     assert sampling.rate_hz == pytest.approx(rate_hz, rel=1e-12)
 
 
@@ -34,7 +34,7 @@ def test_a_time_printed_too_coarsely_is_even_and_said_to_be(rate_hz):
     sampling = find_sampling(printed, row)
     assert sampling.rate_hz == rate_hz
     assert not sampling.resample
-    assert "printed to 1 ms" in sampling.note
+    assert "printed to 1 ms" in sampling.notes[0]
 
 
 @pytest.mark.parametrize("rate_hz", [700, 2000 / 3, 800, 333])
@@ -44,17 +44,17 @@ def test_neighbouring_multiples_of_the_printed_digit_in_turns_are_an_even_clock(
     assert (sampling.samples, sampling.resample) == (7000, False)
     # the ends are known to a digit: 1 ms of some 10 s
     assert sampling.rate_hz == pytest.approx(rate_hz, rel=1.5e-4)
-    assert "printed to 1 ms" in sampling.note
+    assert "printed to 1 ms" in sampling.notes[0]
 
 
 def test_the_note_on_a_coarse_print_names_digit_interval_and_rate():
-    note = find_sampling(np.round(np.arange(7000) / 700.0, 3), row).note
+    (note,) = find_sampling(np.round(np.arange(7000) / 700.0, 3), row).notes
     assert note == "time column printed to 1 ms; sampling interval taken as the mean, 1.4286 ms (700 Hz)"
 
 
 def test_an_exact_print_is_no_coarse_one():
     # 100 Hz in whole milliseconds: every instant is a multiple of the digit and of the step
-    assert find_sampling(np.round(np.arange(2000) / 100.0, 3), row).note is None
+    assert find_sampling(np.round(np.arange(2000) / 100.0, 3), row).notes == ()
 
 
 @pytest.mark.parametrize("share", [0.01, 0.1])
@@ -63,7 +63,7 @@ def test_samples_lost_at_random_from_a_kilohertz_print_are_lost(share):
     kept[[0, -1]] = True
     sampling = find_sampling(np.arange(10_000)[kept] / 1e3, row)
     assert (sampling.rate_hz, sampling.samples, sampling.resample) == (1000.0, 10_000, True)
-    assert "uneven" in sampling.note
+    assert "uneven" in sampling.notes[0]
 
 
 @pytest.mark.parametrize("rate_hz", [300, 700])
@@ -90,7 +90,7 @@ def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):
     time = (np.arange(2000) + random.uniform(-spread, spread, 2000)) / 100.0
     sampling = find_sampling(time, row)
     assert sampling.resample
-    assert "uneven" in sampling.note
+    assert "uneven" in sampling.notes[0]
     assert sampling.rate_hz == 100.0
 
 
@@ -107,7 +107,7 @@ def test_samples_lost_in_a_regular_pattern_are_lost_and_no_coarse_print(every):
     time = np.delete(np.arange(2000) / 100.0, slice(4, 1990, every))
     sampling = find_sampling(time, row)
     assert (sampling.rate_hz, sampling.samples, sampling.resample) == (100.0, 2000, True)
-    assert "steps of 10 to 20 ms" in sampling.note
+    assert "steps of 10 to 20 ms" in sampling.notes[0]
 
 
 def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():

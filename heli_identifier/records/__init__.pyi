@@ -1,4 +1,4 @@
-from .configuration import CONFIGURATION_NAME, RigConfiguration, check_given, read_configuration
+from .configuration import CONFIGURATION_NAME, CONTRACT, LogFormat, RigConfiguration, check_given, read_configuration
 from .data_set import (
     DEMO_RIGS,
     check_apart,
@@ -9,15 +9,13 @@ from .data_set import (
     read_data_set,
     read_logs,
 )
-from .format import CONTRACT, LogFormat
 from .guess import Guess, guess
-from .log import Log
+from .log import Log, write_log
 from .reading import read_log
-from .suspicion import suspicions
+from .response import suspicions
 from .template import write_template
 from .timing import GAP_STEPS, LOWEST_RATE_HZ
 from .units import CONTRACT_HEADERS
-from .writing import write_log
 
 __all__ = [
     "CONFIGURATION_NAME",

@@ -15,8 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.records.response import Gain, coarse, filtered, gain
+from heli_identifier.records.response import Gain, coarse, encoder_step, filtered, find_responses, radians_of
 from heli_identifier.records.units import ANGLES, COMBINED, VOLTAGES
+
+_Key = tuple[str, int, int]
+"""Of a regressor: sum + or difference - of two columns, or one column alone."""
 
 MOST_COLUMNS = 24
 """Columns among which is searched; the work grows with their fourth power."""
@@ -27,33 +30,22 @@ CERTAIN = 0.5
 _BOTH = 0.05  # by which front and rear are preferred to sum and difference where a file holds both
 _ALIKE = 0.95  # correlation of a column with the derivative of another that makes it that derivative
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
-_HALF_TURN_DEG = 2.5 * np.pi  # an angle beyond is in degrees, see plausibility
 
 
 class Assignment(NamedTuple):
-    """A choice of columns.
-
-    Attributes
-    ----------
-    columns : dict
-        Index of the column of each signal; v_front and v_rear, or v_sum and v_difference.
-    gains : tuple of Gain
-        Response of pitch, elevation and travel, with the signs of the file.
-    """
+    """A choice of columns: the index of each signal's, and the responses of the angles with the signs of the file."""
 
     columns: dict[str, int]
     gains: tuple[Gain, Gain, Gain]
 
 
-def assigned(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]) -> Assignment | None:
+def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]) -> Assignment | None:
     """Choose the columns that respond to each other as pitch, elevation, travel and voltages do.
 
     Parameters
     ----------
     columns : NDArray, shape (N, k)
-        Candidates, uniformly sampled.
-    rate_hz : float
-        Sampling rate [Hz].
+        Candidates, uniformly sampled at `rate_hz` [Hz].
     known : dict
         Index of the column of signals that are known by name.
 
@@ -66,7 +58,7 @@ def assigned(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]
     if not 5 <= count <= MOST_COLUMNS:
         return None
     values, step = coarse(columns, rate_hz)
-    derived = rates(values, step) - set(known.values())
+    derived = _derivatives(values, step) - set(known.values())
     moving = [index for index in range(count) if np.ptp(values[:, index]) > 0.0 and index not in derived]
     if not set(known) & {*VOLTAGES, *COMBINED}:
         related, combinations_of_them = _related(columns, moving)
@@ -78,19 +70,18 @@ def assigned(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]
     free = {angle: [known[angle]] if angle in known else moving for angle in ANGLES}
     taken = set(known.values())
     free = {a: [i for i in those if a in known or i not in taken] for a, those in free.items()}
-    totals = {key: _total(values, key) for key in {key for pair in pairs for key in pair[1:]}}
     best: tuple[float, Assignment] | None = None
-    shares = _Shares(values, step, totals)
+    shares = _Shares(values, step, {key for pair in pairs for key in pair[1:]})
     in_steps = {index: encoder_step(columns[:, index]) is not None for index in moving + list(known.values())}
     for names, total, difference in pairs:
         own = {int(part) for part in names.values()}
-        pitch = {p: shares.of_pitch(p, difference) for p in free["pitch"] if p not in own}
-        lift = {e: shares.of_elevation(e, total) for e in free["elevation"] if e not in own}
+        pitch = {p: shares.of(p, difference) for p in free["pitch"] if p not in own}
+        lift = {e: shares.of(e, total) for e in free["elevation"] if e not in own}
         for p in sorted(pitch, key=lambda p: -pitch[p] - _IN_STEPS * in_steps[p])[:6]:
             for t in free["travel"]:
                 if t in own or t == p:
                     continue
-                travel = shares.of_travel(t, p, total)
+                travel = shares.of(t, total, p)
                 others = [e for e in lift if e not in (p, t)]
                 if not others:
                     continue
@@ -99,11 +90,11 @@ def assigned(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]
                 score = 2.0 * travel + pitch[p] + lift[e] + turning + (_BOTH if "v_front" in names else 0.0)
                 if best is None or score > best[0] + 1e-6:
                     chosen = {**names, "pitch": p, "elevation": e, "travel": t}
-                    best = score, Assignment(chosen, responses(values, step, chosen))
+                    best = score, Assignment(chosen, find_responses(values, step, chosen))
     return best[1] if best else None
 
 
-def rates(values: NDArray[np.float64], step: float) -> set[int]:
+def _derivatives(values: NDArray[np.float64], step: float) -> set[int]:
     """Columns of ``values``, shape (M, k), that are the derivative of another one in the same unit per second."""
     found = filtered(values, step)
     value = found.value - found.value.mean(axis=0)
@@ -115,17 +106,6 @@ def rates(values: NDArray[np.float64], step: float) -> set[int]:
         slope = both / of_rates[:, None]
     alike = (correlation > _ALIKE) & (np.abs(slope - 1.0) < 1.0 - _ALIKE + 0.15)
     return set(np.flatnonzero(alike.any(axis=0)).tolist())
-
-
-def encoder_step(values: NDArray[np.float64]) -> float | None:
-    """Give the step by which a column changes, if it changes in whole steps as an encoder's angle does."""
-    changes = np.abs(np.diff(values))
-    changes = changes[changes > 1e-9 * max(1.0, float(np.ptp(values)))]
-    if len(changes) < 20:
-        return None
-    step = float(np.median(np.sort(changes)[: max(5, len(changes) // 10)]))
-    off = np.abs(changes / step - np.round(changes / step))
-    return step if np.mean(off < 0.02) > 0.9 else None
 
 
 def _related(columns: NDArray[np.float64], moving: list[int]) -> tuple[dict[str, int], set[int]]:
@@ -144,23 +124,6 @@ def _related(columns: NDArray[np.float64], moving: list[int]) -> tuple[dict[str,
         if totals and differences:
             return {"v_front": i, "v_rear": j}, totals | differences
     return {}, set()
-
-
-def responses(values: NDArray[np.float64], step: float, columns: dict[str, int]) -> tuple[Gain, Gain, Gain]:
-    """Response of pitch, elevation and travel under a choice of columns of ``values``, shape (M, k)."""
-    if "v_front" in columns:
-        front, rear = (values[:, columns[name]] for name in VOLTAGES)
-        total, difference = front + rear, front - rear
-    else:
-        total, difference = (values[:, columns[name]] for name in COMBINED)
-    pitch, elevation, travel = (values[:, columns[angle]] for angle in ANGLES)
-    turned = _radians(pitch)
-    regressors = (difference, total * np.cos(turned), total * np.sin(turned))
-    found = filtered(np.column_stack((pitch, elevation, travel, *regressors)), step)
-    return gain(found, 0, 3), gain(found, 1, 4), gain(found, 2, 5)
-
-
-_Key = tuple[str, int, int]
 
 
 def _pairs(moving: list[int], known: dict[str, int]) -> list[tuple[dict[str, int], _Key, _Key]]:
@@ -192,50 +155,34 @@ def _total(values: NDArray[np.float64], key: _Key) -> NDArray[np.float64]:
     return values[:, i] + values[:, j] if sign == "+" else values[:, i] - values[:, j]
 
 
-def _radians(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.radians(angle) if np.abs(angle).max() > _HALF_TURN_DEG else angle
-
-
 class _Shares:
     """Shares of accelerations that regressors explain, each computed once."""
 
-    def __init__(self, values: NDArray[np.float64], step: float, totals: dict[_Key, NDArray[np.float64]]) -> None:
+    def __init__(self, values: NDArray[np.float64], step: float, keys: set[_Key]) -> None:
         self.values, self.step = values, step
-        keys = list(totals)
-        self.place = {key: index for index, key in enumerate(keys)}
-        self.columns = np.column_stack([totals[key] for key in keys])
+        self.place = {key: index for index, key in enumerate(sorted(keys))}
+        self.regressors = np.column_stack([_total(values, key) for key in self.place])
         self.filtered = filtered(values, step)
-        self.volts = filtered(self.columns, step).value
+        self.turned = {-1: filtered(self.regressors, step).value}
         self.bases: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        self.turned: dict[int, NDArray[np.float64]] = {}
         self.found: dict[tuple[int, int], NDArray[np.float64]] = {}
 
-    def of_pitch(self, angle: int, key: _Key) -> float:
-        return float(self._shares(angle, -1)[self.place[key]])
+    def of(self, angle: int, key: _Key, pitch: int = -1) -> float:
+        """Share of an angle's acceleration that a regressor explains, times the sine of ``pitch`` unless it is -1."""
+        if (angle, pitch) not in self.found:
+            self.found[angle, pitch] = self._all(angle, pitch)
+        return float(self.found[angle, pitch][self.place[key]])
 
-    of_elevation = of_pitch
-
-    def of_travel(self, angle: int, pitch: int, key: _Key) -> float:
-        return float(self._shares(angle, pitch)[self.place[key]])
-
-    def _shares(self, angle: int, pitch: int) -> NDArray[np.float64]:
-        """Shares of an angle's acceleration that every total explains, times the sine of ``pitch`` unless it is -1."""
-        if (angle, pitch) in self.found:
-            return self.found[angle, pitch]
-        if pitch < 0:
-            regressors = self.volts
-        else:
-            if pitch not in self.turned:
-                sine = np.sin(_radians(self.values[:, pitch]))
-                self.turned[pitch] = filtered(self.columns * sine[:, None], self.step).value
-            regressors = self.turned[pitch]
+    def _all(self, angle: int, pitch: int) -> NDArray[np.float64]:
+        if pitch not in self.turned:
+            sine = np.sin(radians_of(self.values[:, pitch]))
+            self.turned[pitch] = filtered(self.regressors * sine[:, None], self.step).value
+        regressors = self.turned[pitch]
         basis, y = self._base(angle)
         x = regressors - basis @ (basis.T @ regressors)
         xx, whole = (x * x).sum(axis=0), (regressors * regressors).sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(xx > 1e-9 * whole, (y @ x) ** 2 / (xx * float(y @ y)), 0.0)
-        self.found[angle, pitch] = np.nan_to_num(share)
-        return self.found[angle, pitch]
+            return np.nan_to_num(np.where(xx > 1e-9 * whole, (y @ x) ** 2 / (xx * float(y @ y)), 0.0))
 
     def _base(self, angle: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Orthonormal basis of an angle's own motion and a constant, and what they leave of its acceleration."""

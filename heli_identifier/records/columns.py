@@ -7,11 +7,11 @@ a row of an unnamed matrix is called as MATLAB calls it: ``ans(4,:)``.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.format import LogFormat
+from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.units import (
     ANGLES,
     COMBINED,
@@ -28,23 +28,12 @@ from heli_plant.errors import did_you_mean
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
 _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
+_LISTED = 20  # headers that a message shows of a file that has hundreds
 
 
 @dataclass(frozen=True)
 class Column:
-    """Place and meaning of one signal.
-
-    Attributes
-    ----------
-    signal : str
-        One of the six signals, or sum or difference of the voltages.
-    index : int
-        Which column of the file.
-    unit : str
-        Unit in the file.
-    factor : float
-        From the file's unit to SI; without the sign.
-    """
+    """Place and meaning of one signal: which column of the file, its unit there, and the factor to SI without sign."""
 
     signal: str
     index: int
@@ -54,15 +43,6 @@ class Column:
 
 def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[Column, ...]:
     """Find the six signals among the headers of a file.
-
-    Parameters
-    ----------
-    headers : Sequence[str]
-        The file's headers.
-    format : LogFormat
-        Names and units that differ from the contract.
-    file : str
-        Name of the file for messages.
 
     Returns
     -------
@@ -85,45 +65,44 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
         raise LogError(_missing(file, missing, headers, [h for i, h in enumerate(headers) if i not in taken]))
     owner: dict[int, str] = {}
     for signal in wanted:
-        found = places[signal]
-        if len(found) > 1:
-            both = ", ".join(repr(headers[index]) for index in found)
+        index, *others = places[signal]
+        if others:
+            both = ", ".join(repr(headers[place]) for place in places[signal])
             raise LogError(
-                f"{file}: {signal} stands in {len(found)} columns ({both}); keep one, or name it under "
+                f"{file}: {signal} stands in {len(others) + 1} columns ({both}); keep one, or name it under "
                 f"[log.columns] of {HELI_TOML}."
             )
-        if found[0] in owner:
+        if index in owner:
             raise LogError(
-                f"{file}: column {headers[found[0]]!r} is taken for {owner[found[0]]} and for {signal}; name the "
+                f"{file}: column {headers[index]!r} is taken for {owner[index]} and for {signal}; name the "
                 f"column of each under [log.columns] of {HELI_TOML}."
             )
-        owner[found[0]] = signal
+        owner[index] = signal
     columns, unknown = [], {}
-    for signal in wanted:
-        (index,) = places[signal]
+    for index, signal in owner.items():
         stated = format.units.get(signal) or name_and_unit(headers[index])[1]
-        unit = None if stated is None else understood(signal, stated)
+        unit = understood(signal, stated) if stated is not None else None
         if unit is None:
-            unknown[signal] = (headers[index], stated)
+            said = f"unit {stated!r} is unknown" if stated else "the unit is missing"
+            unknown[signal] = f"column {headers[index]!r}: {said}, {probably(signal, stated or '')}"
         else:
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(signal))))
     if unknown:
-        raise LogError(_unknown_units(file, unknown))
+        raise LogError(
+            f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
+            f"unit in which the file holds {'it' if len(unknown) == 1 else 'them'}."
+        )
     return tuple(columns)
 
 
 def find_references(headers: Sequence[str], format: LogFormat, file: str) -> tuple[Column, ...]:
     """Find the columns of what the pilot asked of an axis.
 
-    Parameters
-    ----------
-    headers, format, file
-        As for :func:`find_columns`.
-
     Returns
     -------
     tuple[Column, ...]
-        One for each axis that has a reference; unit and factor are the axis's where the header states no unit.
+        One for each axis that has a reference; unit and factor are the axis's where the header states no unit, and the
+        factor has the axis's sign.
 
     Raises
     ------
@@ -157,8 +136,7 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
     last = text.strip()
     if _INDEX.search(last):
         return last, None
-    found = _BRACKETED.match(last)
-    if found:
+    if found := _BRACKETED.match(last):
         return found["name"].strip(), found["unit"].strip()
     last = last.rpartition(".")[2] or last
     found = _UNDERSCORED.match(last)
@@ -182,8 +160,7 @@ def _called(name: str, headers: Sequence[str]) -> list[int]:
         lambda text: _plain(text) == _plain(name),
         lambda text: _plain(name_and_unit(text)[0]) == _plain(name),
     ):
-        found = [index for index, text in enumerate(headers) if alike(text)]
-        if found:
+        if found := [index for index, text in enumerate(headers) if alike(text)]:
             return found
     return []
 
@@ -194,29 +171,12 @@ def _plain(name: str) -> str:
 
 def _missing(file: str, missing: Sequence[str], headers: Sequence[str], unused: Sequence[str]) -> str:
     columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
-    proposal = did_you_mean(missing[0], unused) if len(missing) == 1 else ""
+    proposal = (did_you_mean(missing[0], unused) if len(missing) == 1 else "") or "."
     if len(missing) == len(SIGNALS):
         proposal = f"; `heli init {file}` looks into the log and writes one."
+    shown = ", ".join(repr(text[:60]) for text in headers[:_LISTED])
+    more = f" and {len(headers) - _LISTED} more" if len(headers) > _LISTED else ""
     return (
-        f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {_listed(headers)}; rename the "
-        f"{columns} or map {them} under [log.columns] of {HELI_TOML}{proposal or '.'}"
-    )
-
-
-def _listed(headers: Sequence[str], most: int = 20) -> str:
-    """List the headers, not all of them where a file has hundreds."""
-    shown = ", ".join(repr(text[:60]) for text in headers[:most])
-    return shown if len(headers) <= most else f"{shown} and {len(headers) - most} more"
-
-
-def _unknown_units(file: str, columns: Mapping[str, tuple[str, str | None]]) -> str:
-    """Name every signal whose unit is missing or unknown; ``columns`` holds header and unit of each."""
-    stated = [
-        f"column {text!r}: {f'unit {unit!r} is unknown' if unit else 'the unit is missing'}, "
-        f"{probably(signal, unit or '')}"
-        for signal, (text, unit) in columns.items()
-    ]
-    return (
-        f"{file}, {'; '.join(stated)}; set {', '.join(columns)} under [log.units] of {HELI_TOML} to the unit in which "
-        f"the file holds {'it' if len(columns) == 1 else 'them'}."
+        f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {shown}{more}; rename the {columns} or map "
+        f"{them} under [log.columns] of {HELI_TOML}{proposal}"
     )

@@ -1,8 +1,8 @@
 """What is known of a rig besides its logs, and how it writes them: the file ``heli.toml``.
 
-The file has two sections, ``[rig]`` and ``[log]``; every key is optional, and `template` writes the file with every
-key explained. The structures below are the file's schema: msgspec refuses unknown keys and wrong types by them.
-`RigConfiguration` and `LogFormat` check the bounds of the values.
+The file has two sections, ``[rig]`` and ``[log]``; every key is optional, and `write_template` writes the file with
+every key explained. msgspec refuses unknown keys and wrong types; `RigConfiguration` and `LogFormat` check the bounds
+of the values.
 """
 
 import re
@@ -10,34 +10,148 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import reduce
+from itertools import combinations
+from math import isfinite
 from operator import getitem
 from os import PathLike
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import msgspec
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
-from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 
 CONFIGURATION_NAME = "heli.toml"
-_LARGEST_MB = 1.0
-"""Size up to which a configuration is read [MB]."""
+
+LOWEST_LIMIT, HIGHEST_LIMIT = 0.1, 100.0
+"""Limits of an amplifier [V] below which no rotor turns and above which no bench motor runs."""
+
+MOST_COUNTS = 2**32
+"""Counts of an encoder per turn; the finest that are made have 2^32."""
+
+_LARGEST_MB = 1.0  # size up to which a configuration is read
 _TIME_CONSTANT_BOUNDS = (5e-5, 5.0)
 """Time constants of motors [s]: from a tenth of a log's shortest step to far above any bench motor. A value outside
 is in another unit."""
-_REST_PITCH_BOUND = 1.6
-"""Largest rest pitch [rad], a quarter of a turn. A larger value is in degrees."""
-
+_REST_PITCH_BOUND = 1.6  # largest rest pitch [rad], a quarter of a turn; a larger value is in degrees
 _HORIZONTAL_BOUND = 1.0
 """Largest elevation [rad] at which an arm can be horizontal: its travel is less. A larger value is in degrees."""
-
 _ELEVATION_GAIN_BOUNDS = (1e-3, 10.0)
 """Gains [rad/s^2/V]: a thousandth would not lift any bench helicopter, ten would throw it."""
+
+
+@dataclass(frozen=True)
+class LogFormat:
+    """Where a log's signals stand, and how they become SI units with the project's signs.
+
+    The default is the contract: header ``time [s],v_front [V],...``, no sign changed, nothing cut.
+
+    Attributes
+    ----------
+    columns : Mapping[str, str]
+        Header of a signal's column, for signals whose header differs from the contract's; v_sum and v_difference
+        stand in place of v_front and v_rear in a log that holds their sum and difference.
+    units : Mapping[str, str]
+        Unit of a signal; overrides the unit in the header.
+    signs : Mapping[str, int]
+        +1 or -1 of a voltage or angle; signals that are not named keep their sign.
+    references : Mapping[str, str]
+        Header of the column that holds what the pilot asked of an axis, where it is not ``pitch_reference [rad]`` or
+        alike; unit and sign are the axis's where the header states no unit.
+    swap_rotors : bool
+        Front and rear voltage change places, after columns and signs were applied.
+    start, end : float or None
+        First and last instant kept, in the file's own time [s].
+    decimal : str
+        Decimal mark of a text file, "." or ",".
+    encoder_counts : tuple[int, int, int]
+        Counts per turn of the pitch, elevation and travel encoders.
+    voltage_limit : float
+        Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so.
+    clip : bool
+        Whether the file holds voltages before the amplifiers limit them; they are then limited on reading.
+    largest_file : float
+        Size up to which a file is read [MB].
+
+    Raises
+    ------
+    ConfigurationError
+        If a field names no signal, an unknown unit, or a value out of bounds. The message names the key of heli.toml.
+    """
+
+    columns: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    signs: Mapping[str, int] = field(default_factory=dict)
+    references: Mapping[str, str] = field(default_factory=dict)
+    swap_rotors: bool = False
+    start: float | None = None
+    end: float | None = None
+    decimal: str = "."
+    encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
+    voltage_limit: float = 5.0
+    clip: bool = False
+    largest_file: float = 1000.0
+
+    def __post_init__(self) -> None:
+        for name in ("columns", "units", "signs"):
+            for signal in getattr(self, name):
+                if signal not in NAMED:
+                    raise ConfigurationError(f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}.")
+        for axis in self.references:
+            if axis not in ANGLES:
+                raise ConfigurationError(f"log.references.{axis} is no axis; choose one of {', '.join(ANGLES)}.")
+        for signal, unit in self.units.items():
+            if understood(signal, unit) is None:
+                raise ConfigurationError(
+                    f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
+                )
+        for signal, other in combinations(self.columns, 2):
+            if self.columns[signal] == self.columns[other]:
+                raise ConfigurationError(
+                    f"log.columns.{signal} and log.columns.{other} both name the column {self.columns[signal]!r}; "
+                    "give each signal a column of its own."
+                )
+        for signal, sign in self.signs.items():
+            if signal == "time" or sign not in (-1, 1):
+                raise ConfigurationError(
+                    f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
+                )
+        for name, instant in (("start", self.start), ("end", self.end)):
+            if instant is not None and not isfinite(instant):
+                raise ConfigurationError(f"log.{name} = {instant} s must be finite.")
+        if self.start is not None and self.end is not None and self.end <= self.start:
+            raise ConfigurationError(f"log.end = {self.end:g} s must come after log.start = {self.start:g} s.")
+        if self.decimal not in (".", ","):
+            raise ConfigurationError(f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
+        if len(self.encoder_counts) != len(ANGLES) or not all(
+            1 <= count <= MOST_COUNTS for count in self.encoder_counts
+        ):
+            raise ConfigurationError(
+                f"rig.encoder_counts = {self.encoder_counts} must be counts per turn in [1, {MOST_COUNTS}] of "
+                f"{', '.join(ANGLES)}."
+            )
+        if not LOWEST_LIMIT <= self.voltage_limit <= HIGHEST_LIMIT:
+            raise ConfigurationError(
+                f"rig.voltage_limit = {self.voltage_limit:g} V must lie in [{LOWEST_LIMIT:g}, {HIGHEST_LIMIT:g}] V."
+            )
+        if not self.largest_file > 0.0:
+            raise ConfigurationError(f"log.largest_file = {self.largest_file:g} MB must be positive.")
+
+    def sign(self, signal: str) -> int:
+        """Give +1 or -1, the factor from the file's sign to the project's."""
+        return self.signs.get(signal, 1)
+
+    def counts_per_turn(self, signal: str) -> int:
+        """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
+        return self.encoder_counts[ANGLES.index(signal)] if SI_UNIT[signal] == "rad" else 1
+
+
+CONTRACT = LogFormat()
 
 
 @dataclass(frozen=True)
@@ -93,26 +207,7 @@ def check_given(
     horizontal: float | None,
     effects: Mapping[str, Estimate],
 ) -> None:
-    """Refuse what cannot be true of a rig.
-
-    Parameters
-    ----------
-    prefix : str
-        Precedes the names in messages: "rig." in heli.toml.
-    motor_time_constant : float
-        [s].
-    rest_pitch, horizontal : float or None
-        [rad].
-    elevation_gain : float or None
-        [rad/s^2/V].
-    effects : Mapping[str, Estimate]
-        Coefficients of effects by their field.
-
-    Raises
-    ------
-    ConfigurationError
-        A value is out of bounds, or the catalogue has no such effect.
-    """
+    """Refuse what cannot be true of a rig: a ConfigurationError names the value, with ``prefix`` ("rig.") before it."""
     require_range(f"{prefix}motor_time_constant", motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
     if rest_pitch is not None:
         require_range(f"{prefix}rest_pitch", rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
@@ -125,12 +220,7 @@ def check_given(
 
 
 def _check_expected(key: str, name: str, coefficient: Estimate) -> None:
-    """Refuse an effect that the catalogue lacks or that depends on what only a search finds, and values out of range.
-
-    Raises
-    ------
-    ConfigurationError
-    """
+    """Refuse an effect that the catalogue lacks or whose shape only a search finds, and values out of range."""
     known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
     if name not in known:
         on_axes = [field for field in known if name and field.startswith(f"{name}_")]
@@ -148,71 +238,46 @@ def _check_expected(key: str, name: str, coefficient: Estimate) -> None:
         raise ConfigurationError(f"{key} has the coefficient 0: what is not there need not be given; leave it out.")
 
 
-class _Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A section of the file; it knows its keys, their types and their defaults."""
+def _of_signals(kind: Any) -> dict[str, tuple[Any, Any]]:
+    return dict.fromkeys(NAMED, (kind | msgspec.UnsetType, msgspec.UNSET))
 
 
-Value = TypeVar("Value")
+_KEYS: dict[str, Any] = {  # of the file, with types and defaults
+    "rig": {
+        "name": (str, RigConfiguration.name),
+        "motor_time_constant": (float, RigConfiguration.motor_time_constant),
+        "rest_pitch": (float | None, None),
+        "elevation_gain": (float | None, None),
+        "horizontal": (float | None, None),
+        "voltage_limit": (float, CONTRACT.voltage_limit),
+        "encoder_counts": {angle: (int, CONTRACT.counts_per_turn(angle)) for angle in ANGLES},
+        "effects": (dict[str, Any], {}),
+    },
+    "log": {
+        "start": (float | None, None),
+        "end": (float | None, None),
+        "decimal": (str, CONTRACT.decimal),
+        "swap_rotors": (bool, CONTRACT.swap_rotors),
+        "clip": (bool, CONTRACT.clip),
+        "largest_file": (float, CONTRACT.largest_file),
+        "columns": _of_signals(str),
+        "units": _of_signals(str),
+        "signs": _of_signals(int),
+        "references": {axis: (str | msgspec.UnsetType, msgspec.UNSET) for axis in ANGLES},
+    },
+}
 
 
-class _Signals(_Section, Generic[Value], frozen=True):
-    time: Value | None = None
-    v_front: Value | None = None
-    v_rear: Value | None = None
-    pitch: Value | None = None
-    elevation: Value | None = None
-    travel: Value | None = None
-    v_sum: Value | None = None
-    v_difference: Value | None = None
-
-    def given(self) -> dict[str, Value]:
-        """Values of the signals that the section names."""
-        return {signal: value for signal, value in msgspec.structs.asdict(self).items() if value is not None}
+def _section(name: str, keys: Mapping[str, Any]) -> Any:
+    """Make the type of a section, which refuses keys that it does not know."""
+    fields = []
+    for key, entry in keys.items():
+        kind = _section(key, entry) if isinstance(entry, dict) else None
+        fields.append((key, kind, kind()) if kind else (key, *entry))
+    return msgspec.defstruct(name, fields, frozen=True, forbid_unknown_fields=True)
 
 
-class _References(_Section, frozen=True):
-    pitch: str | None = None
-    elevation: str | None = None
-    travel: str | None = None
-
-    def given(self) -> dict[str, str]:
-        """Headers of the references that the section names."""
-        return {axis: header for axis, header in msgspec.structs.asdict(self).items() if header is not None}
-
-
-class _EncoderCounts(_Section, frozen=True):
-    pitch: int = CONTRACT.counts_per_turn("pitch")
-    elevation: int = CONTRACT.counts_per_turn("elevation")
-    travel: int = CONTRACT.counts_per_turn("travel")
-
-
-class _Rig(_Section, frozen=True):
-    name: str = RigConfiguration.name
-    motor_time_constant: float = RigConfiguration.motor_time_constant
-    rest_pitch: float | None = None
-    elevation_gain: float | None = None
-    horizontal: float | None = None
-    voltage_limit: float = CONTRACT.voltage_limit
-    encoder_counts: _EncoderCounts = _EncoderCounts()
-    effects: dict[str, Any] = msgspec.field(default_factory=dict)
-
-
-class _Log(_Section, frozen=True):
-    start: float | None = None
-    end: float | None = None
-    decimal: str = CONTRACT.decimal
-    swap_rotors: bool = CONTRACT.swap_rotors
-    clip: bool = CONTRACT.clip
-    largest_file: float = CONTRACT.largest_file
-    columns: _Signals[str] = _Signals()
-    units: _Signals[str] = _Signals()
-    signs: _Signals[int] = _Signals()
-    references: _References = _References()
-
-
-class _File(_Section, frozen=True):
-    rig: _Rig = _Rig()
-    log: _Log = _Log()
+_FILE = _section("File", _KEYS)
 
 
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
@@ -243,29 +308,15 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     except ValueError as error:  # a number of more than 4300 digits is one as well
         raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
     try:
-        file = msgspec.convert(content, _File)
+        found = msgspec.to_builtins(msgspec.convert(content, _FILE))
     except msgspec.ValidationError as error:
         raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
-    rig, log = file.rig, file.log
+    rig, log = found["rig"], found["log"]
+    counts, limit, effects = tuple(rig.pop("encoder_counts").values()), rig.pop("voltage_limit"), rig.pop("effects")
     try:
-        format = LogFormat(
-            columns=log.columns.given(),
-            units=log.units.given(),
-            signs=log.signs.given(),
-            references=log.references.given(),
-            swap_rotors=log.swap_rotors,
-            start=log.start,
-            end=log.end,
-            decimal=log.decimal,
-            encoder_counts=msgspec.structs.astuple(rig.encoder_counts),
-            voltage_limit=rig.voltage_limit,
-            clip=log.clip,
-            largest_file=log.largest_file,
-        )
-        expected = {name: _expected(name, given) for name, given in rig.effects.items()}
-        return RigConfiguration(
-            rig.name, rig.motor_time_constant, rig.rest_pitch, rig.elevation_gain, rig.horizontal, expected, format
-        )
+        format = LogFormat(**log, encoder_counts=counts, voltage_limit=limit)
+        expected = {name: _expected(name, given) for name, given in effects.items()}
+        return RigConfiguration(**rig, effects=expected, format=format)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
@@ -292,7 +343,7 @@ def _explained(problem: str, content: Mapping[str, Any]) -> str:
     section = key.split(".") if key else []
     if "unknown field" in what:
         name = what.partition("`")[2].removesuffix("`")
-        known = reduce(getitem, section, msgspec.to_builtins(_File()))
+        known = reduce(getitem, section, _KEYS)
         advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
         written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
         return f"key {'.'.join([*section, written])} is unknown{advice}"

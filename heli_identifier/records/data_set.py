@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.configuration import RigConfiguration
-from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
 from heli_identifier.records.plausibility import SAME_VOLTAGE, STANDING_STILL, still
 from heli_identifier.records.reading import read_log

@@ -10,23 +10,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.assignment import CERTAIN, assigned, encoder_step, responses
+from heli_identifier.records.assignment import CERTAIN, assign_columns
 from heli_identifier.records.columns import name_and_unit
-from heli_identifier.records.format import CONTRACT, LogFormat
-from heli_identifier.records.guess_time import is_clock, take_off, time_column
-from heli_identifier.records.layout import NUMBERED
-from heli_identifier.records.opening import table_of
-from heli_identifier.records.response import Gain, coarse
-from heli_identifier.records.stream import log_file
-from heli_identifier.records.suspicion import ELEVATION_SURE, PITCH_SURE
-from heli_identifier.records.table import Table
+from heli_identifier.records.configuration import CONTRACT, LogFormat
+from heli_identifier.records.opening import open_table
+from heli_identifier.records.response import (
+    ELEVATION_SURE,
+    PITCH_SURE,
+    Gain,
+    coarse,
+    encoder_step,
+    find_responses,
+)
+from heli_identifier.records.table import Table, read_stamps
+from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
-from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, understood
+from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -49,6 +54,8 @@ _MIRRORED = (
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
 )
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
+_RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
+_SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 
 
 @dataclass(frozen=True)
@@ -84,11 +91,11 @@ def guess(path: str | PathLike[str]) -> Guess:
     }
     known = _by_name(table.headers)
     reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
-    time, unit, rate_hz, reasons_of_time = time_column(table, columns, known)
+    time, unit, rate_hz, reasons_of_time = _time_column(table, columns, known)
     reasons |= reasons_of_time
     length = len(table.columns[time])
     check_extent(rate_hz, length, table.file)
-    others = [i for i, v in columns.items() if i != time and len(v) == length and not is_clock(v)]
+    others = [i for i, v in columns.items() if i != time and len(v) == length and not _is_clock(v)]
     if len(others) < 5:
         raise LogError(
             f"{table.file} holds {len(others)} columns of numbers beside the time, found "
@@ -101,14 +108,14 @@ def guess(path: str | PathLike[str]) -> Guess:
         if all(signal in named for signal in pair):
             named = {signal: index for signal, index in named.items() if signal not in other}
             break
-    found = assigned(values, rate_hz, named)
+    found = assign_columns(values, rate_hz, named)
     if found is None:
         raise LogError(
             f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
             "[log.columns]: `heli init` writes a heli.toml with every key explained."
         )
     chosen = {"time": time} | {signal: others[index] for signal, index in found.columns.items()}
-    begins, start, why = take_off(table.columns[time], unit, columns[others[found.columns["elevation"]]])
+    begins, start, why = _take_off(table.columns[time], unit, columns[others[found.columns["elevation"]]])
     gains = _flown(values[begins:], rate_hz, found.columns)
     pitch, elevation, travel = gains
     doubts = [] if travel.share >= CERTAIN else [
@@ -168,14 +175,76 @@ def guess(path: str | PathLike[str]) -> Guess:
 
 def _table(path: Path) -> tuple[Table, str]:
     """Read a file as a table, with the decimal mark that makes numbers of its cells."""
-    source = log_file(path, CONTRACT.largest_file)
-    numbered = LogFormat(columns={"time": NUMBERED.format(1)})  # a file without headers is looked into as well
-    table = table_of(source, numbered)
+    columns = {"time": NUMBERED.format(1)}  # a file without headers is looked into as well
+    table, _ = open_table(path, LogFormat(columns=columns))
     texts = [v for v in table.columns if v.dtype.kind == "O" and len(v)]
     commas = [v for v in texts if re.fullmatch(r"\s*[-+]?\d+,\d+(e[-+]?\d+)?\s*", str(v[len(v) // 2]), re.IGNORECASE)]
     if len(commas) < 3:
         return table, "."
-    return table_of(source, LogFormat(columns=numbered.columns, decimal=",")), ","
+    return open_table(path, LogFormat(columns=columns, decimal=","))[0], ","
+
+
+def _time_column(
+    table: Table, columns: dict[int, NDArray[np.float64]], known: dict[str, int]
+) -> tuple[int, str, float, dict[str, str]]:
+    """Column and unit of the time, the rate [Hz], and why.
+
+    Raises
+    ------
+    LogError
+        No column increases evenly.
+    """
+    stamps = known.get("time")
+    if stamps is not None and table.columns[stamps].dtype.kind in "OM":
+        seconds = read_stamps(table.columns[stamps])
+        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
+            rate = (len(seconds) - 1) / seconds[-1]
+            return stamps, STAMP, rate, {"units.time": "its cells are time stamps"}
+    even = [i for i, v in columns.items() if _is_clock(v)]
+    first = known["time"] if known.get("time") in even else (even[0] if even else None)
+    if first is None:
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
+    step = float(np.median(np.diff(columns[first])))
+    reasons = {} if known.get("time") == first else {"columns.time": "increases evenly from row to row"}
+    stated = name_and_unit(table.headers[first])[1]
+    plain = understood("time", stated) if stated else None
+    if plain:
+        scale = _SECONDS.get(plain, 1.0)
+        return first, plain, 1.0 / (step * scale), reasons | {"units.time": f"its header says [{stated}]"}
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        rate = 1.0 / (step * scale)
+        if _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+            return first, unit, rate, reasons | {"units.time": f"its steps of {step:.4g} are then {rate:.4g} Hz"}
+    raise LogError(
+        f"{table.file}: the time, {table.headers[first]!r}, has steps of {step:g}, which make no rate of 50 Hz to "
+        "2 kHz in s, ms, us or ns; log faster, or keep every n-th row."
+    )
+
+
+def _is_clock(values: NDArray[np.float64]) -> bool:
+    """Whether a column increases from row to row, about evenly."""
+    steps = np.diff(values)
+    return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
+
+
+def _take_off(time: NDArray[Any], unit: str, elevation: NDArray[np.float64]) -> tuple[int, float | None, str]:
+    """Give row and instant [s] at which take-off is over and why, if the log begins with the arm at rest."""
+    if unit == STAMP:
+        return 0, None, ""
+    seconds = time * _SECONDS[unit]
+    extent = float(np.ptp(elevation))
+    away = np.abs(elevation - elevation[0]) > 0.05 * extent
+    lifted = int(away.argmax())
+    resting = seconds[lifted] - seconds[0]
+    at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
+    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - seconds[lifted] < 12.0:
+        return 0, None, ""
+    start = float(np.ceil(seconds[lifted] + 4.0))
+    return (
+        int((seconds >= start).argmax()),
+        start,
+        f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off",
+    )
 
 
 def _by_name(headers: Sequence[str]) -> dict[str, int]:
@@ -262,4 +331,4 @@ def _flown(values: NDArray[np.float64], rate_hz: float, columns: dict[str, int])
     limit = millivolts * CONTRACT.voltage_limit
     limited = np.clip(np.column_stack((front, rear)), -limit, limit)
     flown, step = coarse(np.column_stack((limited, *(values[:, columns[angle]] for angle in ANGLES))), rate_hz)
-    return responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
+    return find_responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})

@@ -1,27 +1,19 @@
-"""One measured log as a value: uniform time, SI units, the project's signs."""
+"""One measured log as a value: uniform time, SI units, the project's signs; and as the contract's CSV file."""
 
+import csv
+import io
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from os import PathLike
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import LogError
+from heli_identifier.files import write_atomically
 from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS
-
-
-def _frozen(values: ArrayLike) -> NDArray[np.float64]:
-    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only.
-
-    An array that is so already is returned itself: of a large log there is no room for a copy.
-    """
-    if isinstance(values, np.ndarray) and values.dtype == float and values.flags.c_contiguous:
-        if not values.flags.writeable and values.base is None:
-            return values
-    array = np.array(values, dtype=float, order="C")
-    array.flags.writeable = False
-    return array
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,3 +125,37 @@ class Log:
         if name not in SIGNALS:
             raise LogError(f"log {self.name}: {name!r} is no signal, choose one of {', '.join(SIGNALS)}.")
         return (self.time, *self.voltages.T, *self.angles.T)[SIGNALS.index(name)]
+
+
+def write_log(log: Log, path: str | PathLike[str]) -> Path:
+    """Write a log with the contract's header; further columns follow under their own.
+
+    Numbers are printed with enough digits to read the same double back.
+
+    Missing folders above the file are made; a LogError says that it cannot be written.
+    """
+    references = {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
+    columns = {**log.columns, **references, **log.extra}
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(columns)
+    # A missing value (NaN) of a further column is written as an empty cell, which reads back as NaN.
+    cells = (["" if value != value else value for value in column.tolist()] for column in columns.values())
+    rows.writerows(zip(*cells, strict=True))
+    try:
+        return write_atomically(path, text.getvalue())
+    except OSError as error:
+        raise LogError(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def _frozen(values: ArrayLike) -> NDArray[np.float64]:
+    """Return a copy that cannot be written to; C order, so that compiled loops see one array type only.
+
+    An array that is so already is returned itself: of a large log there is no room for a copy.
+    """
+    if isinstance(values, np.ndarray) and values.dtype == float and values.flags.c_contiguous:
+        if not values.flags.writeable and values.base is None:
+            return values
+    array = np.array(values, dtype=float, order="C")
+    array.flags.writeable = False
+    return array

@@ -21,80 +21,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.apart import check_survives
-from heli_identifier.records.table import Table, as_numbers, needed
+from heli_identifier.records.table import Table, as_numbers, need, table_of
 
 _HDF5 = b"\x89HDF"
-_MOST_ROWS = 200
-"""Signals in a matrix; a matrix with more rows and columns is no log."""
-_FEWEST_SAMPLES = 100
-"""Samples in a matrix; one that has fewer rows and columns holds gains or the like."""
-_DEPTH = 6
-"""Structs within structs that are looked into."""
+_MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
+_FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds gains or the like
+_DEPTH = 6  # structs within structs that are looked into
 
 
-def read_matlab_table(path: Path, file: str) -> Table:
-    """Read a MATLAB file.
-
-    Parameters
-    ----------
-    path : Path
-        Where it is.
-    file : str
-        Name of the file for messages.
-
-    Returns
-    -------
-    Table
-        One column per vector; vectors may differ in length.
+def read_matlab(library: Any, path: Path, file: str, mapped: frozenset[str]) -> Table:
+    """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length.
 
     Raises
     ------
     LogError
-        If the bytes are not a MATLAB file, hold no vector, or need a package that is not installed.
+        If the file holds no vector, or needs a package that is not installed.
     """
-    variables = _variables(path, file)
-    found = {name: value for name, value in variables.items() if not str(name).startswith("__")}
-    vectors: dict[str, NDArray[Any]] = {}
-    objects: list[str] = []
-    for name, value in found.items():
-        _collect(str(name), value, vectors, objects)
-    if not vectors:
-        what = (
-            f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else ", ".join(found)
-        )
-        raise LogError(
-            f"{file} holds no vector of numbers, found {what or 'nothing'}; save "
-            "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
-            "(table2struct with ToScalar makes one of a table, struct(ts) one of a timeseries)."
-        )
-    columns = tuple(vectors.values())
-    return Table(file, tuple(vectors), columns, 1, lambda sample, column: str(columns[column][sample]))
-
-
-def _variables(path: Path, file: str) -> dict[str, Any]:
-    from scipy.io import loadmat
-
-    size = path.stat().st_size
     with open(path, "rb") as stream:
         head = stream.read(516)
     hdf5 = _HDF5 in (head[:4], head[512:])  # MATLAB puts a header of its own before it
-    try:
-        if not hdf5:
-            check_survives(lambda: loadmat(path, squeeze_me=True, appendmat=False), size, file)
-            variables = loadmat(path, squeeze_me=True, appendmat=False)
-            if "__function_workspace__" not in variables:
-                return variables
-        matio = needed(
-            "matio", "mat-io", "formats", file, "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
+    variables = {} if hdf5 else library.loadmat(path, squeeze_me=True, appendmat=False)
+    if hdf5 or "__function_workspace__" in variables:
+        what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
+        variables = need("matio", "mat-io", file, what).load_from_mat(str(path))
+    found = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
+    vectors: dict[str, NDArray[Any]] = {}
+    objects: list[str] = []
+    for name, value in found.items():
+        _collect(name, value, vectors, objects)
+    if not vectors:
+        those = f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else None
+        raise LogError(
+            f"{file} holds no vector of numbers, found {those or ', '.join(found) or 'nothing'}; save "
+            "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
+            "(table2struct with ToScalar makes one of a table, struct(ts) one of a timeseries)."
         )
-        check_survives(lambda: matio.load_from_mat(str(path)), size, file)
-        return matio.load_from_mat(str(path))
-    except LogError:
-        raise
-    except Exception as error:  # the readers raise whatever their parsers do on foreign or truncated bytes
-        said = str(error).strip().splitlines() or [type(error).__name__]
-        raise LogError(f"{file} is not a readable MATLAB file ({said[0][:200]}); save it again.") from error
+    return table_of(file, vectors)
 
 
 def _collect(name: str, value: Any, vectors: dict[str, NDArray[Any]], objects: list[str], depth: int = 0) -> None:
@@ -111,11 +73,10 @@ def _collect(name: str, value: Any, vectors: dict[str, NDArray[Any]], objects: l
     if isinstance(value, dict):
         value = np.array(tuple(value.values()), dtype=[(str(key), object) for key in value]) if value else None
     array = np.squeeze(np.asarray(value))
+    kind, fields = array.dtype.kind, array.dtype.names
     if array.ndim == 0 and array.dtype == object and isinstance(array.item(), np.ndarray | dict):
         _collect(name, array.item(), vectors, objects, depth + 1)
-        return
-    fields = array.dtype.names
-    if fields and array.ndim == 0:
+    elif fields and array.ndim == 0:
         inner = {field: array[field].item() if array[field].dtype == object else array[field] for field in fields}
         for field, content in (_labelled(inner) or inner).items():
             _collect(f"{name}.{field}", content, vectors, objects, depth + 1)
@@ -124,14 +85,9 @@ def _collect(name: str, value: Any, vectors: dict[str, NDArray[Any]], objects: l
             _collect(f"{name}({index})", element, vectors, objects, depth + 1)
     elif type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
         objects.append(name)
-    elif array.dtype.kind in "iufcb" and array.ndim == 1 and array.size > 1:
+    elif kind in "iufcb" and array.ndim == 1 and array.size > 1:
         vectors[name] = as_numbers(array)
-    elif (
-        array.dtype.kind in "iuf"
-        and array.ndim == 2
-        and min(array.shape) <= _MOST_ROWS
-        and max(array.shape) >= _FEWEST_SAMPLES
-    ):
+    elif kind in "iuf" and array.ndim == 2 and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES:
         rows = array.shape[0] < array.shape[1]
         for index, row in enumerate(array if rows else array.T, start=1):
             vectors[f"{name}({index},:)" if rows else f"{name}(:,{index})"] = as_numbers(row)

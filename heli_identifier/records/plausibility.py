@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
-from heli_identifier.records.assignment import encoder_step
 from heli_identifier.records.columns import Column
+from heli_identifier.records.response import encoder_step
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi
@@ -63,42 +63,26 @@ _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rat
 _OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
 
-def unwrapped(
+def unwrap_angle(
     angle: NDArray[np.float64], signal: str, place: Callable[[int], str]
-) -> tuple[NDArray[np.float64], str | None]:
-    """Remove jumps of whole turns, which a logger makes that folds its angles into one turn.
-
-    Parameters
-    ----------
-    angle : NDArray, shape (N,)
-        Samples [rad].
-    signal : str
-        Name of the angle for messages.
-    place : Callable[[int], str]
-        Gives file and row of a sample, for messages.
-
-    Returns
-    -------
-    angle : NDArray, shape (N,)
-        Without the jumps [rad].
-    note : str or None
-        What was done, if anything.
+) -> tuple[NDArray[np.float64], list[str]]:
+    """Remove the jumps of whole turns of an angle [rad], shape (N,), that is folded into one turn; say what was done.
 
     Raises
     ------
     LogError
         If the angle jumps by more than half a turn, but not by one or two whole turns, or leaves for one sample: the
-        encoder or the logger failed.
+        encoder or the logger failed. ``place`` names the row.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
         jumps = np.diff(angle)
         if max(jumps.max(), -jumps.min()) <= EXCURSION:
-            return angle, None
+            return angle, []
         large = np.abs(jumps) > _JUMP
         off_turn = np.abs(jumps - _TURN * np.round(jumps / _TURN))
     _check_excursions(angle, jumps, signal, place)
     if not large.any():
-        return angle, None
+        return angle, []
     broken = large & ~((off_turn <= _OFF_TURN) & (np.abs(jumps) <= _MOST_TURNS * _TURN + _OFF_TURN))
     if broken.any():
         at = int(broken.argmax())
@@ -107,19 +91,13 @@ def unwrapped(
             "the value or cut the log there with --from and --to."
         )
     count = int(large.sum())
-    return np.unwrap(angle), f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"
+    return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
 
 
 def _check_excursions(
     angle: NDArray[np.float64], jumps: NDArray[np.float64], signal: str, place: Callable[[int], str]
 ) -> None:
-    """Refuse a sample that lies far from both of its neighbours, which lie close to each other.
-
-    Raises
-    ------
-    LogError
-        At the first such sample.
-    """
+    """Refuse a sample that lies far from both of its neighbours, which lie close to each other."""
     there, back = jumps[:-1], jumps[1:]
     away = np.minimum(np.abs(there), np.abs(back))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -160,18 +138,7 @@ def still(angle: NDArray[np.float64]) -> str | None:
 def check_plausible(
     columns: Sequence[Column], values: Mapping[str, NDArray[np.float64]], rate_hz: float, file: str
 ) -> None:
-    """Refuse signals that no rig can reach.
-
-    Parameters
-    ----------
-    columns : Sequence[Column]
-        Of the voltages, or their sum and difference, and of the angles; with the units in which they were read.
-    values : Mapping[str, NDArray]
-        Samples of each signal in SI, unwrapped, shape (N,).
-    rate_hz : float
-        Sampling rate [Hz].
-    file : str
-        Name of the file for messages.
+    """Refuse signals, shape (N,) each in SI and unwrapped, that no rig can reach.
 
     Raises
     ------
@@ -214,18 +181,8 @@ def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[s
     return "reaches", float(np.abs(values).max()), bound
 
 
-def value_notes(voltages: NDArray[np.float64], angles: NDArray[np.float64], limit: float) -> tuple[str, ...]:
-    """Describe values that are accepted but unusual.
-
-    Parameters
-    ----------
-    voltages : NDArray, shape (N, 2)
-        Front and rear [V].
-    angles : NDArray, shape (N, 3)
-        Pitch, elevation, travel [rad].
-    limit : float
-        Voltage limit of the rig [V].
-    """
+def describe_values(voltages: NDArray[np.float64], angles: NDArray[np.float64], limit: float) -> tuple[str, ...]:
+    """Describe unusual voltages [V], shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
     notes = []
     for name, values in zip(VOLTAGES, voltages.T, strict=True):
         if max(values.max(), -values.min()) > limit * (1.0 + 1e-9):

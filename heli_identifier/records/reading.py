@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.records.columns import Column, find_columns, find_references, name_and_unit
-from heli_identifier.records.configuration import RigConfiguration
-from heli_identifier.records.format import CONTRACT, LogFormat
+from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
-from heli_identifier.records.opening import table_of
-from heli_identifier.records.plausibility import check_plausible, unwrapped, value_notes
-from heli_identifier.records.stream import log_file
-from heli_identifier.records.table import Table, stamped
+from heli_identifier.records.opening import open_table
+from heli_identifier.records.plausibility import check_plausible, describe_values, unwrap_angle
+from heli_identifier.records.table import Table, read_stamps
 from heli_identifier.records.timing import Sampling, check_extent, check_forward, find_sampling, mean_of_held
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES
+
+_Signals = dict[str, NDArray[np.float64]]
 
 
 def read_log(
@@ -53,20 +53,18 @@ def read_log(
     if isinstance(format, RigConfiguration):
         format = format.format
     file = Path(path)
-    source = log_file(file, format.largest_file)
-    table = table_of(source, format)
-    columns = find_columns(table.headers, with_stamps(table, format), table.file)
+    table, sha256 = open_table(file, format)
+    columns = find_columns(table.headers, _with_stamps(table, format), table.file)
     _check_lengths(table, columns)
     start, end = (format.start if start is None else start), (format.end if end is None else end)
-    kept, cut = _cut(table, columns[0], start, end)
-
+    kept, notes = _cut(table, columns[0], start, end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
     asked = find_references(table.headers, format, table.file)
     references = {column.signal: _reference(table, column, kept) for column in asked}
-    extra, left_out = _extra(table, (*columns, *asked), kept)
-    of_table, place = table.notes, table.places(kept.start)
-    name = table.file
+    extra, left_out = _further_columns(table, (*columns, *asked), kept)
+    notes = [*table.notes, *notes]
+    name, place = table.file, table.places(kept.start)
     del table  # each of its columns is let go of when it has been taken over
 
     if len(time) < 2:
@@ -74,48 +72,79 @@ def read_log(
     check_forward(time, place)
     sampling = find_sampling(time, place)
     check_extent(sampling.rate_hz, sampling.samples, name)
-
     turns = []
     for signal in ANGLES:
-        values[signal], note = unwrapped(values[signal], signal, place)
-        turns += [note] if note else []
-    summed = COMBINED[0] in values
-    for signal in values:
-        if format.sign(signal) < 0:
-            values[signal] = -values[signal]
-    if summed:
-        total, difference = (values.pop(signal) for signal in COMBINED)
-        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
-    if format.swap_rotors:
-        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
-    clipped = _clipped(values, format)
+        values[signal], note = unwrap_angle(values[signal], signal, place)
+        turns += note
+    if time[0] != 0.0:
+        notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
+    notes += [*_with_signs(values, columns, format), *_clip(values, format), *left_out, *turns, *sampling.notes]
     check_plausible(columns[1:], values, sampling.rate_hz, name)
     voltages = _together(time, [values.pop(signal) for signal in VOLTAGES], sampling, held=True)
     angles = _together(time, [values.pop(signal) for signal in ANGLES], sampling)
-    notes = (
-        *of_table,
-        *cut,
-        *([f"time counts from 0, which the file calls {time[0]:g} s"] if time[0] != 0.0 else []),
-        *_conversions(columns, format),
-        *(["front and rear voltage taken from their sum and difference"] if summed else []),
-        *clipped,
-        *left_out,
-        *turns,
-        *([sampling.note] if sampling.note else []),
-        *value_notes(voltages, angles, format.voltage_limit),
-    )
     return Log(
         name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
         path=str(path),
-        sha256=source.sha256,
+        sha256=sha256,
         rate_hz=sampling.rate_hz,
         voltages=voltages,
         angles=angles,
         extra={header: _together(time, [column], sampling)[:, 0] for header, column in extra.items()},
         references={axis: _together(time, [column], sampling, held=True)[:, 0] for axis, column in references.items()},
-        notes=notes,
+        notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
     )
+
+
+def _with_stamps(table: Table, format: LogFormat) -> LogFormat:
+    """Give the format with time stamps as the unit of a time whose unit is not stated and whose cells hold stamps."""
+    name = format.columns.get("time", "time").lower()
+    for header, values in zip(table.headers, table.columns, strict=True):
+        plain, unit = name_and_unit(header)
+        called = unit is None and name in (plain.lower(), header.lower())
+        if "time" not in format.units and called and values.dtype.kind in "OM" and len(values):
+            if np.isfinite(read_stamps(values[:1])).all():
+                return replace(format, units={**format.units, "time": STAMP})
+    return format
+
+
+def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
+    """Refuse signals of different length, which only a MATLAB file can hold."""
+    first = columns[0].index
+    for column in columns:
+        length, count = len(table.columns[column.index]), len(table.columns[first])
+        if length != count:
+            raise LogError(
+                f"{table.file}: {table.headers[column.index]!r} has {length} samples, "
+                f"{table.headers[first]!r} has {count}; save vectors of one length."
+            )
+
+
+def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
+    """Find the samples from the first at or after `start` to the last before time passes `end`."""
+    count = len(table.columns[column.index])
+    if start is None and end is None:
+        return slice(0, count), []
+    for option, instant in (("start", start), ("end", end)):
+        if instant is not None and not np.isfinite(instant):
+            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
+    if start is not None and end is not None and end <= start:
+        raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
+    time = table.instants(column)
+    if not np.isfinite(time).any():
+        return slice(0, count), []  # there is no instant to cut at; reading the cells reports what they hold
+    # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
+    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
+    late_enough = time >= (-np.inf if start is None else start - slack)
+    if not late_enough.any():
+        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
+    first = int(late_enough.argmax())
+    too_late = time[first:] > (np.inf if end is None else end + slack)
+    last = first + int(too_late.argmax()) if too_late.any() else count
+    if last == first:
+        raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
+    stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
+    return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 
 
 def _reference(table: Table, column: Column, kept: slice) -> NDArray[np.float64]:
@@ -130,105 +159,47 @@ def _reference(table: Table, column: Column, kept: slice) -> NDArray[np.float64]
     return found
 
 
-def with_stamps(table: Table, format: LogFormat) -> LogFormat:
-    """Give the format with time stamps as the unit of a time whose unit is not stated and whose cells hold stamps."""
-    if "time" in format.units:
-        return format
-    name = format.columns.get("time", "time")
-    for header, values in zip(table.headers, table.columns, strict=True):
-        plain, unit = name_and_unit(header)
-        if (
-            unit is None
-            and name.lower() in (plain.lower(), header.lower())
-            and values.dtype.kind in "OM"
-            and len(values)
-        ):
-            if np.isfinite(stamped(values[:1])).all():
-                return replace(format, units={**format.units, "time": STAMP})
-    return format
-
-
-def _check_lengths(table: Table, columns: Sequence[Column]) -> None:
-    """Refuse signals of different length, which only a MATLAB file can hold."""
+def _further_columns(table: Table, columns: Sequence[Column], kept: slice) -> tuple[_Signals, list[str]]:
+    """Keep further numeric columns, and name those that could not be kept."""
+    taken = {column.index for column in columns}
+    others = [(header, table.columns[i]) for i, header in enumerate(table.headers) if i not in taken]
     count = len(table.columns[columns[0].index])
-    for column in columns:
-        length = len(table.columns[column.index])
-        if length != count:
-            raise LogError(
-                f"{table.file}: {table.headers[column.index]!r} has {length} samples, "
-                f"{table.headers[columns[0].index]!r} has {count}; save vectors of one length."
-            )
+    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f" and len(values) == count}
+    dropped = ", ".join(repr(name) for name, _ in others if name not in extra)
+    return extra, [f"left out {dropped}: not one number per sample"] if dropped else []
 
 
-def _cut(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, tuple[str, ...]]:
-    """Find the samples from the first at or after `start` to the last before time passes `end`."""
-    count = len(table.columns[column.index])
-    if start is None and end is None:
-        return slice(0, count), ()
-    for option, instant in (("start", start), ("end", end)):
-        if instant is not None and not np.isfinite(instant):
-            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
-    if start is not None and end is not None and end <= start:
-        raise LogError(f"{table.file}: end = {end:g} s must come after start = {start:g} s.")
-    time = table.instants(column)
-    if not np.isfinite(time).any():
-        return slice(0, count), ()  # there is no instant to cut at; reading the cells reports what they hold
-    # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
-    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(time[np.isfinite(time)]).max()))
-    late_enough = time >= (-np.inf if start is None else start - slack)
-    if not late_enough.any():
-        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {np.nanmax(time):g} s.")
-    first = int(late_enough.argmax())
-    too_late = time[first:] > (np.inf if end is None else end + slack)
-    last = first + int(too_late.argmax()) if too_late.any() else count
-    if last == first:
-        raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
-    stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
-    note = f"kept {stretch} of the file ({last - first} of {count} rows)"
-    return slice(first, last), (note,)
-
-
-def _clipped(values: dict[str, NDArray[np.float64]], format: LogFormat) -> tuple[str, ...]:
-    """Limit the voltages as the amplifiers do, if the file holds them before that."""
-    if not format.clip:
-        return ()
-    notes = []
-    for signal in VOLTAGES:
-        beyond = np.abs(values[signal]) > format.voltage_limit
-        if beyond.any():
-            notes.append(f"{signal} clipped to +-{format.voltage_limit:g} V in {beyond.sum()} samples")
-            values[signal] = np.clip(values[signal], -format.voltage_limit, format.voltage_limit)
-    return tuple(notes)
-
-
-def _conversions(columns: Sequence[Column], format: LogFormat) -> tuple[str, ...]:
+def _with_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> list[str]:
+    """Give the signals the project's signs, and front and rear voltage for sum and difference; say all conversions."""
     notes = [
         f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}"
         for column in columns
         if column.unit != SI_UNIT[column.signal]
     ]
-    flipped = [signal for signal, sign in format.signs.items() if sign < 0]
-    if flipped:
-        notes.append(f"sign of {', '.join(flipped)} flipped")
+    for signal in values:
+        if format.sign(signal) < 0:
+            values[signal] = -values[signal]
+    flipped = ", ".join(signal for signal, sign in format.signs.items() if sign < 0)
+    notes += [f"sign of {flipped} flipped"] if flipped else []
+    notes += ["front and rear voltage swapped"] if format.swap_rotors else []
+    if COMBINED[0] in values:
+        total, difference = (values.pop(signal) for signal in COMBINED)
+        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
+        notes.append("front and rear voltage taken from their sum and difference")
     if format.swap_rotors:
-        notes.append("front and rear voltage swapped")
-    return tuple(notes)
+        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
+    return notes
 
 
-def _extra(
-    table: Table, columns: Sequence[Column], kept: slice
-) -> tuple[dict[str, NDArray[np.float64]], tuple[str, ...]]:
-    """Keep further numeric columns, and name those that could not be kept."""
-    taken = {column.index for column in columns}
-    others = [
-        (name, values)
-        for index, (name, values) in enumerate(zip(table.headers, table.columns, strict=True))
-        if index not in taken
-    ]
-    count = len(table.columns[columns[0].index])
-    extra = {name: values[kept] for name, values in others if values.dtype.kind == "f" and len(values) == count}
-    dropped = ", ".join(repr(name) for name, _ in others if name not in extra)
-    return extra, (f"left out {dropped}: not one number per sample",) if dropped else ()
+def _clip(values: _Signals, format: LogFormat) -> list[str]:
+    """Limit the voltages as the amplifiers do, if the file holds them before that."""
+    notes, limit = [], format.voltage_limit
+    for signal in VOLTAGES if format.clip else ():
+        beyond = np.abs(values[signal]) > limit
+        if beyond.any():
+            notes.append(f"{signal} clipped to +-{limit:g} V in {beyond.sum()} samples")
+            values[signal] = np.clip(values[signal], -limit, limit)
+    return notes
 
 
 def _together(

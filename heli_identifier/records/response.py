@@ -9,6 +9,10 @@ Each is fitted by least squares beside the angle's own rate, the angle and a con
 which also gives the derivatives. This is no identification, and in a closed loop its gains are biased. It tells the
 sign of a gain and whether a voltage is one at all: `heli init` guesses by it, and every command warns by it of a wrong
 pair of columns or a wrong sign.
+
+The signs of two gains are known of every rig that works: a larger front voltage raises the pitch, a larger sum raises
+the elevation. Over 71 logs of ten rigs, most of them in closed loop, the score of the first was never below -0.9 and
+that of the second never below -3.2 with the right columns.
 """
 
 from typing import NamedTuple
@@ -16,6 +20,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.records.log import Log
+from heli_identifier.records.units import ANGLES, COMBINED, VOLTAGES
+
+PITCH_SURE, ELEVATION_SURE = 3.5, 6.0
+"""Scores below minus which a gain is beyond doubt of the wrong sign."""
+
+SHOWN = 2.0
+"""Score from which a log shows that an angle follows its voltage."""
+
+_SHORTEST = 50  # samples of the coarse record below which nothing is said
+_HALF_TURN_DEG = 2.5 * np.pi  # an angle beyond is in degrees, see plausibility
 BANDWIDTH = 3.0
 """ω of the filter [rad/s]: above the rig's own modes, below the noise of encoders."""
 _COARSE_HZ = 25.0
@@ -24,21 +39,11 @@ _SETTLED_S = 1.5  # the filter forgets its start to 6 % in 4.7/ω
 
 
 class Gain(NamedTuple):
-    """Response of an acceleration to a regressor.
+    """Response of an acceleration to a regressor."""
 
-    Attributes
-    ----------
-    value : float
-        Gain, in the units of the columns.
-    share : float
-        Share of the acceleration that the regressor explains and the angle's own motion does not, 0 to 1.
-    score : float
-        Gain over its standard error; one sample in 1/ω counts as independent.
-    """
-
-    value: float
-    share: float
-    score: float
+    value: float  # in the units of the columns
+    share: float  # of the acceleration that the regressor explains and the angle's own motion does not, 0 to 1
+    score: float  # value over its standard error; one sample in 1/ω counts as independent
 
 
 class Filtered(NamedTuple):
@@ -88,3 +93,60 @@ def gain(found: Filtered, angle: int, regressor: int) -> Gain:
     share = xy * xy / (xx * yy)
     score = xy / abs(xy) * np.sqrt(share / max(1.0 - share, 1e-9) * max(found.independent - 4.0, 1.0)) if xy else 0.0
     return Gain(xy / xx, share, float(score))
+
+
+def find_responses(values: NDArray[np.float64], step: float, columns: dict[str, int]) -> tuple[Gain, Gain, Gain]:
+    """Response of pitch, elevation and travel under a choice of columns of ``values``, shape (M, k)."""
+    if "v_front" in columns:
+        front, rear = (values[:, columns[name]] for name in VOLTAGES)
+        total, difference = front + rear, front - rear
+    else:
+        total, difference = (values[:, columns[name]] for name in COMBINED)
+    pitch, elevation, travel = (values[:, columns[angle]] for angle in ANGLES)
+    turned = radians_of(pitch)
+    regressors = (difference, total * np.cos(turned), total * np.sin(turned))
+    found = filtered(np.column_stack((pitch, elevation, travel, *regressors)), step)
+    return gain(found, 0, 3), gain(found, 1, 4), gain(found, 2, 5)
+
+
+def radians_of(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give an angle [rad] that may be in degrees."""
+    return np.radians(angle) if np.abs(angle).max() > _HALF_TURN_DEG else angle
+
+
+def encoder_step(values: NDArray[np.float64]) -> float | None:
+    """Give the step by which a column changes, if it changes in whole steps as an encoder's angle does."""
+    changes = np.abs(np.diff(values))
+    changes = changes[changes > 1e-9 * max(1.0, float(np.ptp(values)))]
+    if len(changes) < 20:
+        return None
+    step = float(np.median(np.sort(changes)[: max(5, len(changes) // 10)]))
+    off = np.abs(changes / step - np.round(changes / step))
+    return step if np.mean(off < 0.02) > 0.9 else None
+
+
+def suspicions(log: Log) -> tuple[str, ...]:
+    """Give what is probably wrong with a log's columns or signs, one sentence each."""
+    voltages, step = coarse(log.voltages, log.rate_hz)
+    values = np.column_stack((voltages, coarse(log.angles, log.rate_hz)[0]))
+    if len(values) < _SHORTEST:
+        return ()
+    pitch, elevation, _ = find_responses(values, step, {name: i for i, name in enumerate((*VOLTAGES, *ANGLES))})
+    advice = "`heli init LOG` looks into a log and writes a heli.toml with the columns and signs that fit"
+    found = []
+    if pitch.score < -PITCH_SURE:
+        found.append(
+            f"WRONG SIGN: the pitch falls where v_front exceeds v_rear, by {-pitch.value:.2g} rad/s^2/V; look at the "
+            f"sign of pitch and at swap_rotors: {advice}"
+        )
+    if elevation.score < -ELEVATION_SURE:
+        found.append(
+            f"WRONG SIGN: the elevation falls where the voltages rise, by {-elevation.value:.2g} rad/s^2/V; look at "
+            f"the sign of elevation and at the columns of the voltages: {advice}"
+        )
+    if not found and pitch.score < SHOWN and elevation.score < SHOWN:
+        found.append(
+            "neither the pitch nor the elevation is seen to follow the voltages: these are not the voltages of this "
+            f"log, or it is too calm to show it: {advice}"
+        )
+    return tuple(found)

@@ -13,10 +13,8 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
 from heli_identifier.records.units import STAMP
 
-_LONGEST = 60
-"""Characters of a cell that a message shows."""
-_WHOLE = 1e-6
-"""What a whole number may be off, as a print or an interpolation leaves it."""
+_LONGEST = 60  # characters of a cell that a message shows
+_WHOLE = 1e-6  # what a whole number may be off, as a print or an interpolation leaves it
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 
@@ -47,29 +45,13 @@ class Table:
     cell: Callable[[int, int], str]
     notes: tuple[str, ...] = ()
 
-    def place(self, sample: int) -> str:
-        """Name the row of a sample as an editor shows it."""
-        return self.places(0)(sample)
-
     def places(self, first: int) -> Callable[[int], str]:
         """Give what names the row of a sample that is counted from ``first``; it does not hold the columns."""
         file, row = self.file, self.first_row + first
         return lambda sample: f"{file}, row {sample + row}"
 
     def numbers(self, column: Column, kept: slice) -> NDArray[np.float64]:
-        """Give the kept cells of a signal in SI units, with the file's sign.
-
-        Parameters
-        ----------
-        column : Column
-            Which column, and its unit.
-        kept : slice
-            Samples to give; cells outside may hold anything.
-
-        Returns
-        -------
-        NDArray, shape (N,)
-            The table's own where nothing is converted: not to be changed.
+        """Give the kept cells of a signal in SI units, shape (N,), with the file's sign; not to be changed.
 
         Raises
         ------
@@ -78,20 +60,20 @@ class Table:
         """
         if column.unit == STAMP:
             return self.instants(column)[kept]
-        values = _floats(self.columns[column.index][kept])
+        values, header = _floats(self.columns[column.index][kept]), self.headers[column.index]
         broken = ~np.isfinite(values)
         if broken.any():
-            sample = int(broken.argmax()) + (kept.start or 0)
-            text = self.cell(sample, column.index)
-            what = f"the cell holds {shortened(text)!r}, which is not a finite number" if text else "the cell is empty"
+            sample = int(broken.argmax())
+            text = self.cell(sample + kept.start, column.index)
+            what = f"the cell holds {_shortened(text)}, which is not a finite number" if text else "the cell is empty"
             advice = "correct the cell, or cut the stretch away with --from and --to"
             if _DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
-            raise LogError(f"{self.place(sample)}, column {self.headers[column.index]!r}: {what}; {advice}.")
+            raise LogError(f"{self.places(kept.start)(sample)}, column {header!r}: {what}; {advice}.")
         if column.unit == "counts" and np.mean(np.abs(values - np.round(values)) > _WHOLE) > 0.5:
             raise LogError(
-                f"{self.file}, column {self.headers[column.index]!r}: counts are whole numbers, and most of these are "
-                f"not, {self.cell(kept.start or 0, column.index)!r} for one; state another unit under [log.units] of "
+                f"{self.file}, column {header!r}: counts are whole numbers, and most of these are not, "
+                f"{self.cell(kept.start, column.index)!r} for one; state another unit under [log.units] of "
                 f"{HELI_TOML}."
             )
         return values if column.factor == 1.0 else values * column.factor
@@ -106,31 +88,31 @@ class Table:
         """
         if column.unit != STAMP:
             return _floats(self.columns[column.index]) * column.factor
-        seconds = stamped(self.columns[column.index])
+        seconds = read_stamps(self.columns[column.index])
         wrong = ~np.isfinite(seconds)
         if wrong.any():
             sample = int(wrong.argmax())
             raise LogError(
-                f"{self.place(sample)}, column {self.headers[column.index]!r}: the cell holds "
-                f"{shortened(self.cell(sample, column.index))!r}, which is no time stamp like 2026-03-01T12:00:00.010; "
+                f"{self.places(0)(sample)}, column {self.headers[column.index]!r}: the cell holds "
+                f"{_shortened(self.cell(sample, column.index))}, which is no time stamp like 2026-03-01T12:00:00.010; "
                 "correct it."
             )
         return seconds
 
 
-def needed(module: str, package: str, extra: str, file: str, what: str) -> Any:
-    """Import a package that reads a format and is not installed with the others.
+def table_of(file: str, columns: dict[str, NDArray[Any]]) -> Table:
+    """Give named columns as a table whose rows count from 1."""
+    values = tuple(columns.values())
+    return Table(file, tuple(columns), values, 1, lambda sample, column: str(values[column][sample]))
 
-    Raises
-    ------
-    LogError
-        It is not installed; says how to get it.
-    """
+
+def need(module: str, package: str, file: str, what: str) -> Any:
+    """Import a package that reads a format; a LogError says how to get it if it is not installed."""
     try:
         return import_module(module)
     except ImportError as error:
         raise LogError(
-            f"{file} is {what}, for which the package {package} is needed: `pip install 'heli-twin[{extra}]'`."
+            f"{file} is {what}, for which the package {package} is needed: `pip install 'heli-twin[formats]'`."
         ) from error
 
 
@@ -139,7 +121,7 @@ def as_numbers(values: NDArray[Any]) -> NDArray[Any]:
     return values.astype(float, copy=False) if values.dtype.kind in "iuf" else values.astype(object)
 
 
-def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:
+def read_stamps(cells: NDArray[Any]) -> NDArray[np.float64]:
     """Give time stamps as seconds since the first, shape (N,); NaN where a cell is none."""
     import pandas
 
@@ -155,9 +137,8 @@ def stamped(cells: NDArray[Any]) -> NDArray[np.float64]:
     return np.where(np.isnat(stamps) | np.isnat(stamps[0]), np.nan, seconds)
 
 
-def shortened(text: str) -> str:
-    """Give a text as a message can hold it."""
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+def _shortened(text: str) -> str:
+    return repr(text if len(text) <= _LONGEST else f"{text[:_LONGEST]}...")
 
 
 def _floats(cells: NDArray[Any]) -> NDArray[np.float64]:

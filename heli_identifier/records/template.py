@@ -7,8 +7,7 @@ from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.records.configuration import RigConfiguration
-from heli_identifier.records.format import CONTRACT
+from heli_identifier.records.configuration import CONTRACT, RigConfiguration
 from heli_identifier.records.guess import Guess
 from heli_identifier.records.units import ANGLES, NAMED, header, known_units
 

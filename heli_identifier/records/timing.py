@@ -13,7 +13,7 @@ A gap of more than `GAP_STEPS` median steps is refused, because nothing is known
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,66 +32,35 @@ _BLOCK = 100_000
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
 
-@dataclass(frozen=True, eq=False)
-class Sampling:
-    """Uniform rate of a log, and whether its samples have to be interpolated to get there.
-
-    Attributes
-    ----------
-    rate_hz : float
-        Uniform rate [Hz].
-    samples : int
-        Number of uniform samples.
-    resample : bool
-        Whether the samples lie off the uniform grid.
-    note : str or None
-        What was done, if anything.
-    """
+class Sampling(NamedTuple):
+    """Uniform rate of a log [Hz], its uniform samples, whether they lie off the log's instants, and what was done."""
 
     rate_hz: float
     samples: int
-    resample: bool
-    note: str | None
+    resample: bool = False
+    notes: tuple[str, ...] = ()
 
 
 def check_forward(time: NDArray[np.float64], place: Callable[[int], str]) -> None:
-    """Refuse a time that does not increase.
-
-    Parameters
-    ----------
-    time : NDArray, shape (N,)
-        Instants [s].
-    place : Callable[[int], str]
-        Gives file and row of a sample, for messages.
-
-    Raises
-    ------
-    LogError
-        At the first sample that is not later than the one before.
-    """
+    """Refuse, with the row that ``place`` names, a time [s] that does not increase."""
     wrong = np.diff(time) <= 0.0
     if wrong.any():
         at = int(wrong.argmax()) + 1
         instant, before = time[at], time[at - 1]
-        stuck = f"time stands still at {instant:g} s"
-        what = stuck if instant == before else f"time runs back from {before:g} s to {instant:g} s"
-        raise LogError(f"{place(at)}: {what}; it must increase from row to row, cut the log or correct its clock.")
+        what = f"runs back from {before:g} s to" if instant < before else "stands still at"
+        raise LogError(
+            f"{place(at)}: time {what} {instant:g} s; it must increase from row to row, cut the log or correct its "
+            "clock."
+        )
 
 
 def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sampling:
-    """Find the uniform rate behind a time column.
-
-    Parameters
-    ----------
-    time : NDArray, shape (N,), N >= 2
-        Increasing instants [s].
-    place : Callable[[int], str]
-        Gives file and row of a sample, for messages.
+    """Find the uniform rate behind increasing instants [s], shape (N,), N >= 2.
 
     Raises
     ------
     LogError
-        If a stretch longer than `GAP_STEPS` median steps holds no sample.
+        If a stretch longer than `GAP_STEPS` median steps holds no sample; ``place`` names its row.
     """
     intervals = np.diff(time)
     median = float(np.median(intervals))
@@ -110,7 +79,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         for k in range(0, len(time), _BLOCK)
     )
     if off_grid <= _UNIFORM_STEPS * mean:
-        return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time), False, None)
+        return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time))
     digit = _last_digit(time)
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
     if off_grid <= digit and not _samples_lost(intervals, median, digit):
@@ -119,7 +88,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
             f"time column printed to {1e3 * digit:g} ms; sampling interval taken as the mean, "
             f"{1e3 / rate:.5g} ms ({rate:g} Hz)"
         )
-        return Sampling(rate, len(time), False, note)
+        return Sampling(rate, len(time), notes=(note,))
     # The median separates lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
@@ -127,7 +96,7 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
         f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms): resampled to "
         f"{rate:g} Hz, angles linearly, voltages as means of what was held"
     )
-    return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, note)
+    return Sampling(rate, int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1, True, (note,))
 
 
 def _samples_lost(intervals: NDArray[np.float64], median: float, digit: float) -> bool:
@@ -159,22 +128,7 @@ def _last_digit(time: NDArray[np.float64]) -> float:
 
 
 def check_extent(rate_hz: float, samples: int, file: str) -> None:
-    """Refuse a rate or a length that identification cannot use.
-
-    Parameters
-    ----------
-    rate_hz : float
-        Sampling rate [Hz].
-    samples : int
-        Number of samples.
-    file : str
-        Name of the file for messages.
-
-    Raises
-    ------
-    LogError
-        If the rate is outside 50 Hz to 2 kHz or the log is shorter than 5 s.
-    """
+    """Refuse a rate outside of 50 Hz to 2 kHz, and less than 5 s of samples, with the name of the file."""
     if rate_hz < LOWEST_RATE_HZ * (1.0 - _RATE_TOLERANCE):
         raise LogError(
             f"{file}: the rate of {rate_hz:.4g} Hz is below {LOWEST_RATE_HZ:g} Hz; log faster, or check "
@@ -196,18 +150,9 @@ def check_extent(rate_hz: float, samples: int, file: str) -> None:
 def mean_of_held(
     time: NDArray[np.float64], values: NDArray[np.float64], grid: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Average a held signal over each step of a uniform grid, which keeps its integral.
+    """Average values, shape (N,), held from each instant of ``time`` to the next, over steps of ``grid``, shape (M,).
 
-    Parameters
-    ----------
-    time, values : NDArray, shape (N,)
-        Instants [s] and the values held from each to the next.
-    grid : NDArray, shape (M,), M >= 2
-        New instants [s], uniform.
-
-    Returns
-    -------
-    NDArray, shape (M,)
+    Gives shape (M,); the integral is kept. Both times in [s]; the grid is uniform and has two instants at least.
     """
     step = grid[1] - grid[0]
     edges = np.append(grid, grid[-1] + step)

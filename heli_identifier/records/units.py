@@ -13,8 +13,6 @@ Instead of the two voltages a log may hold their sum v_front + v_rear and their 
 """
 
 import math
-from collections.abc import Mapping
-from types import MappingProxyType
 
 SIGNALS = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 VOLTAGES = SIGNALS[1:3]
@@ -24,51 +22,41 @@ COMBINED = ("v_sum", "v_difference")
 NAMED = (*SIGNALS, *COMBINED)
 """All that a configuration may name a column of."""
 
-SI_UNIT: Mapping[str, str] = MappingProxyType(
-    {"time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys(ANGLES, "rad")}
-)
+SI_UNIT = {"time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys(ANGLES, "rad")}
 
 STAMP = "ISO 8601"
 """Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""
 
 ENCODER_UNIT = "counts"
 
-_FACTORS: Mapping[str, Mapping[str, float]] = {
-    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, STAMP: 1.0},
-    "V": {"V": 1.0, "mV": 1e-3},
-    "rad": {"rad": 1.0, "deg": math.pi / 180.0, ENCODER_UNIT: math.nan, "rev": 2.0 * math.pi, "mrad": 1e-3},
-}
-
-_NAMES: Mapping[str, Mapping[str, str]] = {
+_UNITS = {  # by the SI unit: factor to it, and names
     "s": {
-        "s": "s sec secs second seconds sekunde sekunden seconde secondes",
-        "ms": "ms msec msecs millisecond milliseconds millisekunde millisekunden",
-        "us": "us µs μs usec microsecond microseconds mikrosekunden",
-        "ns": "ns nsec nanosecond nanoseconds",
-        "min": "min minute minutes minuten",
-        STAMP: "iso iso8601 datetime timestamp",
+        "s": (1.0, "s sec secs second seconds sekunde sekunden seconde secondes"),
+        "ms": (1e-3, "ms msec msecs millisecond milliseconds millisekunde millisekunden"),
+        "us": (1e-6, "us µs μs usec microsecond microseconds mikrosekunden"),
+        "ns": (1e-9, "ns nsec nanosecond nanoseconds"),
+        "min": (60.0, "min minute minutes minuten"),
+        STAMP: (1.0, "iso iso8601 datetime timestamp"),
     },
-    "V": {"V": "v volt volts", "mV": "mv millivolt millivolts"},
+    "V": {"V": (1.0, "v volt volts"), "mV": (1e-3, "mv millivolt millivolts")},
     "rad": {
-        "rad": "rad rads radian radians",
-        "deg": "deg degs degree degrees ° º ˚",
-        ENCODER_UNIT: "counts count cnt cnts ticks tick pulses increments inkremente",
-        "rev": "rev revs revolution revolutions turn turns",
-        "mrad": "mrad milliradian milliradians",
+        "rad": (1.0, "rad rads radian radians"),
+        "deg": (math.pi / 180.0, "deg degs degree degrees ° º ˚"),
+        ENCODER_UNIT: (math.nan, "counts count cnt cnts ticks tick pulses increments inkremente"),
+        "rev": (2.0 * math.pi, "rev revs revolution revolutions turn turns"),
+        "mrad": (1e-3, "mrad milliradian milliradians"),
     },
 }
 _UNDERSTOOD = {
-    si: {name: unit for unit, names in units.items() for name in (unit.lower(), *names.split())}
-    for si, units in _NAMES.items()
+    si: {name: unit for unit, (_, names) in units.items() for name in (unit.lower(), *names.split())}
+    for si, units in _UNITS.items()
 }
+_RATE = "a rate and no angle: name the column of the angle"
 _PROBABLY = {
     "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
     "gon": "a 400th of a turn, which is not read: convert the column",
     "%": "probably a share of some full scale: convert the column",
-    "rad/s": "a rate and no angle: name the column of the angle",
-    "deg/s": "a rate and no angle: name the column of the angle",
-    "°/s": "a rate and no angle: name the column of the angle",
-    "rpm": "a rate and no angle: name the column of the angle",
+    **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), _RATE),
     "a": "probably ampere, a current and no voltage: name the column of the voltage",
     "mv": 'millivolts are written "mV"',
     "h": "probably hours: convert the column",
@@ -86,7 +74,7 @@ CONTRACT_HEADERS = tuple(header(signal) for signal in SIGNALS)
 
 def known_units(signal: str) -> tuple[str, ...]:
     """List the units in which a signal is read, SI first."""
-    return tuple(_FACTORS[SI_UNIT[signal]])
+    return tuple(_UNITS[SI_UNIT[signal]])
 
 
 def understood(signal: str, text: str) -> str | None:
@@ -103,22 +91,5 @@ def probably(signal: str, text: str) -> str:
 
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
-    """Give the factor from `unit` to SI.
-
-    Parameters
-    ----------
-    signal : str
-        One of `NAMED`.
-    unit : str
-        One of `known_units(signal)`.
-    counts_per_turn : int
-        Counts per turn of the signal's encoder, for the unit ``counts``.
-
-    Raises
-    ------
-    KeyError
-        If the unit is not one of `known_units(signal)`; `find_columns` checks first and names the file.
-    """
-    if unit == ENCODER_UNIT:
-        return 2.0 * math.pi / counts_per_turn
-    return _FACTORS[SI_UNIT[signal]][unit]
+    """Give the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
+    return 2.0 * math.pi / counts_per_turn if unit == ENCODER_UNIT else _UNITS[SI_UNIT[signal]][unit][0]

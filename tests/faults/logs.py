@@ -189,16 +189,16 @@ KINDS = (
         "a .mat that is cut short",
         lambda f: (matlab(**as_struct())(f), (f / "log.mat").write_bytes((f / "log.mat").read_bytes()[:900])),
         "heli identify log.mat -o out",
-        "is not a readable MATLAB file",
+        "is not readable as a MATLAB file",
     ),
     Fault(
-        "a .mat that is none", write("no", "log.mat"), "heli identify log.mat -o out", "is not a readable MATLAB file"
+        "a .mat that is none", write("no", "log.mat"), "heli identify log.mat -o out", "is not readable as a MATLAB file"
     ),
     Fault(
         "an .xlsx that is none",
         write("no", "log.xlsx"),
         "heli identify log.xlsx -o out",
-        "is not a readable Excel workbook",
+        "is not readable as an Excel workbook",
     ),
     Fault(
         "a .parquet that is none",
