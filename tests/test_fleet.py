@@ -155,7 +155,7 @@ def test_a_weak_effect_that_no_rig_names_shows_if_it_repeats():
     assert (found.finding, found.named) == (Finding.REPEATS, ())
     assert found.mean.mean == pytest.approx(0.02925)
     assert fleet.found(Finding.REPEATS) == (found,)
-    assert "dry friction on the pitch repeats" in fleet_sentence(fleet)
+    assert fleet_sentence(fleet) == "Over 4 rigs no effect repeats."  # in the heading only what a rig names
 
 
 def test_what_is_implausible_or_comes_of_chance_repeats_on_no_fleet():
@@ -173,6 +173,23 @@ def test_an_effect_of_one_rig_is_its_own():
 def test_coefficients_that_several_rigs_name_may_differ():
     _, effects = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
     assert effects[CABLE].finding == Finding.DIFFERS
+
+
+def test_the_heading_names_what_a_rig_names_and_whose_mean_has_a_sign():
+    repeats, _ = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.21, 0.19)))
+    assert fleet_sentence(repeats) == "Over 3 rigs dry friction on the pitch repeats with a like coefficient."
+    # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
+    differs, effects = over(*(rig({FRICTION: c}, [FRICTION]) for c in (0.20, 0.26, 0.17)))
+    assert effects[FRICTION].finding == Finding.DIFFERS
+    assert fleet_sentence(differs) == "Over 3 rigs dry friction on the pitch differs from rig to rig."
+    spans_zero, _ = over(*(rig({CABLE: c}, [CABLE]) for c in (0.5, -0.4, 0.1)))
+    assert fleet_sentence(spans_zero) == "Over 3 rigs no effect repeats."
+
+
+def test_what_two_rigs_name_repeats_only_after_correction_over_the_catalogue():
+    # 2.8 standard errors together: p = .004, times the number of entries far above .005
+    _, effects = over(rig({FRICTION: 0.021}, [FRICTION]), rig({FRICTION: 0.019}, [FRICTION]))
+    assert effects[FRICTION].finding == Finding.UNCONFIRMED
 
 
 def test_a_rig_that_cannot_test_an_effect_is_left_out_and_says_why():
@@ -282,7 +299,7 @@ def test_bad_input_is_refused_in_one_sentence(tmp_path):
         ((good, log), "is no folder"),
         ((good, empty), "holds no log"),
         ((good, only_held), "only held.csv"),
-        ((broken, good), "rig broken: "),
+        ((broken, good), "rig broken: "),  # one rig is left, which is no fleet
         ((wrong, good), "nmae"),
     ):
         done = run(*folders, "--output", tmp_path / "out")
@@ -290,6 +307,30 @@ def test_bad_input_is_refused_in_one_sentence(tmp_path):
         assert (done.exit_code, done.stdout) == (2, ""), done.output
         assert said in line
         assert not (tmp_path / "out").exists()
+
+
+def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypatch):
+    (log, *_), (held,) = demo_logs("rig-a")
+    folders = [folder_of(tmp_path / name, log, held) for name in ("one", "broken", "two", "odd")]
+    (folders[1] / held.name).write_text("a,b\n1,2\n")
+    begun = []
+
+    def diagnose(training, held_out, settings, progress):
+        begun.append(len(begun))
+        if len(begun) == 3:
+            raise ZeroDivisionError("odd")
+        return rig({FRICTION: 0.2}, [FRICTION])
+
+    monkeypatch.setattr("heli_identifier.tools.fleet.diagnose", diagnose)
+    done = run(*folders, "--output", tmp_path / "out", "--json")
+    assert (done.exit_code, len(begun)) == (1, 3)
+    document = json.loads(done.stdout)
+    assert [found["rig"] for found in document["rigs"]] == ["one", "two"]
+    read, raised = document["failures"]
+    assert read["rig"] == "broken" and "held.csv" in read["error"]
+    assert raised["rig"] == "odd" and raised["error"].startswith("ZeroDivisionError: odd (in diagnose, ")
+    assert all(f"rig {name} is left out" in done.stderr for name in ("broken", "odd"))
+    assert "left out: ZeroDivisionError" in (tmp_path / "out" / "fleet.html").read_text()
 
 
 def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_is_said(tmp_path, monkeypatch):

@@ -7,13 +7,11 @@ so that a weak effect shows if it repeats. A rig is left out of the mean of an e
 * where it is an alternative of an effect that was named, or one of the same mechanism was named on the same axis (a
   delay where a lag is named): its estimate is then what that one leaves of it.
 
-An effect *repeats* if at least two rigs name it, or if the estimates of all rigs show it together:
-
-* that no rig has it is refuted at a false discovery rate of .5 % over all effects (Benjamini and Hochberg 1995), the
-  level at which a diagnosis accuses a clean rig. It is so low since the scores of entries that were not found scatter
-  by 1.2 standard errors on a clean rig, of whose shapes the likeliest speaks;
-* the interval of the mean does without zero, so that it is no matter of one rig;
-* and the mean lies in the catalogue's plausible range: no loss of thrust is negative.
+That no rig has an effect is refuted at a false discovery rate of .5 % over all effects of the catalogue (Benjamini and
+Hochberg 1995), the level at which a diagnosis accuses a clean rig. It is so low since the scores of entries that were
+not found scatter by 1.2 standard errors on a clean rig, of whose shapes the likeliest speaks. Only such an effect
+*repeats*, and only if two rigs name it, or if the interval of its mean does without zero and the mean lies in the
+catalogue's plausible range: no loss of thrust is negative. Where the rigs' coefficients are not alike it *differs*.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,7 +25,7 @@ from scipy.stats import false_discovery_control
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.results import effect_name, estimate_entry, plain
-from heli_identifier.tools.meta_analysis import LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
+from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Verdict, diagnose
 from heli_plant.effects import effect
@@ -43,6 +41,7 @@ class Finding(StrEnum):
 
     REPEATS = "repeats"
     DIFFERS = "differs between rigs"
+    UNCONFIRMED = "not confirmed together"
     OWN = "one rig's own"
     OPEN = "not testable elsewhere"
     NOT_SHOWN = "not shown"
@@ -101,6 +100,11 @@ class Coefficient:
     def named(self) -> tuple[str, ...]:
         """Rigs whose diagnosis named the effect."""
         return tuple(entry.rig for entry in self.rigs if entry.named)
+
+    @property
+    def certain(self) -> bool:
+        """Whether a rig names the effect and the interval of its mean does without zero."""
+        return bool(self.named) and self.mean is not None and self.mean.has_sign
 
     @property
     def counted(self) -> tuple[RigEstimate, ...]:
@@ -189,6 +193,7 @@ class Fleet:
                     "level": LEVEL,
                     "false_discovery_rate": FALSE_DISCOVERY_RATE,
                     "largest_like_spread": LARGEST_LIKE_SPREAD,
+                    "homogeneous_p": HOMOGENEOUS,
                 },
                 "provenance": provenance,
             }
@@ -252,11 +257,11 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     keys = dict.fromkeys((entry.name, entry.axis) for found in diagnoses.values() for entry in found.catalogue)
     estimates = {key: [e for rig, found in diagnoses.items() for e in _of_effect(rig, found, key)] for key in keys}
     means = {key: _mean(entries) for key, entries in estimates.items()}
-    together = _shown_together(means)
+    refuted = _refuted(means)
     effects = []
     for (name, axis), entries in estimates.items():
         mean = means[name, axis]
-        finding = _finding(entries, mean, (name, axis) in together)
+        finding = _finding((name, axis), entries, mean, (name, axis) in refuted)
         effects.append(Coefficient(name, axis, entries[0].estimate.unit, tuple(entries), mean, finding))
     order = list(Finding)
     effects.sort(
@@ -312,23 +317,20 @@ def _mean(entries: Sequence[RigEstimate]) -> Pooled | None:
     return pooled([e.value for e in estimates], [e.standard_error or 0.0 for e in estimates])
 
 
-def _shown_together(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
-    """Effects that the estimates of all rigs show together."""
-    tested = {key: mean for key, mean in means.items() if mean is not None}
-    if not tested:
-        return set()
-    corrected = false_discovery_control([mean.none_p for mean in tested.values()])
-    return {
-        key
-        for (key, mean), p in zip(tested.items(), corrected, strict=True)
-        if p <= FALSE_DISCOVERY_RATE and mean.p < 1.0 - LEVEL and effect(*key).lower <= mean.mean <= effect(*key).upper
-    }
+def _refuted(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, str]]:
+    """Effects of which it is refuted, after correction over the catalogue, that no rig has them."""
+    tested = {key: mean.none_p for key, mean in means.items() if mean is not None}
+    corrected = false_discovery_control(list(tested.values())) if tested else ()
+    return {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
 
 
-def _finding(entries: Sequence[RigEstimate], mean: Pooled | None, together: bool) -> Finding:
-    named = sum(entry.named for entry in entries)
+def _finding(key: tuple[str, str], entries: Sequence[RigEstimate], mean: Pooled | None, refuted: bool) -> Finding:
+    named, entry = sum(one.named for one in entries), effect(*key)
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
-    if named >= 2 or together:
-        return Finding.REPEATS if mean.alike else Finding.DIFFERS
+    shown = refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper
+    if named >= 2 or shown:
+        if not mean.alike:
+            return Finding.DIFFERS
+        return Finding.REPEATS if refuted else Finding.UNCONFIRMED
     return Finding.OWN if named else Finding.NOT_SHOWN

@@ -15,7 +15,8 @@ _TEMPLATES = files("heli_identifier.results") / "templates"
 
 SECTIONS = (
     (Finding.REPEATS, "repeats", "What repeats, with like coefficients", "No effect repeats with like coefficients."),
-    (Finding.DIFFERS, "differs", "What repeats, with unlike coefficients", ""),
+    (Finding.DIFFERS, "differs", "What differs between rigs", ""),
+    (Finding.UNCONFIRMED, "unconfirmed", "What rigs name and all together do not confirm", ""),
     (Finding.OWN, "own", "What only one rig has", ""),
     (Finding.OPEN, "open", "What only one rig could test", ""),
 )
@@ -46,6 +47,7 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
         columns=COLUMNS,
         effects=[effect_row(effect) for effect in fleet.effects],
         parameters=[_plotted(parameter) for parameter in fleet.parameters],
+        failures=fleet.failures,
         rigs=[_rig_row(rig, diagnosis) for rig, diagnosis in fleet.diagnoses.items()],
         rate=f"{100.0 * FALSE_DISCOVERY_RATE:g} %",
         provenance=provenance,
@@ -53,24 +55,15 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
 
 
 def fleet_sentence(fleet: Fleet) -> str:
-    """Say what repeats over the rigs in one sentence."""
-    repeating, differing = fleet.found(Finding.REPEATS), fleet.found(Finding.DIFFERS)
-    over = f"Over {len(fleet.diagnoses)} rigs"
-    if not repeating and not differing:
-        return f"{over} no effect repeats."
+    """Say what repeats over the rigs in one sentence, of effects that a rig names and whose mean has a sign."""
     parts = []
-    if repeating:
-        names = listed([title(effect) for effect in repeating])
-        parts.append(
-            f"{names} {'repeats with a like coefficient' if len(repeating) == 1 else 'repeat with like coefficients'}"
-        )
-    if differing:
-        names = listed([title(effect) for effect in differing])
-        verb = (
-            "repeats with a coefficient that differs" if len(differing) == 1 else "repeat with coefficients that differ"
-        )
-        parts.append(f"{names} {verb} from rig to rig")
-    return f"{over} {'; '.join(parts)}."
+    for finding, one, more in (
+        (Finding.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
+        (Finding.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
+    ):
+        if names := [title(effect) for effect in fleet.found(finding) if effect.certain]:
+            parts.append(f"{listed(names)} {one if len(names) == 1 else more}")
+    return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."
 
 
 COLUMNS = ("effect", "finding", "named by >", "tested on >", "mean >", "unit", "spread >", "I² >")

@@ -40,6 +40,9 @@ LARGEST_LIKE_SPREAD = 0.5
 """Spread over the size of the mean up to which coefficients are alike: 97.7 % of those of a normal distribution then
 have the sign of the mean."""
 
+HOMOGENEOUS = 0.05
+"""Probability of Cochran's test below which the rigs do not have like coefficients."""
+
 HALVINGS = 60
 """Of the interval of tau: the last one is below the rounding of its upper end."""
 
@@ -92,8 +95,13 @@ class Pooled:
 
     @property
     def alike(self) -> bool:
-        """Whether the spread between the rigs is at most half of the mean."""
-        return self.spread <= LARGEST_LIKE_SPREAD * abs(self.mean)
+        """Whether the rigs may have one value by Cochran's test, and their spread is at most half of the mean."""
+        return self.Q_p >= HOMOGENEOUS and self.spread <= LARGEST_LIKE_SPREAD * abs(self.mean)
+
+    @property
+    def has_sign(self) -> bool:
+        """Whether the interval of the mean does without zero."""
+        return self.interval[0] > 0.0 or self.interval[1] < 0.0
 
 
 def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
