@@ -16,7 +16,7 @@ from heli_identifier.live import (
     Port,
     read_layout,
     tick,
-    timed,
+    time_sample,
 )
 
 from ..errors import Refusal
@@ -140,7 +140,7 @@ of your own. The state cannot be saved, because what a rig has sent cannot be se
         port = self.port
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
-        samples = tuple(timed(sample, time, self.settings.sample_time) for sample in port.arrived(self.most))
+        samples = tuple(time_sample(sample, time, self.settings.sample_time) for sample in port.arrived(self.most))
         self.clock, seen = tick(self.clock, time, samples, self.settings)
         # none is due before link.delay has passed: the first one is shown until then
         latest = seen.latest or next(iter(self.clock.order.waiting), None)

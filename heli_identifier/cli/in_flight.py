@@ -33,7 +33,7 @@ from heli_identifier.signals import undone, unheard
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
-    from heli_identifier.live.screen import Show
+    from heli_identifier.live.session import Show
     from heli_identifier.live.session import Session
     from heli_identifier.records import RigConfiguration
     from heli_identifier.tools import Advice
@@ -147,7 +147,7 @@ def stream(
     For trying `heli follow --listen` and the unit RigLink without a rig.
     """
     from heli_identifier.live import USUAL_LAYOUT, read_layout
-    from heli_identifier.live.sending import send
+    from heli_identifier.live.sources import send
 
     form = read_layout(layout or USUAL_LAYOUT)
     ((recorded,), _) = logs_of([log], config)
@@ -165,15 +165,15 @@ def _player(
     path: Path, config: Path | None, speed: float, start: float | None, end: float | None
 ) -> "tuple[Source, RigConfiguration]":
     """Return a function that lets a session follow a log, and the rig's configuration."""
-    from heli_identifier.live.playing import played
-    from heli_identifier.live.sending import SPEEDS
+    from heli_identifier.live.sources import play
+    from heli_identifier.live.sources import SPEEDS
 
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
     ((recorded,), configuration) = logs_of([path], config, start, end)
 
     def run(session: "Session", stopped: Callable[[], bool], show: "Show") -> None:
-        session.run(played(recorded, speed, session.keep), lambda: recorded.step, stopped, show)
+        session.run(play(recorded, speed, session.keep), lambda: recorded.step, stopped, show)
 
     return run, configuration
 
@@ -188,7 +188,7 @@ def _listener(
 ) -> "Source":
     """Open the port and return a function that lets a session follow what comes in."""
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
-    from heli_identifier.live.listening import Listening, check_rate
+    from heli_identifier.live.sources import Listening, check_rate
 
     address, number = read_address(listen, "--listen")
     if number < 0:
@@ -233,7 +233,7 @@ def _shows(stack: ExitStack, title: str, address: str | None) -> "Show":
 
     places: list[Any] = []
     if address is not None:
-        from heli_identifier.live.server import served
+        from heli_identifier.live.page import served
 
         url, board = stack.enter_context(served(address, title))
         note(f"open {url} in a browser")

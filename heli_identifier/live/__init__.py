@@ -1,34 +1,23 @@
-"""The link to a rig that is running: its datagrams, their order, and the socket they come in by.
+"""A rig in flight. This door offers the link to it: its datagrams, their order, the time by which they are shown.
 
-The unit RigLink, `heli stream` and `heli follow --listen` share it; it needs the standard library alone.
+The unit RigLink contains it, so that it needs the standard library alone. Commands enter the other modules by name:
+``sources`` (a rig, or a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
 """
 
-from .clock import Clock, ClockSettings, Seen, tick
-from .datagrams import JSON, SIGNALS, USUAL_LAYOUT, Datagram, Layout, decode, encode, read_layout
-from .order import JUMP, Counts, Order, Timed, release, take, timed
-from .port import Port, is_every, read_address
+from .align import Clock, ClockSettings, Timed, tick, time_sample
+from .datagrams import JSON, USUAL_LAYOUT, Datagram, Port, encode, read_address, read_layout
 
 __all__ = [
     "JSON",
-    "JUMP",
-    "SIGNALS",
     "USUAL_LAYOUT",
     "Clock",
     "ClockSettings",
-    "Counts",
     "Datagram",
-    "Layout",
-    "Order",
     "Port",
-    "Seen",
     "Timed",
-    "decode",
     "encode",
-    "is_every",
     "read_address",
     "read_layout",
-    "release",
-    "take",
     "tick",
-    "timed",
+    "time_sample",
 ]

@@ -10,13 +10,23 @@ missing. An angle in degrees is ``pitch[deg]``, and ``-`` is a double that is no
 with these names as its keys, one line per datagram.
 
 What cannot be a sample is not decoded: a wrong length, a number that is not finite or that no rig reaches.
+
+A :class:`Port` hears one sender. The first that sends a good datagram is the rig, unless it is named. From then on the
+socket is connected to it, so that the system itself drops what others send. Where only the address of the sender is
+named, any of its ports is heard, so that a rig can start again; what others send is then dropped and counted here. A
+sender that was not named and has been silent for :data:`FORSAKEN` gives its place to the next one.
 """
 
 from __future__ import annotations
 
 import json
+import socket
 import struct
-from math import inf, pi
+from collections.abc import Iterator
+from contextlib import suppress
+from ipaddress import ip_address
+from math import pi
+from time import monotonic
 from typing import Any, NamedTuple, Union
 
 from heli_identifier.errors import ConfigurationError
@@ -34,8 +44,14 @@ LARGEST_DATAGRAM = 65_507
 LARGEST_SEQUENCE = 2.0**53
 """Whole numbers up to here are exact as doubles."""
 
-LONGEST_TIME = 1e11
-"""Bound of the rig's clock [s]; the seconds since 1970 and those of year 1601 lie below it."""
+LONGEST_TIME = 1e19
+"""Bound of the rig's clock; nanoseconds since 1970 lie below it."""
+
+BUFFER = 1 << 20
+"""Bytes that the system keeps of a receiver that is late: about 10 s of a rig at 1 kHz."""
+
+FORSAKEN = 2.0
+"""Silence of a sender that was not named after which another one may be the rig [s]."""
 
 BOUNDS = {
     "v_front": 30.0,  # [V], as the units' inputs take them
@@ -52,19 +68,20 @@ _IGNORED = "-"
 
 
 class Layout(NamedTuple):
-    """What a datagram holds: the names in their order with their factors to SI; no names for JSON."""
+    """What a datagram holds: the names in their order with their factors to SI, as doubles or as JSON."""
 
     names: tuple[str, ...]
     factors: tuple[float, ...]
+    is_json: bool = False
 
     @property
     def size(self) -> int:
         """Length of a datagram [bytes], for JSON the largest one."""
-        return 8 * len(self.names) if self.names else LARGEST_JSON
+        return LARGEST_JSON if self.is_json else 8 * len(self.names)
 
 
 class Datagram(NamedTuple):
-    """One sample as it was sent: voltages [V] and angles [rad] by :data:`SIGNALS`.
+    """One sample: voltages [V] and angles [rad] by :data:`SIGNALS`.
 
     ``sequence`` and ``time`` [s] are None where the layout has none.
     """
@@ -86,10 +103,9 @@ def read_layout(text: str) -> Layout:
         A name is unknown or stands there twice, a signal is missing, or there are more than a datagram holds.
     """
     words = text.replace(",", " ").split()
-    if words == [JSON]:
-        return Layout((), ())
+    is_json = words == [JSON]
     names, factors = [], []
-    for word in words:
+    for word in USUAL_LAYOUT.split() if is_json else words:
         name, bracket, unit = word.partition("[")
         in_degrees = bracket != "" and unit == "deg]" and name in _ANGLES
         if (bracket and not in_degrees) or name not in (*SIGNALS, "sequence", "time", _IGNORED):
@@ -108,23 +124,28 @@ def read_layout(text: str) -> Layout:
         raise ConfigurationError(
             f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
         )
-    return Layout(tuple(names), tuple(factors))
+    return Layout(tuple(names), tuple(factors), is_json)
 
 
 def decode(datagram: bytes, layout: Layout) -> Decoded:
     """Return the sample in a datagram, or the reason why it holds none."""
-    if layout.names:
+    if layout.is_json:
+        if len(datagram) > LARGEST_JSON:
+            return f"it has more than {LARGEST_JSON} bytes"
+        try:
+            content = json.loads(datagram.decode("utf-8"))
+        except (ValueError, RecursionError):
+            return "it is no JSON"
+        if not isinstance(content, dict):
+            return "it is no JSON object"
+    else:
         if len(datagram) != layout.size:
             return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
-        numbers = struct.unpack(f"<{len(layout.names)}d", datagram)
-        return _sample({name: x * k for name, x, k in zip(layout.names, numbers, layout.factors, strict=True)})
-    if len(datagram) > LARGEST_JSON:
-        return f"it has more than {LARGEST_JSON} bytes"
-    try:
-        content = json.loads(datagram.decode("utf-8"))
-    except (ValueError, RecursionError):
-        return "it is no JSON"
-    return _sample(content) if isinstance(content, dict) else "it is no JSON object"
+        content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
+    for name, factor in zip(layout.names, layout.factors, strict=True):
+        if _is_number(content.get(name)):
+            content[name] *= factor
+    return _sample(content)
 
 
 def _sample(content: dict[str, Any]) -> Decoded:
@@ -144,21 +165,165 @@ def _sample(content: dict[str, Any]) -> Decoded:
         sequence = int(sequence)
     if time is not None:
         if not _is_number(time) or not -LONGEST_TIME <= time <= LONGEST_TIME:
-            return f"time = {time!r} must be a number in [{-LONGEST_TIME:g}, {LONGEST_TIME:g}] s"
+            return f"time = {time!r} must be a number in [{-LONGEST_TIME:g}, {LONGEST_TIME:g}]"
         time = float(time)
     return Datagram(sequence, time, tuple(signals))
 
 
 def _is_number(value: Any) -> bool:
-    """Whether a value is a finite number; JSON also has whole numbers of any length, texts, true and false."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and -inf < value < inf
+    """Whether a value is a number that a double holds; JSON also has longer ones, texts, true and false."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
 
 
 def encode(sample: Datagram, layout: Layout) -> bytes:
     """Return the datagram of a sample; a sequence number or time that it lacks is sent as 0."""
     content = dict(zip(SIGNALS, sample.signals, strict=True))
     content["sequence"], content["time"] = sample.sequence or 0, sample.time or 0.0
-    if not layout.names:
-        return (json.dumps({name: content[name] for name in USUAL_LAYOUT.split()}) + "\n").encode()
+    if layout.is_json:
+        return (json.dumps({name: content[name] for name in layout.names}) + "\n").encode()
     numbers = [content.get(name, 0.0) / k for name, k in zip(layout.names, layout.factors, strict=True)]
     return struct.pack(f"<{len(numbers)}d", *numbers)
+
+
+def read_address(text: str, what: str) -> tuple[str, int]:
+    """Return the numeric address and port of ``HOST:PORT``; an IPv6 address stands in brackets, a missing port is -1.
+
+    Raises
+    ------
+    ConfigurationError
+        It is no address. Names are not looked up, because that may wait for the network; ``localhost`` is known.
+    """
+    host, port = text.strip(), ""
+    if host.startswith("["):
+        host, _, port = host[1:].partition("]")
+        port = port.removeprefix(":") if port else ""
+    elif host.count(":") == 1:
+        host, _, port = host.partition(":")
+    host = "127.0.0.1" if host == "localhost" else host
+    try:
+        address = str(ip_address(host))
+    except ValueError:
+        address = ""
+    # int() would also take +1_0 and the digits of other scripts
+    number = int(port[:6]) if port.isascii() and port.isdigit() else -1
+    if not address or number > 65535 or (port and number < 0):
+        raise ConfigurationError(f"{what} = {text!r} must be a numeric address and a port, as 127.0.0.1:25000")
+    return address, number
+
+
+def is_every(host: str) -> bool:
+    """Whether a numeric address stands for all addresses of a machine: 0.0.0.0, ::, or ::ffff:0.0.0.0."""
+    address = ip_address(host)
+    mapped = getattr(address, "ipv4_mapped", None)
+    return address.is_unspecified or (mapped is not None and mapped.is_unspecified)
+
+
+class Port:
+    """A UDP socket that hears one sender.
+
+    Parameters
+    ----------
+    address : str
+        Numeric address of this machine on which datagrams come in; one of its own, not 0.0.0.0.
+    number : int
+        Port, 0 for a free one.
+    sender : str
+        ``HOST:PORT`` or ``HOST`` of the rig; empty for the first that sends a good datagram.
+    layout : Layout
+
+    Attributes
+    ----------
+    address : tuple of (str, int)
+        Where it listens.
+    sender : tuple of (str, int) or None
+        Where the rig is; port -1 for any.
+    refused, foreign, elections : int
+        Datagrams that held no sample, datagrams of other senders, and senders that were taken for the rig.
+    reason, note : str
+        Why the last datagram was refused, and what is to be said about the sender; empty for nothing.
+
+    Raises
+    ------
+    ConfigurationError
+        The address is not one of this machine, is taken, or would hear all networks; or nothing comes from the sender.
+    """
+
+    def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
+        what = "the address to listen on"
+        host, _ = read_address(address, what)
+        if is_every(host):
+            raise ConfigurationError(f"{what} = {address!r} would hear every network; name one address of this machine")
+        if ip_address(host).is_multicast or host == "255.255.255.255":
+            raise ConfigurationError(f"{what} = {address!r} is a group's; name one address of this machine")
+        self.layout = layout
+        self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
+        if self.sender is not None and (is_every(self.sender[0]) or self.sender[1] == 0):
+            raise ConfigurationError(f"the sender = {sender!r}: no datagram comes from there; name the rig's address")
+        self.refused = self.foreign = self.elections = 0
+        self.reason = self.note = ""
+        self._named, self._any_port = bool(sender), self.sender is not None and self.sender[1] < 0
+        self._heard = 0.0
+        self._socket = self._opened(host, number)
+        self.address: tuple[str, int] = self._socket.getsockname()[:2]
+
+    def _opened(self, host: str, number: int) -> socket.socket:
+        opened = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            opened.setblocking(False)
+            with suppress(OSError):  # the system may allow less
+                opened.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
+            opened.bind((host, number))
+            if self.sender is not None and not self._any_port:
+                opened.connect(self.sender)
+        except OSError as problem:
+            opened.close()
+            raise ConfigurationError(f"{host}:{number} cannot be listened on: {problem.strerror}") from problem
+        return opened
+
+    def fileno(self) -> int:
+        """Descriptor of the socket, to wait for it with ``select``."""
+        return self._socket.fileno()
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+    def arrived(self, most: int) -> Iterator[Datagram]:
+        """Give the samples that have come in, of at most ``most`` datagrams; never waits."""
+        for _ in range(most):
+            try:
+                # One byte more than a good one has shows that a datagram is too long, whatever its length.
+                content, source = self._socket.recvfrom(self.layout.size + 1)
+            except OSError:  # nothing is there, or the network says that something is wrong with it
+                break
+            host, port = source[0], source[1]
+            if self.sender is not None and (host != self.sender[0] or (port != self.sender[1] and not self._any_port)):
+                self.foreign += 1
+                continue
+            sample = decode(content, self.layout)
+            if isinstance(sample, str):
+                self.refused += 1
+                self.reason = f"a datagram of {host}:{port} holds no sample: {sample}"
+                continue
+            self._heard = monotonic()
+            if self.sender is None:
+                self._elect(source)
+            yield sample
+        if self.sender is not None and not self._named and monotonic() - self._heard > FORSAKEN:
+            self._forsake()
+
+    def _elect(self, source: tuple[Any, ...]) -> None:
+        self.sender = (source[0], source[1])
+        self.elections += 1
+        if self.elections > 1:
+            self.note += f"the rig is {source[0]}:{source[1]} since"
+        with suppress(OSError):  # where it cannot be connected, the comparison of addresses does it
+            self._socket.connect(source)
+
+    def _forsake(self) -> None:
+        """Hear every sender again: a connected socket hears one only, so that it is opened once more."""
+        before, self.sender = self.sender, None
+        self._socket.close()
+        self._socket = self._opened(*self.address)
+        if before is not None:
+            self.note = f"{before[0]}:{before[1]} fell silent; "

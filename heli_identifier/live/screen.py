@@ -1,7 +1,7 @@
 """A twin that follows, on the terminal."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -11,16 +11,13 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from heli_identifier.live.listening import SILENCE, Status
-from heli_identifier.live.view import View
+from heli_identifier.live.session import Show, View
+from heli_identifier.live.sources import SILENCE, Status
 from heli_identifier.results import significant
+from heli_plant.effects import AXES
 
-EVENTS_SHOWN = 8
-"""Events on the screen, the latest ones."""
-
+_EVENTS_SHOWN = 8  # the latest ones
 _COLOURS = {"alarm": "yellow", "adopted": "green", "rolled back": "red", "stream": "magenta", "held": "dim"}
-
-Show = Callable[[View | None, Status | None], None]
 
 
 @contextmanager
@@ -30,7 +27,7 @@ def screen(title: str) -> Iterator[Show]:
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
 
         def show(view: View | None, status: Status | None) -> None:
-            live.update(drawn(title, view, status), refresh=True)
+            live.update(draw_screen(title, view, status), refresh=True)
 
         yield show
 
@@ -50,7 +47,7 @@ class Teller:
             self.told += new
 
 
-def drawn(title: str, view: View | None, status: Status | None) -> Group:
+def draw_screen(title: str, view: View | None, status: Status | None) -> Group:
     """Give the screen."""
     head = Text(title, style="bold")
     if view is None:
@@ -64,7 +61,7 @@ def drawn(title: str, view: View | None, status: Status | None) -> Group:
     if status is not None:
         parts.append(Text(stream_line(status), style="red" if status.silence > SILENCE else "dim"))
     parts.append(_axes(view))
-    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-EVENTS_SHOWN:]]
+    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
     if view.notice:
         parts.append(Text(view.notice, style="yellow"))
     parts.append(_values(view))  # last, as a small terminal cuts off the end
@@ -76,18 +73,12 @@ def stream_line(status: Status) -> str:
     if not status.sender:
         refused = f"; {status.refused} datagrams refused: {status.reason}" if status.refused else ""
         return f"waiting for the rig{refused}"
-    counts = status.counts
-    said = f"{status.sender}: {counts.received} samples"
-    faults = [
-        *((f"{number} {name}") for name, number in counts._asdict().items() if number and name != "received"),
-        *([f"{status.refused} refused"] if status.refused else []),
-        *([f"{status.foreign} of others"] if status.foreign else []),
-    ]
-    if faults:
-        said += ", " + ", ".join(faults)
+    counts = {**status.counts._asdict(), "refused": status.refused, "of others": status.foreign}
+    faults = [f"{number} {name}" for name, number in counts.items() if number and name != "received"]
+    said = [", ".join([f"{status.sender}: {status.counts.received} samples", *faults]), *status.notes]
     if status.silence > SILENCE:
-        said += f"; nothing for {status.silence:.1f} s"
-    return said
+        said.append(f"nothing for {status.silence:.1f} s")
+    return "; ".join(said)
 
 
 def event_line(event: Any) -> str:
@@ -101,20 +92,31 @@ def event_line(event: Any) -> str:
     return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
 
 
-def _axes(view: View) -> Table:
+def _table(first: str, *others: str) -> Table:
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("axis")
-    for name in ("measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared"):
-        table.add_column(name, justify="right")
-    for axis in view.axes:
-        worse = axis.error is not None and axis.declared is not None and axis.error > 1.3 * axis.declared
+    table.add_column(first)
+    for name in others:
+        table.add_column(name, justify="left" if name == "unit" else "right")
+    return table
+
+
+def _axes(view: View) -> Table:
+    table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
+    last = view.last
+    for i, axis in enumerate(AXES):
+        declared = view.declared[i]
+        if last is None:
+            table.add_row(axis, "", "", "", "", _milli(declared))
+            continue
+        error = last.error[i]
+        worse = error is not None and declared is not None and error > 1.3 * declared
         table.add_row(
-            axis.axis,
-            "" if axis.measured is None else f"{axis.measured:.4f}",
-            "" if axis.predicted is None else f"{axis.predicted:.4f}",
-            Text(_milli(axis.error), style="yellow" if worse else ""),
-            _milli(axis.error_alone),
-            _milli(axis.declared),
+            axis,
+            "" if last.measured is None else f"{last.measured[i]:.4f}",
+            f"{last.predicted[i]:.4f}",
+            Text(_milli(error), style="yellow" if worse else ""),
+            _milli(last.error_alone[i]),
+            _milli(declared),
         )
     return table
 
@@ -124,10 +126,7 @@ def _milli(value: float | None) -> str:
 
 
 def _values(view: View) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("parameter")
-    for name in ("at the start", "in use", "estimate", "± 95 %", "unit"):
-        table.add_column(name, justify="left" if name == "unit" else "right")
+    table = _table("parameter", "at the start", "in use", "estimate", "± 95 %", "unit")
     for value in view.values:
         table.add_row(
             value.name,

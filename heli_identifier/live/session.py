@@ -1,14 +1,21 @@
-"""One flight that a twin follows: steps of the follower, with all that they say on disk as it is said."""
+"""One flight that a twin follows: steps of the follower, with all that they say on disk as it is said.
+
+Every row of a journal is handed to the system as it comes: a command that is killed loses none. Once a second the
+system is asked to put them on the disk, so that a loss of power costs a second.
+"""
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.following import (
+    MODES,
+    Event,
     Follower,
     FollowOutput,
     FollowSettings,
@@ -20,14 +27,12 @@ from heli_identifier.following import (
     standard_errors_in_use,
     start_following,
 )
-from heli_identifier.live.journal import Journal
-from heli_identifier.live.listening import Status
-from heli_identifier.live.view import Due, View, due_at, view_of
+from heli_identifier.live.sources import Status
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.results import PLANT, ParameterSet, plain, plant_values
+from heli_identifier.results import PLANT, ParameterSet, plain, plant_values, unit_text
 from heli_plant.effects import AXES
-from heli_plant.parameter_table import PARAMETERS
+from heli_plant.parameter_table import BY_FIELD, PARAMETERS
 from heli_plant.parameters import PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
@@ -36,10 +41,130 @@ RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "even
 DIAGNOSED = "diagnosis.json"
 """File of a diagnosis, which a flight ends with."""
 
+SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
+"""Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
+
+_EVENTS_SHOWN = 50  # that a view holds, the latest ones
+_DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
+
 Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
 
-WRITTEN_EVERY, SHOWN_EVERY = 0.05, 0.2
-"""Time between two writes to the journals, and between two views [s]."""
+
+class Journal:
+    """A CSV file that only grows, by whole rows.
+
+    Parameters
+    ----------
+    path : Path
+        File to make.
+    columns : sequence of str
+        Its header.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is there already: it holds what was measured before, and is never replaced.
+    """
+
+    def __init__(self, path: Path, columns: Sequence[str]) -> None:
+        self.path, self.rows, self._size, self._synced = path, 0, 0, monotonic()
+        try:
+            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        except FileExistsError as error:
+            raise ConfigurationError(
+                f"{path} is there already and is not replaced, it holds what was recorded before; name another folder."
+            ) from error
+        self._pending = [",".join(columns) + "\n"]
+        self.flush()
+
+    def add(self, row: Sequence[float]) -> None:
+        """Add a row; :meth:`flush` writes it. Numbers read back as the same double."""
+        self._pending.append(",".join(map(repr, row)) + "\n")
+        self.rows += 1
+
+    def flush(self) -> None:
+        """Hand the rows that were added to the system.
+
+        Raises
+        ------
+        OSError
+            The disk is full, or gone; it names the file, which ends with a whole row.
+        """
+        if not self._pending:
+            return
+        data, written = "".join(self._pending).encode(), 0
+        self._pending.clear()
+        try:
+            while written < len(data):
+                written += os.write(self._file, data[written:])
+            if monotonic() - self._synced > SYNCED_EVERY:
+                self._synced = monotonic()
+                os.fsync(self._file)
+        except OSError as error:
+            whole = self._size + data.rfind(b"\n", 0, written) + 1
+            os.ftruncate(self._file, whole)
+            raise OSError(error.errno, error.strerror, str(self.path)) from error
+        finally:
+            self._size += written
+
+    def close(self) -> None:
+        """Write what is left and close the file."""
+        try:
+            self.flush()
+            os.fsync(self._file)
+        finally:
+            os.close(self._file)
+
+
+class Due(NamedTuple):
+    """An instant [s] for which predictions fell due.
+
+    Measured angles (None where no sample came in), and what the following twin and the one left alone predicted 1 s
+    before; root-mean-square errors of both over the window before (None where there is none yet) [rad]. Three values
+    each: pitch, elevation, travel.
+    """
+
+    time: float
+    measured: tuple[float, ...] | None
+    predicted: tuple[float, ...]
+    predicted_alone: tuple[float, ...]
+    error: tuple[float | None, ...]
+    error_alone: tuple[float | None, ...]
+
+
+class Value(NamedTuple):
+    """One value of the twin: at the start, in use, and what the on-line identifier says with half its 95 % band."""
+
+    name: str
+    unit: str
+    start: float
+    used: float
+    estimate: float | None = None
+    band: float | None = None
+
+
+class View(NamedTuple):
+    """What there is to see at one instant, on the terminal and on the page alike.
+
+    ``alarm`` is the detector's largest sum over its threshold [1]; ``last`` fell due last, ``due`` since the view
+    before; ``declared`` errors of the parameters [rad] and all else by axis; ``events`` are the latest ones, as they
+    stand in their file, of ``number_of_events``; ``notice`` is about the controller.
+    """
+
+    time: float
+    mode: str
+    alarm: float
+    suspect: str
+    last: Due | None
+    declared: tuple[float | None, ...]
+    values: tuple[Value, ...]
+    number_of_events: int
+    events: tuple[Mapping[str, Any], ...]
+    notice: str
+    due: tuple[Due, ...]
+
+
+Show = Callable[[View | None, Status | None], None]
 
 
 def check_unused(folder: Path) -> None:
@@ -80,7 +205,8 @@ class Session:
     def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
         self.plant, self.changed = parameters.plant(), changed
         self.folder, self.provenance = folder, dict(parameters.provenance)
-        self.declared = {axis: expected.prediction.value for axis, expected in parameters.expected.items()}
+        declared = {axis: expected.prediction.value for axis, expected in parameters.expected.items()}
+        self.declared = tuple(declared.get(axis) for axis in AXES)
         self.estimates = parameters.values
         _make(folder)
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
@@ -96,11 +222,12 @@ class Session:
         self.plan: Follower | None = None
         self.state: FollowState | None = None
         self.output: FollowOutput | None = None
-        self.last: Due | None = None
         self.due: list[Due] = []  # since the last view
+        self._last: Due | None = None
         self.last_time = 0.0
         self.notice = ""  # what is to be said about the controller
-        self.sample = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self._noted: set[str] = set()
+        self._elevation = 0.0
 
     @property
     def time(self) -> float:
@@ -109,7 +236,7 @@ class Session:
 
     def keep(self, time: float, signals: tuple[float, ...]) -> None:
         """Record a sample: its time [s], voltages [V] and angles [rad]."""
-        self.last_time = round(time, 9)
+        self.last_time = round(time, _DIGITS)
         self.recorded.add((self.last_time, *signals))
 
     def run(
@@ -117,7 +244,7 @@ class Session:
         instants: Iterable[Sample | None],
         sample_time: Callable[[], float],
         stopped: Callable[[], bool],
-        show: Callable[[View | None, Status | None], None],
+        show: Show,
         status: Callable[[], Status | None] = lambda: None,
     ) -> None:
         """Follow until the instants end or it is asked to stop.
@@ -133,41 +260,45 @@ class Session:
         show : callable
             Called about five times a second with the view (None before the first instant) and the stream.
         status : callable
-            Gives how the stream is doing.
+            Gives how the stream is doing; what it notes becomes an event.
         """
         written = shown = monotonic()
         for sample in instants:
-            if sample is not None:
-                if self.plan is None:
-                    self._begin(sample, sample_time())
-                else:
-                    self._step(sample)
+            if sample is not None and self.plan is None:
+                self.plan = prepare_follower(FollowSettings(sample_time=sample_time(), parameters=self.plant))
+                self.state = start_following(self.plan, sample)
+            elif sample is not None:
+                self._step(sample)
             now = monotonic()
             if sample is None or now - written > WRITTEN_EVERY:
                 self.write()
                 written = now
             if now - shown > SHOWN_EVERY:
                 shown = now
-                show(self.view(status()), status())
+                self._show(show, status())
             if stopped():
                 break
         self.write()
-        show(self.view(status()), status())
+        self._show(show, status())
 
-    def _begin(self, sample: Sample, sample_time: float) -> None:
-        self.plan = prepare_follower(FollowSettings(sample_time=sample_time, parameters=self.plant))
-        self.state = start_following(self.plan, sample)
+    def _show(self, show: Show, status: Status | None) -> None:
+        for note in () if status is None else status.notes:
+            if note not in self._noted:
+                self._noted.add(note)
+                self.say(Event(self.time, "stream", note).document())
+        show(self.view(), status)
 
     def _step(self, sample: Sample) -> None:
         assert self.plan is not None and self.state is not None
         self.state, self.output = follow(self.state, sample, self.plan)
-        now = self.output.corrector
-        self.sample = sample
+        now, self._elevation = self.output.corrector, sample.elevation
         if now.compared:
-            self.last = due_at(sample, self.output)
-            self.due.append(self.last)
-            if self.last.measured is not None:
-                self.predictions.add((self.last.time, *self.last.measured, *now.predicted, *now.predicted_alone))
+            measured = sample[2:5] if sample.fresh > 0.5 else None
+            twins = (now.predicted, now.predicted_alone)
+            errors = [tuple(error or None for error in own) for own in (now.error, now.error_alone)]
+            self.due.append(Due(round(now.time, _DIGITS), measured, *twins, *errors))
+            if measured is not None:
+                self.predictions.add((self.due[-1].time, *measured, *now.predicted, *now.predicted_alone))
         for event in now.events:
             self.say(event.document())
 
@@ -179,12 +310,11 @@ class Session:
             self.in_use().write(self.folder / IN_USE)
             plant, errors = self._used()
             given = {name: value.standard_error or 0.0 for name, value in self.estimates.items()}
-            self.changed(plant, {**given, **errors}, self.sample.elevation)
+            self.changed(plant, {**given, **errors}, self._elevation)
 
     def _write_events(self) -> None:
-        write_atomically(
-            self.folder / EVENTS, json.dumps(plain(self.events), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-        )
+        text = json.dumps(plain(self.events), indent=1, ensure_ascii=False, allow_nan=False)
+        write_atomically(self.folder / EVENTS, text + "\n")
 
     def write(self) -> None:
         """Hand everything that came in to the system."""
@@ -196,13 +326,24 @@ class Session:
         self.recorded.close()
         self.predictions.close()
 
-    def view(self, status: Status | None) -> View | None:
+    def view(self) -> View | None:
         """Return what there is to see; None before the first step."""
         if self.plan is None or self.output is None:
             return None
-        due, self.due = self.due, []
-        return view_of(
-            self.sample, self.output, self.last, due, self.plan, self.declared, self.events, self.notice, status
+        now, due = self.output.corrector, tuple(self.due)
+        self.due, self._last = [], due[-1] if due else self._last
+        return View(
+            time=now.time,
+            mode=MODES[now.mode],
+            alarm=now.alarm,
+            suspect=self.plan.corrector.changes[now.suspect].name if now.suspect >= 0 else "",
+            last=self._last,
+            declared=self.declared,
+            values=_values(self.output, self.plan),
+            number_of_events=len(self.events),
+            events=tuple(self.events[-_EVENTS_SHOWN:]),
+            notice=self.notice,
+            due=due,
         )
 
     def in_use(self) -> ParameterSet:
@@ -224,6 +365,23 @@ class Session:
         names = {row.name for row in PARAMETERS}
         # A rotor's share is no parameter of the plant; its gains have it.
         return plant, {name: error for name, error in errors.items() if name in names}
+
+
+def _values(output: FollowOutput, plan: Follower) -> tuple[Value, ...]:
+    """Return the identified parameters, and whatever else the twin has changed."""
+    corrector, estimates = plan.corrector, output.estimates
+    used = dict(zip(corrector.changeable, output.corrector.values, strict=True))
+    first = dict(zip(corrector.changeable, corrector.first_values, strict=True))
+    units = {row.name: unit_text(row.unit) or "1" for row in PARAMETERS}
+    rows = []
+    for field, estimate in estimates.parameters._asdict().items():
+        row, start = BY_FIELD[field], getattr(corrector.settings.parameters, field)
+        known = (estimate, 1.96 * getattr(estimates.standard_errors, field)) if estimates.adapting else ()
+        rows.append(Value(row.name, units[row.name], start, used.pop(row.name, start), *known))
+    rows += [
+        Value(name, units.get(name, "1"), first[name], value) for name, value in used.items() if value != first[name]
+    ]
+    return tuple(rows)
 
 
 def _make(folder: Path) -> None:

@@ -15,7 +15,7 @@ from .reading import read_log
 from .response import suspicions
 from .template import write_template
 from .timing import GAP_STEPS, LOWEST_RATE_HZ
-from .units import CONTRACT_HEADERS
+from .units import CONTRACT_HEADERS, factor_to_si, understood
 
 __all__ = [
     "CONFIGURATION_NAME",
@@ -33,6 +33,7 @@ __all__ = [
     "check_given",
     "check_moving",
     "demo_logs",
+    "factor_to_si",
     "guess",
     "named_apart",
     "read_configuration",
@@ -40,6 +41,7 @@ __all__ = [
     "read_log",
     "read_logs",
     "suspicions",
+    "understood",
     "write_log",
     "write_template",
 ]

@@ -1,6 +1,6 @@
 "use strict";
 // The page of `heli follow --serve`: it draws what the stream of events says, and asks for nothing else.
-const SPAN = 60; // seconds that are drawn
+const SPAN = 60, GAP = 0.5; // seconds that are drawn; without data for longer a line is broken
 const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 560, HEIGHT = 130, LEFT = 52, BOTTOM = 18;
@@ -42,6 +42,7 @@ function chart(parent, title, series) {
       let path = "", down = false;
       column.forEach((value, i) => {
         if (value === null || !Number.isFinite(value)) { down = false; return; }
+        if (i && points[i].time - points[i - 1].time > GAP) down = false;
         path += `${down ? "L" : "M"}${x(points[i].time).toFixed(1)} ${y(value).toFixed(1)}`;
         down = true;
       });
@@ -140,7 +141,7 @@ source.addEventListener("view", (message) => {
   const { view, line, due } = JSON.parse(message.data);
   due.forEach(told);
   if (view === null) { byId("stream").textContent = line; return; }
-  declared = view.axes.map((axis) => axis.declared);
+  declared = view.declared;
   drawn(view, line);
 });
 source.addEventListener("end", (message) => {

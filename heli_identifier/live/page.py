@@ -2,7 +2,8 @@
 
 The page, its script and its style come from here, and views follow as server-sent events. The page may load nothing
 from anywhere else (its content security policy says so). A request that names another host than this one is refused: a
-page of the internet that lets its name point to this computer gets nothing.
+page of the internet that lets its name point to this computer gets nothing. Connections beyond MOST_CONNECTIONS are
+closed at once, so that none can take the descriptors that the recording needs.
 """
 
 import json
@@ -13,22 +14,21 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from ipaddress import ip_address
 from socket import AF_INET6
-from threading import Condition, Thread
+from threading import BoundedSemaphore, Condition, Thread
 from typing import Any
+from urllib.parse import urlsplit
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live.listening import Status
-from heli_identifier.live.port import is_every
+from heli_identifier.live.datagrams import is_every
 from heli_identifier.live.screen import stream_line
-from heli_identifier.live.sending import resolved
-from heli_identifier.live.view import View
+from heli_identifier.live.session import View
+from heli_identifier.live.sources import Status, find_address
 from heli_identifier.results import plain
 
 PAST = 300
 """Instants that a page receives when it is opened: a minute of flight, five predictions a second."""
 
-MOST_READERS = 16
-"""Pages that are served at once."""
+MOST_CONNECTIONS = 32
 
 _WAIT = 5.0  # [s] after which a comment shows that the connection lives
 _PAGES = {
@@ -47,7 +47,7 @@ _HEADERS = {
 
 
 class Board:
-    """The latest view, what fell due of late, and readers that wait for more."""
+    """The latest view, what fell due of late, and the sentence with which the flight ended."""
 
     def __init__(self, title: str) -> None:
         self.title = title
@@ -55,14 +55,14 @@ class Board:
         self.passed = 0  # instants that ever fell due
         self.latest, self.number, self.over = "null", 0, ""
         self.line = ""
-        self.readers = 0
         self.changed = Condition()
 
     def show(self, view: View | None, status: Status | None) -> None:
         """Put up a view."""
-        document = {"due": ()} if view is None else plain(view.document())
-        due = document.pop("due")
-        text = "null" if view is None else json.dumps(document, allow_nan=False)
+        due = [] if view is None else [plain(one._asdict()) for one in view.due]
+        values = [] if view is None else [value._asdict() for value in view.values]
+        document = None if view is None else {**view._asdict(), "values": values, "last": None, "due": ()}
+        text = json.dumps(plain(document), allow_nan=False)
         with self.changed:
             self.past.extend(due)
             self.passed += len(due)
@@ -77,7 +77,7 @@ class Board:
 
     def messages(self) -> Iterator[bytes]:
         """Give server-sent events; an empty comment while nothing happens."""
-        yield _event("title", json.dumps(self.title))
+        yield _message("title", json.dumps(self.title))
         seen, passed, over = -1, 0, ""
         while not over:
             with self.changed:
@@ -87,11 +87,11 @@ class Board:
                 text = f'{{"view": {self.latest}, "line": {json.dumps(self.line)}, "due": {json.dumps(new)}}}'
                 changed = self.number != seen
                 seen, passed, over = self.number, self.passed, self.over
-            yield _event("view", text) if changed else b":\n\n"
-        yield _event("end", json.dumps(over))
+            yield _message("view", text) if changed else b":\n\n"
+        yield _message("end", json.dumps(over))
 
 
-def _event(name: str, data: str) -> bytes:
+def _message(name: str, data: str) -> bytes:
     return f"event: {name}\ndata: {data}\n\n".encode()
 
 
@@ -104,14 +104,28 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     ConfigurationError
         The address is none, or stands for all; or its port is taken.
     """
-    family, place = resolved(address, "--serve-at", 0)
+    family, place = find_address(address, "--serve-at", 0)
     if is_every(place[0]):
         raise ConfigurationError(f"--serve-at {address} would show it to every network; name one address.")
-    board = Board(title)
+    board, free = Board(title), BoundedSemaphore(MOST_CONNECTIONS)
 
     class Server(ThreadingHTTPServer):
         address_family = family
         daemon_threads = True
+
+        def process_request(self, request: Any, client_address: Any) -> None:
+            """Answer in a thread of its own, or close at once where too many are answered."""
+            if free.acquire(blocking=False):
+                super().process_request(request, client_address)
+            else:
+                self.shutdown_request(request)
+
+        def process_request_thread(self, request: Any, client_address: Any) -> None:
+            """Answer, and let the next one in."""
+            try:
+                super().process_request_thread(request, client_address)
+            finally:
+                free.release()
 
         def handle_error(self, request, client_address) -> None:
             """Say nothing: a reader that leaves is no error."""
@@ -126,7 +140,7 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     try:
         yield f"http://{host}:{server.server_address[1]}/", board
     finally:
-        board.end(board.over or "heli follow has ended")
+        board.end(board.over or "the flight has ended; its last minute stays here until this page is closed")
         server.shutdown()
         server.server_close()
 
@@ -143,7 +157,10 @@ def _handler(board: Board, place: tuple[str, int]) -> type[BaseHTTPRequestHandle
             if not self._is_for_us():
                 self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
             elif self.path == "/events":
-                self._send_events()
+                self._start(200, {"Content-Type": "text/event-stream"})
+                for message in board.messages():
+                    self.wfile.write(message)
+                    self.wfile.flush()
             elif self.path in _PAGES:
                 name, kind = _PAGES[self.path]
                 self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
@@ -152,34 +169,21 @@ def _handler(board: Board, place: tuple[str, int]) -> type[BaseHTTPRequestHandle
 
         def _is_for_us(self) -> bool:
             """Whether the request names an address of this server: a foreign name was made to point here."""
-            host = self.headers.get("Host", "").rpartition(":")[0].strip("[]")
+            try:
+                host = urlsplit("//" + self.headers.get("Host", "")).hostname
+            except ValueError:
+                return False
             return host == place[0] or (loopback and host == "localhost")
 
         def _send(self, code: int, kind: str, content: bytes) -> None:
-            self.send_response(code)
-            for name, value in (*_HEADERS.items(), ("Content-Type", kind), ("Content-Length", str(len(content)))):
-                self.send_header(name, value)
-            self.end_headers()
+            self._start(code, {"Content-Type": kind, "Content-Length": str(len(content))})
             self.wfile.write(content)
 
-        def _send_events(self) -> None:
-            with board.changed:
-                full = board.readers >= MOST_READERS
-                board.readers += not full
-            if full:
-                self._send(503, "text/plain; charset=utf-8", b"too many pages are open\n")
-                return
-            try:
-                self.send_response(200)
-                for name, value in (*_HEADERS.items(), ("Content-Type", "text/event-stream")):
-                    self.send_header(name, value)
-                self.end_headers()
-                for message in board.messages():
-                    self.wfile.write(message)
-                    self.wfile.flush()
-            finally:
-                with board.changed:
-                    board.readers -= 1
+        def _start(self, code: int, headers: dict[str, str]) -> None:
+            self.send_response(code)
+            for name, value in {**_HEADERS, **headers}.items():
+                self.send_header(name, value)
+            self.end_headers()
 
         def log_message(self, format: str, *args: Any) -> None:
             """Print nothing: the terminal shows the twin."""

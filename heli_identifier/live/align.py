@@ -1,0 +1,283 @@
+"""From datagrams as they come in to samples in order, and from those to a co-simulation's time or to uniform instants.
+
+**Order.** A network loses datagrams, sends some twice, and lets one overtake another. Samples wait here, sorted by the
+rig's time, until they are released; what happened is counted:
+
+* ``reordered``: it came after a later one, and in time.
+* ``late``: it came after a later one had been released; it is not used.
+* ``duplicated``: it was here before.
+* ``lost``: it was not there when a later one was released. A late one is late, not lost.
+* ``unclocked``: the rig's clock stood still or stepped back; its number says when it was taken.
+* ``stray``: its time was more than :data:`JUMP` from the newest one and the next sample did not continue it, so that
+  it was a damaged one. If the next does continue it, the stream paused (up to :data:`LONGEST_GAP`), or the sender
+  started again (``restarted``), and the order begins again.
+
+**Clock.** At simulated time t a co-simulation shows the rig's time s = t + offset. The first sample sets the offset so
+that it is shown ``delay`` later: for that long samples that were overtaken are waited for. The offset is set again
+where the two clocks have come apart by more than the maximum age of data: by a rig that started again, a clock that
+drifts, or a co-simulation that is not paced. The lead is how far the co-simulation runs ahead of the rig, t + offset +
+delay - s_newest; below 0 it runs behind and samples wait. Maximum age, look-ahead and lead are those of units that
+couple a rig by a broker (Frasheri, Ejersbo, Thule, Esterle, RMQFMU: bridging the real world with co-simulation, arXiv
+2107.01010); unlike those, nothing here waits for the rig.
+
+**Grid.** A twin that follows steps by instants k h. A sample's number, or else its time, says which instant it belongs
+to. While nothing comes in, the instants go on by the clock of this computer, without samples; a rig whose own clock
+stood meanwhile, or that started again, then continues at the next instant.
+
+Everything is a pure step: ``order = take(order, sample, h)``, ``order, samples = release(order, until, h)``, and so on.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect
+from typing import NamedTuple
+
+from .datagrams import Datagram
+
+JUMP = 1.0
+"""Time [s] from the newest sample, either way, beyond which a sample needs a second one that continues it."""
+
+LONGEST_GAP = 60.0
+"""Longest pause of a stream [s] that is bridged by the rig's clock; after a longer one the order begins again."""
+
+RECENT = 256
+"""Number of samples that a late one is compared with to see whether it came twice."""
+
+EARLY = 1e-9
+"""A sample is due from this much before its time [s], because communication points k H have rounding errors."""
+
+RATES = (50.0, 2000.0)
+"""Rates that are followed [Hz]: those of the logs that identification takes."""
+
+_NEAR = 0.01
+"""Share of the sampling interval by which an age may be short of it and still be one interval: times since 1970 are
+rounded to .1 us."""
+
+_SHORTEST = 1e-300  # [s] a shorter step has no finite rate
+
+
+class Timed(NamedTuple):
+    """A sample at its ``time`` on the rig's clock [s]; ``number`` is its sequence number, -1 where there is none."""
+
+    time: float
+    number: int
+    signals: tuple[float, ...]
+
+
+class Counts(NamedTuple):
+    """How many samples were taken, and what was wrong with others [1]."""
+
+    received: int = 0
+    lost: int = 0
+    reordered: int = 0
+    late: int = 0
+    duplicated: int = 0
+    unclocked: int = 0
+    stray: int = 0
+    restarted: int = 0
+
+
+class Order(NamedTuple):
+    """Samples that wait, those that were released, and counts.
+
+    ``waiting`` is sorted by time; ``last`` was released last, ``newest`` is the one of the largest time;
+    ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released.
+    """
+
+    waiting: tuple[Timed, ...] = ()
+    last: Timed | None = None
+    newest: Timed | None = None
+    stray: Timed | None = None
+    recent: tuple[float, ...] = ()
+    counts: Counts = Counts()
+
+    def count(self, **more: int) -> Order:
+        """Return the order with ``more`` added to its counts."""
+        added = {name: getattr(self.counts, name) + number for name, number in more.items()}
+        return self._replace(counts=self.counts._replace(**added))
+
+
+def time_sample(sample: Datagram, arrived: float, sample_time: float) -> Timed:
+    """Return a sample at its time on the rig's clock.
+
+    Without a time that is its number times ``sample_time``, without both when it ``arrived`` by the receiver's clock;
+    all [s].
+    """
+    number = -1 if sample.sequence is None else sample.sequence
+    if sample.time is not None:
+        return Timed(sample.time, number, sample.signals)
+    return Timed(arrived if number < 0 else number * sample_time, number, sample.signals)
+
+
+def take(order: Order, sample: Timed, sample_time: float) -> Order:
+    """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s]."""
+    newest, stray = order.newest, order.stray
+    if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
+        if stray is not None:  # the sample after it does not continue it
+            order = order._replace(stray=None).count(stray=1)
+        if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time:
+            order = order.count(unclocked=1)
+            sample = sample._replace(time=newest.time + (sample.number - newest.number) * sample_time)
+        return _sort_in(order, sample)
+    if stray is None or not 0.0 < sample.time - stray.time <= JUMP:
+        if stray is not None:
+            order = order.count(stray=1) if sample.time != stray.time else order.count(duplicated=1)
+        return order._replace(stray=sample)
+    if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
+        order = restart(order)
+    return _sort_in(_sort_in(order._replace(stray=None), stray), sample)
+
+
+def restart(order: Order) -> Order:
+    """Return the order of a rig that starts again; what waited is dropped, as nobody knows how long ago it was."""
+    return Order(counts=order.counts).count(restarted=1)
+
+
+def _sort_in(order: Order, sample: Timed) -> Order:
+    """Return the order with a sample at its place, or with one more that is late or came twice."""
+    newest = order.newest
+    if newest is None or sample.time > newest.time:
+        return order._replace(waiting=(*order.waiting, sample), newest=sample).count(received=1)
+    if sample.time in order.recent or any(sample.time == other.time for other in order.waiting):
+        return order.count(duplicated=1)
+    if order.last is not None and sample.time < order.last.time:
+        return order.count(late=1, lost=-1 if order.counts.lost else 0)
+    place = bisect([other.time for other in order.waiting], sample.time)
+    waiting = (*order.waiting[:place], sample, *order.waiting[place:])
+    return order._replace(waiting=waiting).count(received=1, reordered=1)
+
+
+def release(order: Order, until: float, sample_time: float) -> tuple[Order, tuple[Timed, ...]]:
+    """Return the order without the samples up to ``until`` on the rig's clock [s], and these samples.
+
+    By the ``sample_time`` [s] lost samples are counted where there are no sequence numbers.
+    """
+    count = bisect([sample.time for sample in order.waiting], until)
+    if not count:
+        return order, ()
+    released = order.waiting[:count]
+    lost, before = 0, order.last
+    for sample in released:
+        if before is not None:
+            numbered = before.number >= 0 and sample.number >= 0
+            steps = sample.number - before.number if numbered else round((sample.time - before.time) / sample_time)
+            lost += max(steps - 1, 0)
+        before = sample
+    recent = (*order.recent, *(sample.time for sample in released))[-RECENT:]
+    return order._replace(waiting=order.waiting[count:], last=before, recent=recent).count(lost=lost), released
+
+
+class ClockSettings(NamedTuple):
+    """Delay and maximum age of data [s], and the rig's sampling interval [s]."""
+
+    delay: float
+    maximum_age: float
+    sample_time: float
+
+
+class Clock(NamedTuple):
+    """Order of the samples, offset of the rig's clock [s] (None before the first sample), times it was set again."""
+
+    order: Order = Order()
+    offset: float | None = None
+    set_anew: int = 0
+
+
+class Seen(NamedTuple):
+    """What a step shows.
+
+    ``latest`` is the sample shown, None before the first; ``fresh`` says whether it is a new one, and the one that was
+    due: one that came in a sampling interval late is shown but is not the rig's state of this instant. ``age`` is how
+    long ago it was the rig's state, beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
+    """
+
+    latest: Timed | None
+    fresh: bool
+    age: float
+    lead: float
+
+
+def tick(clock: Clock, time: float, samples: tuple[Timed, ...], settings: ClockSettings) -> tuple[Clock, Seen]:
+    """Return the clock at simulated ``time`` [s] after ``samples`` have come in, and what is shown."""
+    order, restarted = clock.order, clock.order.counts.restarted
+    for sample in samples:
+        order = take(order, sample, settings.sample_time)
+    if order.newest is None:
+        return clock._replace(order=order), Seen(None, False, 0.0, 0.0)
+    newest, offset, set_anew = order.newest.time, clock.offset, clock.set_anew
+    if offset is None:
+        offset = newest - time - settings.delay
+    lead = time + offset + settings.delay - newest
+    # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
+    moved = order.newest is not clock.order.newest
+    apart = lead < -settings.maximum_age or (lead > settings.maximum_age and moved)
+    if apart or order.counts.restarted > restarted:
+        offset, lead, set_anew = newest - time - settings.delay, 0.0, set_anew + 1
+    order, released = release(order, time + offset + EARLY, settings.sample_time)
+    age = 0.0 if order.last is None else max(time + offset - order.last.time, 0.0)
+    fresh = bool(released) and age < (1.0 - _NEAR) * settings.sample_time
+    return Clock(order, offset, set_anew), Seen(order.last, fresh, age, lead)
+
+
+class Grid(NamedTuple):
+    """Where the instants lie.
+
+    ``sample_time`` is h [s]; ``first`` is the sample that the others are counted from, at the instant ``base``;
+    ``tick`` is the last instant passed, and ``silent`` says whether the clock brought it, without a sample.
+    """
+
+    sample_time: float
+    first: Timed
+    base: int = 0
+    tick: int = -1
+    silent: bool = False
+
+    def time_of(self, sample: Timed) -> float:
+        """Return a sample's time since the first instant [s]."""
+        return self.base * self.sample_time + sample.time - self.first.time
+
+
+def place_sample(grid: Grid, sample: Timed) -> tuple[Grid, int]:
+    """Return the grid after a sample, and the sample's instant; -1 for the second one of an instant."""
+    by_time = (sample.time - grid.first.time) / grid.sample_time
+    step = round(by_time)
+    if sample.number >= 0 and grid.first.number >= 0:
+        counted = sample.number - grid.first.number
+        # A number that does not go with its time is damaged.
+        if abs(counted - by_time) * grid.sample_time <= JUMP:
+            step = counted
+    number = grid.base + step
+    if number > grid.tick:
+        return grid._replace(tick=number, silent=False), number
+    return continue_grid(grid, sample, 1) if grid.silent else (grid, -1)
+
+
+def continue_grid(grid: Grid, sample: Timed, pause: int) -> tuple[Grid, int]:
+    """Return the grid of a rig that goes on with ``sample``, ``pause`` instants after the last one, and its instant."""
+    number = grid.tick + pause
+    return grid._replace(first=sample, base=number, tick=number, silent=False), number
+
+
+def find_rate(times: list[float]) -> float:
+    """Return the rate [Hz] at which samples were taken, a whole number within half a percent of one.
+
+    ``times`` [s]: at least two, in order.
+    """
+    rate = 1.0 / max(_median_step(times), _SHORTEST)
+    return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
+
+
+def find_unit(times: list[float]) -> float:
+    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth if only that is a usual rate."""
+    step = _median_step(sorted(times)) if len(times) > 1 else 0.0
+    fits = [
+        unit
+        for unit in (1.0, 1e-3, 1e-6, 1e-9)
+        if RATES[0] * 0.999 <= 1.0 / max(step * unit, _SHORTEST) <= RATES[1] * 1.001
+    ]
+    return fits[0] if fits else 1.0
+
+
+def _median_step(times: list[float]) -> float:
+    steps = sorted(after - before for before, after in zip(times, times[1:], strict=False))
+    return steps[len(steps) // 2]

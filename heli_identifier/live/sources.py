@@ -1,0 +1,393 @@
+"""Where samples come from: a rig that sends by UDP, or a log that is played in its place; and a log sent as a rig does.
+
+Samples of a rig are recorded as soon as they are in order, and are given to the twin as uniform instants.
+"""
+
+import socket
+from collections.abc import Callable, Iterator
+from select import select
+from time import monotonic, sleep
+from typing import NamedTuple
+
+from heli_identifier.errors import ConfigurationError, require_range
+from heli_identifier.following import Sample
+from heli_identifier.live.align import (
+    RATES,
+    Counts,
+    Grid,
+    Order,
+    Timed,
+    continue_grid,
+    find_rate,
+    find_unit,
+    place_sample,
+    release,
+    restart,
+    take,
+    time_sample,
+)
+from heli_identifier.live.datagrams import Datagram, Layout, Port, encode
+from heli_identifier.records import Log, LogFormat, factor_to_si, understood
+
+OVERTAKEN = 0.1
+"""How long a missing sample is waited for before the next one is taken [s], by the rig's clock and by this one's."""
+
+SILENCE = 0.2
+"""Time without any datagram [s] from which instants pass without samples."""
+
+SPEEDS = (1e-3, 1e6)
+"""How many times faster than the rig a log is sent or played, at least and at most."""
+
+_LEARNED = 50  # samples from which the rate is found, half a second at 100 Hz
+_LOOKED_AT = 8  # samples from which the unit of the rig's clock is found, less than a tenth of a second at 100 Hz
+_USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
+_MOST = 4096  # datagrams that are read at once
+_WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None
+_SHOWN_EVERY = 0.2  # [s] between two calls of ``progress``
+_CLOCKS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
+
+Keep = Callable[[float, tuple[float, ...]], None]
+"""Takes the time [s] and the signals of every sample, in order, as soon as it is known to be in order."""
+
+
+class Status(NamedTuple):
+    """Where the rig is, how its samples came in, and for how long nothing has [s].
+
+    ``reason``: why the last datagram was refused; ``notes``: what was wrong with the rig's clock or sender.
+    """
+
+    sender: str
+    counts: Counts
+    refused: int
+    foreign: int
+    silence: float
+    reason: str
+    notes: tuple[str, ...]
+
+
+class Listening:
+    """Samples of a rig by UDP.
+
+    Parameters
+    ----------
+    port : Port
+    rate : float or None
+        Sampling rate of the rig [Hz]; None if it is to be found from the times in the datagrams.
+    format : LogFormat
+        The rig's signs, units, exchanged rotors, and voltages before the amplifiers' limit.
+    keep : callable
+    """
+
+    def __init__(self, port: Port, rate: float | None, format: LogFormat, keep: Keep) -> None:
+        check_rate(port.layout, rate)
+        self.port, self.rate, self.format, self.keep = port, rate, format, keep
+        names, factors = port.layout.names, port.layout.factors
+        self.is_stamped = "time" in names or "sequence" in names
+        # a unit that the layout states itself stays
+        units = [_factor(name, format) if k == 1.0 else k for name, k in zip(names, factors, strict=True)]
+        port.layout = port.layout._replace(factors=tuple(units))
+        self.unit: float | None = None  # of the rig's clock [s]
+        self.unread: list[tuple[Datagram, float]] = []  # until the unit is known
+        self.order = Order()
+        self.learning: list[Timed] = []
+        self.grid: Grid | None = None
+        self.heard = monotonic()
+        self.counted = 0  # of a stream without numbers and times
+        self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        self.origin = 0.0  # time of the first sample that was learned from
+        self.kept = -1.0  # time of the last sample that was kept
+        self.quiet_from = -1  # instant from which on nothing has come in
+        self.elections = self.restarts = 0
+        self.notes: list[str] = []
+
+    @property
+    def status(self) -> Status:
+        """How the stream is doing."""
+        port, sender = self.port, self.port.sender
+        there = "" if sender is None else sender[0] if sender[1] < 0 else f"{sender[0]}:{sender[1]}"
+        notes = [*self.notes, *([port.note] if port.elections > 1 else [])]
+        if self.order.counts.unclocked:
+            notes.append("the rig's clock stands still or steps back; its sequence numbers are used")
+        silence = monotonic() - self.heard
+        return Status(there, self.order.counts, port.refused, port.foreign, silence, port.reason, tuple(notes))
+
+    def instants(self) -> Iterator[Sample | None]:
+        """Give the rig's sample of each instant, with ``fresh`` 0 where there is none; None while there is no instant.
+
+        Raises
+        ------
+        ConfigurationError
+            The rig's rate is out of range.
+        """
+        while True:
+            self._read()
+            self.order, samples = release(self.order, self._until(), self._step)
+            again = self.order.counts.restarted > self.restarts
+            if samples:
+                self.restarts = self.order.counts.restarted
+                instants = self._place(samples, again) if self.grid else self._learn(samples, again)
+                yield None  # lets the caller write what came in before the twin computes
+                yield from instants
+            yield from self._pass_instants()
+            yield None
+
+    @property
+    def _step(self) -> float:
+        return 1.0 / (self.rate or 100.0)
+
+    def _read(self) -> None:
+        """Wait a little for datagrams, and take those that hold samples, at their times."""
+        select([self.port], [], [], _WAIT)
+        for datagram in self.port.arrived(_MOST):
+            now = monotonic()
+            if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
+                self.order = restart(self.order) if self.elections else self.order
+                self.elections, self.unit, self.unread = self.port.elections, None, []
+            if not self.is_stamped and self.rate is not None:
+                # Counted as they come in; a pause moves the count on.
+                pause = now - self.heard if self.counted else 0.0
+                self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
+                datagram = datagram._replace(sequence=self.counted)
+            self.heard = now
+            self.unread.append((datagram, now))
+        if self.unit is None and (len(self.unread) >= _LOOKED_AT or monotonic() - self.heard > OVERTAKEN):
+            self._find_clock()
+        if self.unit is not None:
+            for datagram, arrived in self.unread:
+                time = None if datagram.time is None else datagram.time * self.unit
+                sample = time_sample(datagram._replace(time=time), arrived, self._step)
+                self.order = take(self.order, sample, self._step)
+            self.unread = []
+
+    def _find_clock(self) -> None:
+        """Find the unit of the rig's clock, and the rate of a rig whose clock stands still."""
+        times = [datagram.time for datagram, _ in self.unread if datagram.time is not None]
+        if not self.unread or (len(times) > 1 and len(set(times)) == 1 and not self._guess_rate()):
+            return
+        self.unit = find_unit(times)
+        if self.unit in _CLOCKS:
+            self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
+
+    def _guess_rate(self) -> bool:
+        """Take the usual rate that is nearest to that at which samples come in; wait until there are enough."""
+        if self.rate is None and len(self.unread) >= _LEARNED:
+            (first, begin), (last, end) = self.unread[0], self.unread[-1]
+            steps = (last.sequence or 0) - (first.sequence or 0)
+            if steps > 0:
+                self.rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
+                self.notes.append(f"the rate is taken for {self.rate:g} Hz; name it with --rate if it is another")
+        return self.rate is not None
+
+    def _until(self) -> float:
+        """Return the rig's time up to which samples are released.
+
+        Those that follow each other without a gap go at once. A gap is waited at for :data:`OVERTAKEN`.
+        """
+        newest, before = self.order.newest, self.order.last
+        if newest is None:
+            return -1.0
+        if monotonic() - self.heard > OVERTAKEN:
+            return newest.time
+        until = newest.time - OVERTAKEN
+        if before is None or self.rate is None:
+            return until
+        for sample in self.order.waiting:
+            if sample.time - before.time > 1.5 / self.rate:
+                break
+            until, before = max(until, sample.time), sample
+        return until
+
+    def _learn(self, samples: tuple[Timed, ...], again: bool) -> list[Sample]:
+        """Keep samples, and give the first instants once the rate is known."""
+        if again or not self.learning:
+            self.origin = self.kept + SILENCE if self.kept >= 0.0 else 0.0
+            self.learning = []
+        self.learning.extend(samples)
+        for sample in samples:
+            self._keep(self.origin + sample.time - self.learning[0].time, sample)
+        if self.rate is None and len(self.learning) < _LEARNED:
+            return []
+        self.rate = self.rate or _checked(find_rate([sample.time for sample in self.learning]))
+        base = round(self.origin * self.rate)
+        self.grid = Grid(1.0 / self.rate, self.learning[0], base, base - 1)
+        return [instant for sample in self.learning for instant in self._up_to(self.grid, sample)]
+
+    def _place(self, samples: tuple[Timed, ...], again: bool) -> list[Sample]:
+        """Keep samples, and give the instants up to them."""
+        instants: list[Sample] = []
+        for sample in samples:
+            assert self.grid is not None
+            if again:
+                # The rig was away for a time that nobody knows; it is long enough for the twin to notice.
+                pause = 1 if self.grid.silent else round(SILENCE / self.grid.sample_time) + 2
+                instants += self._without(pause - 1)
+                self.grid, _ = continue_grid(self.grid, sample, pause)
+                instants.append(self._seen(sample))
+                again = False
+            else:
+                instants += self._up_to(self.grid, sample)
+            self._keep(self.grid.time_of(sample), sample)
+        return instants
+
+    def _up_to(self, grid: Grid, sample: Timed) -> list[Sample]:
+        """Place a sample; give the instants before it that have none, and its own."""
+        self.grid, number = place_sample(self.grid or grid, sample)
+        return [] if number < 0 else [*self._without(number - grid.tick - 1), self._seen(sample)]
+
+    def _pass_instants(self) -> Iterator[Sample]:
+        """Give the instants that this computer's clock brings while nothing comes in."""
+        if self.grid is None:
+            return
+        silence = monotonic() - self.heard
+        if silence < SILENCE:
+            self.quiet_from = self.grid.tick
+            return
+        due = self.quiet_from + int(silence / self.grid.sample_time)
+        count = due - self.grid.tick
+        if count > 0:
+            self.grid = self.grid._replace(tick=due, silent=True)
+            yield from self._without(count)
+
+    def _without(self, count: int) -> list[Sample]:
+        return [self.last._replace(fresh=0.0)] * count
+
+    def _seen(self, sample: Timed) -> Sample:
+        self.last = Sample(*orient(sample.signals, self.format))
+        return self.last
+
+    def _keep(self, time: float, sample: Timed) -> None:
+        if time > self.kept:
+            self.kept = time
+            self.keep(time, orient(sample.signals, self.format))
+
+
+def _factor(signal: str, form: LogFormat) -> float:
+    """Return the factor to SI from the unit that heli.toml states for a signal; 1 where it states none."""
+    unit = understood(signal, form.units[signal]) if signal in form.units else None
+    return 1.0 if unit is None else factor_to_si(signal, unit, form.counts_per_turn(signal))
+
+
+def orient(signals: tuple[float, ...], form: LogFormat) -> tuple[float, ...]:
+    """Return signals with the project's signs and rotors, as a log of this rig is read."""
+    v_front, v_rear, *angles = signals
+    v_front, v_rear = v_front * form.sign("v_front"), v_rear * form.sign("v_rear")
+    if form.sign("v_sum") * form.sign("v_difference") < 0:
+        v_front, v_rear = v_rear, v_front
+    if form.sign("v_sum") < 0:
+        v_front, v_rear = -v_front, -v_rear
+    if form.swap_rotors:
+        v_front, v_rear = v_rear, v_front
+    if form.clip:
+        limit = form.voltage_limit
+        v_front, v_rear = min(max(v_front, -limit), limit), min(max(v_rear, -limit), limit)
+    signed = [angle * form.sign(axis) for angle, axis in zip(angles, ("pitch", "elevation", "travel"), strict=True)]
+    return (v_front, v_rear, *signed)
+
+
+def check_rate(layout: Layout, rate: float | None) -> None:
+    """Refuse a rate out of range, and a layout without time where no rate is given.
+
+    Raises
+    ------
+    ConfigurationError
+        The rate or the layout cannot be followed.
+    """
+    if rate is not None:
+        _checked(rate)
+    elif "time" not in layout.names:
+        raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
+
+
+def _checked(rate: float) -> float:
+    if not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001:
+        raise ConfigurationError(
+            f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed; change its sampling rate."
+        )
+    return rate
+
+
+def play(log: Log, speed: float, keep: Keep) -> Iterator[Sample | None]:
+    """Give the samples of a log at their instants; None while none is due.
+
+    ``speed``: how many times faster than the rig was; 0 as fast as it goes.
+    """
+    began = monotonic()
+    for _, time, signals in _rows(log):
+        while speed > 0.0 and (ahead := began + time / speed - monotonic()) > 0.0:
+            yield None
+            sleep(min(ahead, _WAIT))
+        keep(time, signals)
+        yield Sample(*signals)
+
+
+def _rows(log: Log) -> Iterator[tuple[int, float, tuple[float, ...]]]:
+    rows = zip(log.time.tolist(), log.voltages.tolist(), log.angles.tolist(), strict=True)
+    for number, (time, voltages, angles) in enumerate(rows):
+        yield number, time, (*voltages, *angles)
+
+
+def find_address(text: str, what: str, least: int = 1) -> tuple[socket.AddressFamily, tuple[str, int]]:
+    """Return family and address of ``HOST:PORT``; the host may be a name, the port is ``least`` or more.
+
+    Raises
+    ------
+    ConfigurationError
+        There is no port, or nothing of this name.
+    """
+    host, colon, port = text.rpartition(":")
+    if not colon or not host or not port.isascii() or not port.isdigit() or not least <= int(port) < 65536:
+        raise ConfigurationError(f"{what} = {text!r} must be HOST:PORT, as 127.0.0.1:25000.")
+    try:
+        found = socket.getaddrinfo(host.strip("[]"), int(port), type=socket.SOCK_DGRAM)
+    except (OSError, UnicodeError) as error:
+        said = getattr(error, "strerror", None) or "it is no name of a host"
+        raise ConfigurationError(f"{what} = {text!r}: {said}; name a host and its port.") from error
+    family, _, _, _, address = found[0]
+    return family, (str(address[0]), int(address[1]))
+
+
+def send(
+    log: Log,
+    to: str,
+    speed: float,
+    layout: Layout,
+    progress: Callable[[str, float], None] = lambda what, share: None,
+) -> float:
+    """Send a log as a rig would; return how far the last datagrams were behind their instants [s].
+
+    Parameters
+    ----------
+    log : Log
+    to : str
+        ``HOST:PORT``.
+    speed : float
+        How many times faster than the rig was.
+    layout : Layout
+        What a datagram holds; its time is the log's, its sequence number counts from 0.
+    progress : callable, optional
+        Called with what is being done and the share that is done, 0 to 1.
+
+    Raises
+    ------
+    ConfigurationError
+        The address is none, the speed is out of range, or the network refuses datagrams.
+    """
+    require_range("--speed", speed, "times real time", *SPEEDS)
+    family, address = find_address(to, "--to")
+    began, shown, late = monotonic(), 0.0, 0.0
+    with socket.socket(family, socket.SOCK_DGRAM) as rig:
+        for number, time, signals in _rows(log):
+            ahead = began + time / speed - monotonic()
+            if ahead > 0.0:
+                sleep(ahead)
+            late = max(-ahead, 0.0)
+            try:
+                rig.sendto(encode(Datagram(number, time, signals), layout), address)
+            except OSError as error:
+                raise ConfigurationError(
+                    f"--to {to}: nothing can be sent there ({error.strerror}); check address and network."
+                ) from error
+            if monotonic() - shown > _SHOWN_EVERY:
+                shown = monotonic()
+                progress(f"{time:.1f} of {log.duration:.1f} s", number / log.samples)
+    return late
