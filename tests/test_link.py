@@ -1,4 +1,4 @@
-"""What comes in from a rig: datagrams that hold a sample, their order, and the clock by which they are shown."""
+"""The link to a rig: datagrams that hold a sample, their order, the clock and the instants by which they are shown."""
 
 import json
 import random
@@ -14,19 +14,26 @@ from heli_identifier.live import (
     USUAL_LAYOUT,
     Clock,
     ClockSettings,
-    Counts,
     Datagram,
-    Order,
     Timed,
-    decode,
     encode,
     read_address,
     read_layout,
+    tick,
+    time_sample,
+)
+from heli_identifier.live.align import (
+    Counts,
+    Grid,
+    Order,
+    continue_grid,
+    find_rate,
+    find_unit,
+    place_sample,
     release,
     take,
-    tick,
-    timed,
 )
+from heli_identifier.live.datagrams import decode
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
@@ -42,7 +49,7 @@ def passed(arrivals, delay=5):
     """Numbers that an order gives out, each arrival releasing what is ``delay`` samples old; and the order."""
     order, out = Order(), []
     for sample in arrivals:
-        order = take(order, sample)
+        order = take(order, sample, H)
         order, released = release(order, order.newest.time - (delay - 0.5) * H, H)
         out += [one.number for one in released]
     order, released = release(order, 1e9, H)
@@ -52,9 +59,12 @@ def passed(arrivals, delay=5):
 # --- datagrams -------------------------------------------------------------------------------------------------------
 
 
-def test_the_usual_layout_is_seven_doubles_little_endian():
+def test_the_usual_layout_is_seven_doubles_little_endian_and_json_holds_the_same():
     assert encode(SAMPLE, USUAL) == struct.pack("<7d", 7.0, 0.07, 1.5, -2.5, 0.1, -0.2, 3.0)
-    assert decode(encode(SAMPLE, USUAL), USUAL) == SAMPLE
+    layout = read_layout(JSON)
+    assert decode(encode(SAMPLE, USUAL), USUAL) == decode(encode(SAMPLE, layout), layout) == SAMPLE
+    bare = json.dumps({"v_front": 1, "v_rear": 2, "pitch": 0, "elevation": 0, "travel": 0}).encode()
+    assert decode(bare, layout) == Datagram(None, None, (1.0, 2.0, 0.0, 0.0, 0.0))
 
 
 def test_a_layout_may_order_the_signals_leave_out_the_stamps_and_hold_degrees_and_other_doubles():
@@ -63,27 +73,22 @@ def test_a_layout_may_order_the_signals_leave_out_the_stamps_and_hold_degrees_an
     assert found == Datagram(None, None, (4.0, 5.0, pytest.approx(3.14159265), 0.2, 0.3))
 
 
-def test_a_json_line_is_the_same_sample():
-    layout = read_layout(JSON)
-    assert decode(encode(SAMPLE, layout), layout) == SAMPLE
-    bare = json.dumps({"v_front": 1, "v_rear": 2, "pitch": 0, "elevation": 0, "travel": 0}).encode()
-    assert decode(bare, layout) == Datagram(None, None, (1.0, 2.0, 0.0, 0.0, 0.0))
-
-
 @pytest.mark.parametrize(
-    "text", ["pitch", USUAL_LAYOUT + " pitch", USUAL_LAYOUT + " roll", "pitch[grad]", "", "json -"]
+    "text", ["pitch", f"{USUAL_LAYOUT} pitch", f"{USUAL_LAYOUT} roll", "pitch[grad]", "", "json -"]
 )
 def test_a_layout_that_cannot_be_is_refused(text):
     with pytest.raises(ConfigurationError, match="layout"):
         read_layout(text)
 
 
-HOSTILE = [
-    b"",
-    b"\0",
-    bytes(55),
-    bytes(57),
-    bytes(60_000),
+BARE = b'"v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0'
+NO_JSON_SAMPLES = [
+    *(b"", b"{", b"[" * 1000, b'{"a":' * 200, b"null", b"[1,2,3]", b"\xff\xfe", b'"' + b"x" * 2000 + b'"', b"{}"),
+    *(b'{"v_front": ' + bad + b", " + BARE + b"}" for bad in (b"true", b'"1"', b"NaN", b"1" + b"0" * 400)),
+    *(b'{"v_front": 0, ' + BARE + more + b"}" for more in (b', "time": "now"', b', "sequence": -3')),
+]
+NO_SAMPLES = [
+    *(b"", b"\0", bytes(55), bytes(57), bytes(60_000)),
     *(
         struct.pack("<7d", *(bad if k == place else 0.0 for k in range(7)))
         for place in range(7)
@@ -96,25 +101,15 @@ HOSTILE = [
 ]
 
 
-@pytest.mark.parametrize("content", HOSTILE)
-def test_what_holds_no_sample_is_refused_with_the_reason(content):
-    assert isinstance(decode(content, USUAL), str)
+def test_what_holds_no_sample_is_refused_with_the_reason():
+    for layout, contents in ((USUAL, NO_SAMPLES), (read_layout(JSON), NO_JSON_SAMPLES)):
+        for content in contents:
+            assert isinstance(decode(content, layout), str)
 
 
-@pytest.mark.parametrize(
-    "content",
-    [
-        b"", b"{", b"[" * 1000, b'{"a":' * 200, b"null", b"[1,2,3]", b"\xff\xfe", b'"' + b"x" * 2000 + b'"', b"{}",
-        b'{"v_front": true, "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0}',
-        b'{"v_front": "1", "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0}',
-        b'{"v_front": NaN, "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0}',
-        b'{"v_front": 1' + b"0" * 400 + b', "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0}',
-        b'{"v_front": 0, "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0, "time": "now"}',
-        b'{"v_front": 0, "v_rear": 0, "pitch": 0, "elevation": 0, "travel": 0, "sequence": -3}',
-    ],
-)  # fmt: skip
-def test_json_that_holds_no_sample_is_refused_with_the_reason(content):
-    assert isinstance(decode(content, read_layout(JSON)), str)
+def test_a_number_that_no_double_holds_is_refused_in_every_unit():
+    layout = read_layout(JSON)._replace(factors=(2.0,) * 7)
+    assert all(isinstance(decode(content, layout), str) for content in NO_JSON_SAMPLES)
 
 
 @given(st.binary(max_size=100))
@@ -124,9 +119,9 @@ def test_no_bytes_make_decoding_fail(content):
 
 
 def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it_came_in():
-    assert timed(SAMPLE, 9.0, H).time == 0.07
-    assert timed(SAMPLE._replace(time=None), 9.0, 0.02).time == 0.14
-    assert timed(SAMPLE._replace(time=None, sequence=None), 9.0, H) == Timed(9.0, -1, SAMPLE.signals)
+    assert time_sample(SAMPLE, 9.0, H).time == 0.07
+    assert time_sample(SAMPLE._replace(time=None), 9.0, 0.02).time == 0.14
+    assert time_sample(SAMPLE._replace(time=None, sequence=None), 9.0, H) == Timed(9.0, -1, SAMPLE.signals)
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:70000", "example.org:5", "1.2.3:4", "127.0.0.1:x", "127.0.0.1:-4"])
@@ -140,26 +135,28 @@ def test_an_address_is_numeric_because_a_name_would_be_waited_for(text):
 # --- their order -----------------------------------------------------------------------------------------------------
 
 
-def test_samples_in_order_come_out_as_they_came_in():
-    out, order = passed(sent(range(100)))
-    assert out == list(range(100)) and order.counts == Counts(received=100)
-
-
-def test_overtaken_samples_come_out_in_order_and_are_counted():
-    out, order = passed(sent([0, 1, 3, 2, 4, 6, 7, 5, 8]))
-    assert out == list(range(9)) and order.counts == Counts(received=9, reordered=2)
-
-
-def test_a_sample_that_comes_twice_comes_out_once():
-    numbers = [0, 1, 1, 2, 0, *range(3, 40), 5, 39]
+@pytest.mark.parametrize(
+    "numbers, wanted, counts",
+    [
+        (range(100), range(100), Counts(received=100)),
+        ([0, 1, 3, 2, 4, 6, 7, 5, 8], range(9), Counts(received=9, reordered=2)),
+        ([0, 1, 1, 2, 0, *range(3, 40), 5, 39], range(40), Counts(received=40, duplicated=4)),
+        # a lost sample is lost, and one that comes after it was given up is late instead
+        (
+            [*range(10), *range(11, 20), 21, *range(22, 40), 10],
+            [k for k in range(40) if k not in (10, 20)],
+            Counts(received=38, lost=1, late=1),
+        ),
+        # a pause is a gap and not a new start
+        ([*range(100), *range(600, 700)], [*range(100), *range(600, 700)], Counts(received=200, lost=500)),
+        # what waited when the rig went away is not shown: nobody knows how long ago it was
+        ([*range(500, 600), *range(100)], [*range(500, 595), *range(100)], Counts(received=200, restarted=1)),
+    ],
+    ids=["in order", "overtaken", "twice", "lost and late", "pause", "started again"],
+)
+def test_samples_come_out_in_order_and_once_and_the_rest_is_counted(numbers, wanted, counts):
     out, order = passed(sent(numbers))
-    assert out == list(range(40)) and order.counts == Counts(received=40, duplicated=4)
-
-
-def test_a_lost_sample_is_counted_and_a_late_one_is_late_instead():
-    out, order = passed(sent([*range(10), *range(11, 20), 21, *range(22, 40), 10]))
-    assert out == [k for k in range(40) if k not in (10, 20)]
-    assert order.counts == Counts(received=38, lost=1, late=1)
+    assert out == list(wanted) and order.counts == counts
 
 
 def test_lost_samples_are_counted_by_time_where_there_are_no_numbers():
@@ -181,24 +178,25 @@ def test_a_random_network_gives_every_sample_once_in_order_and_counts_the_rest()
 
 def test_a_damaged_time_changes_nothing():
     good = sent(range(50))
-    damaged = [*good[:20], Timed(1e9, 20, good[20].signals), *good[20:]]
-    out, order = passed(damaged)
+    out, order = passed([*good[:20], Timed(1e9, 20, good[20].signals), *good[20:]])
     assert out == list(range(50)) and order.counts == Counts(received=50, stray=1)
 
 
-def test_a_pause_of_five_seconds_is_a_gap_and_not_a_new_start():
-    out, order = passed(sent([*range(100), *range(600, 700)]))
-    assert out == [*range(100), *range(600, 700)]
-    assert order.counts == Counts(received=200, lost=500)
+@pytest.mark.parametrize("clock", [lambda t: min(t, 0.5), lambda t: t if t < 0.5 else t - 0.3], ids=["stuck", "back"])
+def test_where_the_rigs_clock_stands_still_or_steps_back_its_numbers_say_when(clock):
+    out, order = passed([sample._replace(time=clock(sample.time)) for sample in sent(range(200))])
+    assert out == list(range(200)) and order.counts.received == 200 and order.counts.unclocked > 0
+    assert order.newest.time == pytest.approx(1.99)
 
 
-def test_a_rig_that_starts_anew_is_followed():
-    out, order = passed(sent([*range(500, 600), *range(100)]))
-    # what waited when the rig went away is not shown: nobody knows how long ago it was
-    assert out == [*range(500, 595), *range(100)] and order.counts.restarted == 1
+@pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("rate", [50.0, 100.0, 2000.0])
+def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit, rate):
+    assert find_unit([1e3 / unit + k / rate / unit for k in (0, 1, 2, 3, 5, 4, 7, 8)]) == unit
+    assert find_unit([0.1 * k for k in range(8)]) == 1.0  # 10 Hz are no usual rate in any
 
 
-# --- the clock -------------------------------------------------------------------------------------------------------
+# --- the clock of a co-simulation ------------------------------------------------------------------------------------
 
 SETTINGS = ClockSettings(delay=0.05, maximum_age=0.2, sample_time=H)
 
@@ -223,20 +221,14 @@ def test_while_nothing_comes_in_the_data_grow_old_and_then_go_on_where_the_rig_i
     assert seen.latest.number == 694 and seen.fresh and clock.set_anew == 0
 
 
-def test_a_co_simulation_that_is_not_paced_runs_ahead_and_its_clock_is_set_anew():
-    clock, leads = Clock(), []
-    for k in range(200):  # 50 ms simulated per sample of 10 ms
-        clock, seen = tick(clock, 0.05 * k, tuple(sent([k])), SETTINGS)
-        leads.append(seen.lead)
-    assert max(leads) <= SETTINGS.maximum_age + 1e-9 and clock.set_anew > 10
-
-
-def test_a_slow_co_simulation_is_behind_and_skips():
+@pytest.mark.parametrize("step, least, most", [(0.05, 10, 200), (0.002, 2, 200)], ids=["ahead", "behind"])
+def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, least, most):
     clock = Clock()
-    for k in range(200):  # 2 ms simulated per sample of 10 ms
-        clock, seen = tick(clock, 0.002 * k, tuple(sent([k])), SETTINGS)
+    for k in range(200):  # simulated time per sample of 10 ms
+        clock, seen = tick(clock, step * k, tuple(sent([k])), SETTINGS)
+        assert abs(seen.lead) <= SETTINGS.maximum_age + 1e-9 or step < H
         assert seen.lead >= -SETTINGS.maximum_age - 1e-9
-    assert clock.set_anew > 2 and len(clock.order.waiting) < 30
+    assert least < clock.set_anew < most and len(clock.order.waiting) < 30
 
 
 def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_instant():
@@ -249,3 +241,31 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
         shown.append((seen.latest.number, seen.fresh))
     assert shown == [(0, True), (1, True), (2, True), (3, True), (3, False), (4, False), (6, True), (7, True)]
     assert clock.order.counts.received == 7
+
+
+# --- uniform instants ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("numbered", [True, False])
+def test_instants_are_counted_by_the_numbers_of_samples_and_without_numbers_by_their_times(numbered):
+    samples = [Timed(k * H + 0.002, k if numbered else -1, ()) for k in (7, 8, 11, 12)]
+    grid, instants = Grid(H, samples[0]._replace(time=0.07)), []
+    for sample in samples:
+        grid, instant = place_sample(grid, sample)
+        instants.append(instant)
+    assert instants == [0, 1, 4, 5]
+    assert place_sample(grid, samples[-1]._replace(time=0.124))[1] == -1  # the second one of an instant
+    assert place_sample(grid, Timed(0.13, 2**50, ()))[1] == 6  # a damaged number is not believed
+
+
+def test_a_rig_whose_clock_stood_while_nothing_came_in_goes_on_at_the_next_instant():
+    first, second, third = sent([0, 1, 2])
+    grid, _ = place_sample(Grid(H, first), first)
+    grid, instant = place_sample(grid._replace(tick=500, silent=True), second)
+    assert instant == 501 and grid.time_of(third) == pytest.approx(5.02)
+    assert continue_grid(grid, sent([0], offset=1e6)[0], 22)[1] == 523
+
+
+def test_the_rate_is_found_from_uneven_times():
+    generator = random.Random(1)
+    assert find_rate([0.002 * k + 1e-4 * generator.random() for k in range(51)]) == 500.0

@@ -15,6 +15,7 @@ from heli_identifier.live import (
     ClockSettings,
     Port,
     read_layout,
+    restart,
     tick,
     time_sample,
 )
@@ -84,7 +85,7 @@ apart by more than <code>link.maximum_age</code>, the offset is set anew.</p>
 <p>Before the first sample all signals are 0, which units that estimate take for a measurement. With
 <code>link.wait</code> above 0 the initialisation waits for the first sample, and is refused if none comes in.</p>
 <p>The unit listens on one address and hears one sender: <code>link.sender</code>, or the first that sends a good
-datagram. Datagrams are not signed, so that a machine that can forge a sender's address can forge samples: use a network
+datagram, until it has been silent for 2 s. Datagrams are not signed, so that a machine that can forge a sender's address can forge samples: use a network
 of your own. The state cannot be saved, because what a rig has sent cannot be sent back.</p>"""
     source = "RMQFMU (arXiv 2107.01010) for maximum age, look-ahead and lead"
     saves_state = False
@@ -108,6 +109,7 @@ of your own. The state cannot be saved, because what a rig has sent cannot be se
             self.opened = wanted
         self.clock = Clock()
         self.said = ""
+        self.elections = self.port.elections
         self._show(time)
         self._wait(time, value["link.wait"])
 
@@ -141,6 +143,11 @@ of your own. The state cannot be saved, because what a rig has sent cannot be se
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         samples = tuple(time_sample(sample, time, self.settings.sample_time) for sample in port.arrived(self.most))
+        if port.elections > self.elections:
+            if self.elections:  # another sender has another clock
+                self.clock = self.clock._replace(order=restart(self.clock.order))
+                self.log(f"{port.note}, which is heard", Fmi2Status.warning)
+            self.elections = port.elections
         self.clock, seen = tick(self.clock, time, samples, self.settings)
         # none is due before link.delay has passed: the first one is shown until then
         latest = seen.latest or next(iter(self.clock.order.waiting), None)

@@ -4,7 +4,7 @@ The unit RigLink contains it, so that it needs the standard library alone. Comma
 ``sources`` (a rig, or a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
 """
 
-from .align import Clock, ClockSettings, Timed, tick, time_sample
+from .align import Clock, ClockSettings, Timed, restart, tick, time_sample
 from .datagrams import JSON, USUAL_LAYOUT, Datagram, Port, encode, read_address, read_layout
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "encode",
     "read_address",
     "read_layout",
+    "restart",
     "tick",
     "time_sample",
 ]

@@ -53,6 +53,7 @@ _NEAR = 0.01
 """Share of the sampling interval by which an age may be short of it and still be one interval: times since 1970 are
 rounded to .1 us."""
 
+_STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
 _SHORTEST = 1e-300  # [s] a shorter step has no finite rate
 
 
@@ -81,7 +82,8 @@ class Order(NamedTuple):
     """Samples that wait, those that were released, and counts.
 
     ``waiting`` is sorted by time; ``last`` was released last, ``newest`` is the one of the largest time;
-    ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released.
+    ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released; ``shift``
+    is what the rig's clock lacks because it stood still or stepped back [s].
     """
 
     waiting: tuple[Timed, ...] = ()
@@ -89,9 +91,10 @@ class Order(NamedTuple):
     newest: Timed | None = None
     stray: Timed | None = None
     recent: tuple[float, ...] = ()
+    shift: float = 0.0
     counts: Counts = Counts()
 
-    def count(self, **more: int) -> Order:
+    def tally(self, **more: int) -> Order:
         """Return the order with ``more`` added to its counts."""
         added = {name: getattr(self.counts, name) + number for name, number in more.items()}
         return self._replace(counts=self.counts._replace(**added))
@@ -112,16 +115,18 @@ def time_sample(sample: Datagram, arrived: float, sample_time: float) -> Timed:
 def take(order: Order, sample: Timed, sample_time: float) -> Order:
     """Return the order with one more sample that came in; ``sample_time``: sampling interval of the rig [s]."""
     newest, stray = order.newest, order.stray
+    sample = sample._replace(time=sample.time + order.shift)
     if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
         if stray is not None:  # the sample after it does not continue it
-            order = order._replace(stray=None).count(stray=1)
-        if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time:
-            order = order.count(unclocked=1)
-            sample = sample._replace(time=newest.time + (sample.number - newest.number) * sample_time)
+            order = order._replace(stray=None).tally(stray=1)
+        if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDS:
+            time = newest.time + (sample.number - newest.number) * sample_time
+            order = order._replace(shift=order.shift + time - sample.time).tally(unclocked=1)
+            sample = sample._replace(time=time)
         return _sort_in(order, sample)
     if stray is None or not 0.0 < sample.time - stray.time <= JUMP:
         if stray is not None:
-            order = order.count(stray=1) if sample.time != stray.time else order.count(duplicated=1)
+            order = order.tally(stray=1) if sample.time != stray.time else order.tally(duplicated=1)
         return order._replace(stray=sample)
     if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
         order = restart(order)
@@ -130,21 +135,21 @@ def take(order: Order, sample: Timed, sample_time: float) -> Order:
 
 def restart(order: Order) -> Order:
     """Return the order of a rig that starts again; what waited is dropped, as nobody knows how long ago it was."""
-    return Order(counts=order.counts).count(restarted=1)
+    return Order(counts=order.counts).tally(restarted=1)
 
 
 def _sort_in(order: Order, sample: Timed) -> Order:
     """Return the order with a sample at its place, or with one more that is late or came twice."""
     newest = order.newest
     if newest is None or sample.time > newest.time:
-        return order._replace(waiting=(*order.waiting, sample), newest=sample).count(received=1)
+        return order._replace(waiting=(*order.waiting, sample), newest=sample).tally(received=1)
     if sample.time in order.recent or any(sample.time == other.time for other in order.waiting):
-        return order.count(duplicated=1)
+        return order.tally(duplicated=1)
     if order.last is not None and sample.time < order.last.time:
-        return order.count(late=1, lost=-1 if order.counts.lost else 0)
+        return order.tally(late=1, lost=-1 if order.counts.lost else 0)
     place = bisect([other.time for other in order.waiting], sample.time)
     waiting = (*order.waiting[:place], sample, *order.waiting[place:])
-    return order._replace(waiting=waiting).count(received=1, reordered=1)
+    return order._replace(waiting=waiting).tally(received=1, reordered=1)
 
 
 def release(order: Order, until: float, sample_time: float) -> tuple[Order, tuple[Timed, ...]]:
@@ -164,7 +169,7 @@ def release(order: Order, until: float, sample_time: float) -> tuple[Order, tupl
             lost += max(steps - 1, 0)
         before = sample
     recent = (*order.recent, *(sample.time for sample in released))[-RECENT:]
-    return order._replace(waiting=order.waiting[count:], last=before, recent=recent).count(lost=lost), released
+    return order._replace(waiting=order.waiting[count:], last=before, recent=recent).tally(lost=lost), released
 
 
 class ClockSettings(NamedTuple):

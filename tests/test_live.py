@@ -1,0 +1,347 @@
+"""A rig in flight: every instant once, all that came in on disk, and what is shown of it."""
+
+import csv
+import http.client
+import json
+import os
+import random
+import re
+import resource
+import signal
+import socket
+from io import StringIO
+from threading import Thread
+from time import monotonic, sleep
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
+from heli_identifier.live.page import MOST_CONNECTIONS, served
+from heli_identifier.live.screen import draw_screen, stream_line
+from heli_identifier.live.session import Journal, Session, check_unused
+from heli_identifier.live.sources import Listening, find_address, play, send
+from heli_identifier.online import Estimate
+from heli_identifier.records import CONTRACT, Log, LogFormat, demo_logs, read_log
+from heli_identifier.results import PLANT, ParameterSet, plant_values
+from heli_plant.parameters import TABLE_2
+
+H = 0.01
+LAYOUT = read_layout(USUAL_LAYOUT)
+LONGEST = 180.0
+"""Time after which something is taken for hung [s]; a loaded machine is no defect."""
+
+
+def datagram(number, time=None, layout=LAYOUT):
+    time = number * H if time is None else time
+    return encode(Datagram(number, time, (1.0, 2.0, 0.001 * number, 0.1, 0.2)), layout)
+
+
+def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None, others=()):
+    """Instants and kept rows of a listener to whom ``contents`` are sent without delay, but for pauses (at, seconds).
+
+    The instants are those of the rig's clock, in the datagrams, so that a busy machine changes none of them. ``others``
+    are sent by somebody else before the rig's first.
+    """
+    kept, seen = [], []
+    port = Port("127.0.0.1", 0, "", layout)
+
+    def sender():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+            for content in others:
+                other.sendto(content, port.address)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+            for place, content in enumerate(contents):
+                sleep(dict(pauses).get(place, 0.0))
+                rig.sendto(content, port.address)
+
+    thread, began = Thread(target=sender), monotonic()
+    try:
+        listening = Listening(port, rate, format, lambda time, signals: kept.append((time, *signals)))
+        thread.start()
+        for sample in listening.instants():
+            if sample is not None:
+                seen.append(sample)
+            elif until(seen, kept):
+                break
+            assert monotonic() - began < LONGEST
+    finally:
+        if thread.ident:
+            thread.join()
+        port.close()
+    return seen, kept, listening
+
+
+# --- a rig that sends ------------------------------------------------------------------------------------------------
+
+
+def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once():
+    """5 % lost, 2 % twice, 20 ms of jitter, and rubbish; 2 s of flight."""
+    generator = random.Random(3)
+    there = [k for k in range(200) if generator.random() > 0.05 or k in (0, 199)]
+    sent = [(k * H + 0.02 * generator.random(), datagram(k)) for k in there]
+    sent += [(at + 0.005, content) for at, content in sent if generator.random() < 0.02]
+    sent += [(at, b"rubbish") for at in (0.3, 0.9)]
+    contents = [datagram(0), *(content for _, content in sorted(sent)[1:])]
+    seen, kept, listening = heard(contents, lambda seen, kept: len(seen) >= 200)
+    fresh = [k for k, sample in enumerate(seen[:200]) if sample.fresh]
+    assert fresh == there and all(seen[k].pitch == 0.001 * k for k in fresh)
+    assert [row[0] for row in kept] == sorted({row[0] for row in kept})
+    assert listening.status.refused == 2 and listening.rate == 100.0
+
+
+def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
+    brought = []
+
+    def until(seen, kept):
+        brought.append(len(seen) if len(kept) == 60 else 0)
+        return sum(sample.fresh for sample in seen) == 120
+
+    contents = [datagram(k) for k in (*range(60), *range(160, 220))]
+    seen, kept, _ = heard(contents, until, pauses=[(60, 1.0)])
+    fresh = [bool(sample.fresh) for sample in seen]
+    first = fresh.index(False)
+    again = fresh.index(True, first)
+    # The clock of this computer brings instants while the rig is silent, and the clock of the rig those that are still
+    # missing when it sends again; a busy machine may find the silence longer than it was.
+    assert first == 60 and max(brought) > 60
+    assert again == 160 or (again == max(brought) > 160)
+    assert fresh[again:] == [True] * 60 and len(kept) == 120
+
+
+@pytest.mark.parametrize(
+    "form, layout, wanted",
+    [
+        (
+            LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5),
+            LAYOUT,
+            (1.5, 1.0, -0.05, 0.1, 0.2),
+        ),
+        (LogFormat(signs={"v_difference": -1}), LAYOUT, (2.0, 1.0, 0.05, 0.1, 0.2)),
+        (
+            LogFormat(units={"pitch": "deg", "v_front": "mV", "travel": "deg"}),
+            read_layout("sequence time v_front v_rear pitch elevation travel[deg]"),
+            (0.001, 2.0, np.radians(0.05), 0.1, 0.2),  # the layout states the travel's unit itself
+        ),
+    ],
+)
+def test_signs_units_and_rotors_of_the_rig_are_put_right_as_in_its_logs(form, layout, wanted):
+    contents = [datagram(k, layout=layout) for k in range(60)]
+    _, kept, _ = heard(contents, lambda seen, kept: len(seen) >= 60, format=form, layout=layout)
+    assert kept[50][1:] == pytest.approx(wanted)
+
+
+def test_a_stream_without_time_needs_the_rate():
+    layout = read_layout("v_front v_rear pitch elevation travel")
+    with pytest.raises(ConfigurationError, match="--rate"):
+        heard([], lambda *_: True, layout=layout)
+    contents = [datagram(k)[16:] for k in range(60)]
+    seen, kept, _ = heard(contents, lambda seen, kept: len(seen) >= 60, layout=layout, rate=100.0)
+    assert [round(row[0] / H) for row in kept] == list(range(60)) and len(seen) >= 60
+
+
+def test_a_rig_too_slow_to_be_followed_is_refused():
+    contents = [datagram(k, 0.1 * k) for k in range(60)]
+    with pytest.raises(ConfigurationError, match="the rig sends at 10 Hz, 50 to 2000 Hz are followed"):
+        heard(contents, lambda *_: False)
+
+
+@pytest.mark.parametrize(
+    "clock, rate, note",
+    [
+        (lambda k: 1.7e12 + 10.0 * k, None, "counts milliseconds"),
+        (lambda k: 5.0, 100.0, "stands still or steps back"),
+        (lambda k: 10.0 + k * H - (0.4 if k > 60 else 0.0), None, "stands still or steps back"),
+    ],
+    ids=["milliseconds since 1970", "stuck", "stepping back"],
+)
+def test_a_rigs_clock_that_lies_loses_no_sample_and_is_said(clock, rate, note):
+    contents = [datagram(k, clock(k)) for k in range(120)]
+    seen, kept, listening = heard(contents, lambda seen, kept: len(kept) == 120, rate=rate)
+    assert [row[3] for row in kept] == pytest.approx([0.001 * k for k in range(120)])
+    assert [row[0] for row in kept] == pytest.approx([k * H for k in range(120)], abs=1e-3)
+    assert listening.rate == 100.0 and note in "; ".join(listening.status.notes) in stream_line(listening.status)
+
+
+def test_the_rate_of_a_rig_whose_clock_stands_still_is_taken_from_what_comes_in_and_said():
+    seen, kept, listening = heard(
+        [datagram(k, 5.0) for k in range(60)], lambda seen, kept: len(kept) == 60, pauses=[(k, H) for k in range(60)]
+    )
+    assert [row[0] for row in kept] == pytest.approx([k / listening.rate for k in range(60)])
+    assert f"the rate is taken for {listening.rate:g} Hz" in listening.status.notes[0]
+
+
+def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out():
+    others = [encode(Datagram(7, 99.0, (0.0,) * 5), LAYOUT)]
+    contents = [datagram(k) for k in range(120)]
+    # what the rig sends before the stray one has been silent for 2 s is lost: a connected socket does not hear it
+    seen, kept, listening = heard(contents, lambda seen, kept: len(kept) > 60, pauses=[(60, 3.0)], others=others)
+    assert {row[3] for row in kept[1:]} <= {0.001 * k for k in range(60, 120)}
+    assert re.search(r"127.0.0.1:\d+ fell silent; the rig is 127.0.0.1:\d+ since", stream_line(listening.status))
+
+
+# --- a log in place of a rig, and a log sent as one -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("address", ["nowhere", "127.0.0.1:", "127.0.0.1:0", ":5", "host.invalid:5", "x" * 300 + ":5"])
+def test_an_address_to_send_to_that_is_none_is_refused(address):
+    with pytest.raises(ConfigurationError, match="--to"):
+        find_address(address, "--to")
+    assert find_address("127.0.0.1:7", "--to")[1] == ("127.0.0.1", 7)
+
+
+def test_a_log_is_sent_at_its_own_instants():
+    """20 datagrams of 10 ms at half the pace take at least .38 s."""
+    log = Log("short", 1.0 / H, np.zeros((20, 2)), np.zeros((20, 3)))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+        rig.bind(("127.0.0.1", 0))
+        rig.settimeout(LONGEST)
+        began = monotonic()
+        send(log, f"127.0.0.1:{rig.getsockname()[1]}", 0.5, LAYOUT)
+        assert monotonic() - began >= 0.38
+        assert [rig.recv(100)[:8] for _ in range(20)] == [
+            encode(Datagram(k, 0.0, (0.0,) * 5), LAYOUT)[:8] for k in range(20)
+        ]
+
+
+# --- files -----------------------------------------------------------------------------------------------------------
+
+
+def test_a_row_is_with_the_system_as_soon_as_it_is_flushed_and_an_old_recording_is_never_replaced(tmp_path):
+    journal = Journal(tmp_path / "a.csv", ("x", "y"))
+    journal.add((0.1, 1e-300))
+    journal.flush()
+    assert (tmp_path / "a.csv").read_text() == "x,y\n0.1,1e-300\n"
+    with pytest.raises(ConfigurationError, match="is there already and is not replaced"):
+        Journal(tmp_path / "a.csv", ("x",))
+    journal.close()
+
+
+def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
+    journal = Journal(tmp_path / "a.csv", ("x", "y"))
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))
+    try:
+        for k in range(200):
+            journal.add((0.123456789 * k, 1.0))
+        with pytest.raises(OSError, match="a.csv"):
+            journal.flush()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        signal.signal(signal.SIGXFSZ, handler)
+        journal.close()
+    rows = (tmp_path / "a.csv").read_text()
+    assert rows.endswith("\n") and len(rows) > 900 and all(row.count(",") == 1 for row in rows.splitlines())
+
+
+@pytest.mark.parametrize("name", ["recorded.csv", "predictions.csv", "diagnosis.json"])
+def test_a_folder_with_an_earlier_flight_or_diagnosis_is_refused(tmp_path, name):
+    check_unused(tmp_path)
+    (tmp_path / name).write_text("kept", encoding="utf-8")
+    with pytest.raises(ConfigurationError, match=f"{name} is there already"):
+        check_unused(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def followed(tmp_path_factory):
+    """A session that has followed a log as fast as it goes, with the views that it showed."""
+    folder = tmp_path_factory.mktemp("session")
+    known = {"k_x": Estimate(TABLE_2.k_x, 0.001, "rad/s^2/V")}
+    session = Session(folder, ParameterSet(PLANT, plant_values(TABLE_2, known)))
+    log, views = read_log(demo_logs("rig-c")[1][0], end=12.0), []
+    session.run(play(log, 0.0, session.keep), lambda: log.step, lambda: False, lambda view, status: views.append(view))
+    session.close()
+    return folder, session, views, log
+
+
+def test_what_was_recorded_is_the_log_and_predictions_stand_beside_what_was_measured(followed):
+    folder, session, _, log = followed
+    recorded = read_log(folder / "recorded.csv")
+    assert (recorded.angles == log.angles).all() and (recorded.voltages == log.voltages).all()
+    with (folder / "predictions.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header[:4] == ["time [s]", "pitch [rad]", "elevation [rad]", "travel [rad]"] and len(header) == 10
+    assert len(rows) > 20
+    for row in rows:
+        assert [float(cell) for cell in row[1:4]] == log.angles[round(float(row[0]) / H)].tolist()
+    assert json.loads((folder / "events.json").read_text()) == session.events
+
+
+# --- screen and page -------------------------------------------------------------------------------------------------
+
+
+def test_the_screen_shows_every_axis_and_every_parameter(followed):
+    view = followed[2][-1]
+    console = Console(file=StringIO(), width=120)
+    console.print(draw_screen("a title", view, None))
+    shown = console.file.getvalue()
+    for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view.mode):
+        assert word in shown
+
+
+def asked(url, path, host=None):
+    connection = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=LONGEST)
+    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    answer = connection.getresponse()
+    content = answer.read().decode()
+    connection.close()
+    return answer, content
+
+
+@pytest.mark.parametrize(("path", "kind"), [("/", "text/html"), ("/follow.js", "javascript"), ("/follow.css", "css")])
+def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script(path, kind):
+    with served("127.0.0.1:0", "title") as (url, _):
+        answer, content = asked(url, path)
+    policy = answer.getheader("Content-Security-Policy")
+    assert answer.status == 200 and kind in answer.getheader("Content-Type")
+    assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';")
+    assert "http" not in content.replace("http://www.w3.org/2000/svg", "")
+    assert not re.search(r"<script>|<style>| style=| on\w+=", content)
+
+
+def test_a_page_that_is_opened_late_has_the_past_and_then_the_end(followed):
+    view = followed[2][-1]
+    with served("127.0.0.1:0", "title") as (url, board):
+        for shown in followed[2]:
+            board.show(shown, None)
+        board.end("all over")
+        answer, content = asked(url, "/events")
+    assert answer.getheader("Content-Type") == "text/event-stream"
+    events = re.findall(r"event: (\w+)\ndata: (.*)\n\n", content)
+    assert [name for name, _ in events] == ["title", "view", "end"]
+    told = json.loads(events[1][1])
+    assert told["view"]["time"] == view.time and told["view"]["mode"] == view.mode
+    assert [due["time"] for due in told["due"]] == sorted({due["time"] for due in told["due"]}) != []
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [
+        *((name, 421) for name in ("evil.example", "evil.example:8042", "", "127.0.0.2:80", "[::1", "127.0.0.1.evil")),
+        *((name, 200) for name in ("127.0.0.1", "127.0.0.1:8042", "localhost")),  # without a port it is 80
+    ],
+)
+def test_a_foreign_name_that_points_here_gets_nothing(host, status):
+    with served("127.0.0.1:0", "title") as (url, _):
+        assert asked(url, "/", host)[0].status == status
+        assert asked(url, "/../etc/passwd")[0].status == 404
+
+
+def test_half_open_connections_leave_descriptors_for_the_recording():
+    def sockets():
+        links = [f"/proc/self/fd/{name}" for name in os.listdir("/proc/self/fd")]
+        return sum(os.path.realpath(link).rpartition("/")[2].startswith("socket") for link in links)
+
+    with served("127.0.0.1:0", "title") as (url, _):
+        before = sockets()
+        host, port = url.removeprefix("http://").rstrip("/").split(":")
+        opened = [socket.create_connection((host, int(port))) for _ in range(3 * MOST_CONNECTIONS)]
+        for one in opened[MOST_CONNECTIONS:]:
+            one.settimeout(LONGEST)
+            assert one.recv(1) == b""  # closed by the server
+        assert sockets() - before - len(opened) <= MOST_CONNECTIONS
+        for one in opened:
+            one.close()
