@@ -85,8 +85,9 @@ apart by more than <code>link.maximum_age</code>, the offset is set anew.</p>
 <p>Before the first sample all signals are 0, which units that estimate take for a measurement. With
 <code>link.wait</code> above 0 the initialisation waits for the first sample, and is refused if none comes in.</p>
 <p>The unit listens on one address and hears one sender: <code>link.sender</code>, or the first that sends a good
-datagram, until it has been silent for 2 s. Datagrams are not signed, so that a machine that can forge a sender's address can forge samples: use a network
-of your own. The state cannot be saved, because what a rig has sent cannot be sent back.</p>"""
+datagram, until it has been silent for 2 s. Datagrams are not signed, so that a machine that can forge a sender's
+address can forge samples: use a network of your own. The state cannot be saved, because what a rig has sent cannot be
+sent back.</p>"""
     source = "RMQFMU (arXiv 2107.01010) for maximum age, look-ahead and lead"
     saves_state = False
 

@@ -33,8 +33,7 @@ from heli_identifier.signals import undone, unheard
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
-    from heli_identifier.live.session import Show
-    from heli_identifier.live.session import Session
+    from heli_identifier.live.session import Session, Show
     from heli_identifier.records import RigConfiguration
     from heli_identifier.tools import Advice
     from heli_plant.control import PidSettings
@@ -165,8 +164,7 @@ def _player(
     path: Path, config: Path | None, speed: float, start: float | None, end: float | None
 ) -> "tuple[Source, RigConfiguration]":
     """Return a function that lets a session follow a log, and the rig's configuration."""
-    from heli_identifier.live.sources import play
-    from heli_identifier.live.sources import SPEEDS
+    from heli_identifier.live.sources import SPEEDS, play
 
     if speed != 0.0:
         require_range("--speed", speed, "times real time", *SPEEDS)
