@@ -14,20 +14,10 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import spread
 
 COMMANDS = sorted(get_command(app).commands)
-HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
 
 
 def run(*words, **options):
     return CliRunner().invoke(app, list(map(str, words)), **options)
-
-
-def test_neither_numpy_nor_numba_is_imported_to_show_help():
-    code = (
-        "import sys; import heli_identifier.cli.app; "
-        "print([m for m in ('numpy', 'numba', 'scipy', 'pandas', 'matplotlib', 'fmpy') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_linear_algebra_runs_on_one_thread_unless_the_user_wants_otherwise():
@@ -74,55 +64,6 @@ def test_validate_takes_all_files_up_to_the_next_option():
     assert spread(again) == "--validate a --validate b --validate c -v d".split()
     joined = "a --validate=b c d --json e".split()
     assert spread(joined) == "a --validate=b --validate c --validate d --json e".split()
-
-
-def log_file(folder, name="log.csv", rows=2000, header=HEADER, edit=None):
-    """A log of ``rows`` rows at 100 Hz with moving voltages; ``edit`` changes a row's cells."""
-    lines = [header]
-    for k in range(rows):
-        cells = [f"{0.01 * k:.2f}", f"{1.0 + 0.1 * (k % 7):.3f}", f"{1.0 - 0.1 * (k % 5):.3f}", "0.01", "0.02", "0.03"]
-        lines.append(",".join(edit(k, cells) if edit else cells))
-    path = folder / name
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
-def replaced(row, column, text):
-    def edit(k, cells):
-        return [*cells[:column], text, *cells[column + 1 :]] if row in (k, None) else cells
-
-    return edit
-
-
-BAD_LOGS = {
-    "a missing column": (dict(header=HEADER.replace("pitch [rad]", "nick [rad]")), "pitch"),
-    "an unknown unit": (dict(header=HEADER.replace("pitch [rad]", "pitch [grad]")), "grad"),
-    "an empty cell": (dict(edit=replaced(700, 3, "")), "702"),  # row 1 is the header
-    "a cell that is NaN": (dict(edit=replaced(700, 4, "nan")), "702"),
-    "time that stands still": (dict(edit=replaced(700, 0, "6.99")), "702"),
-    "time that runs back": (dict(edit=replaced(700, 0, "1.00")), "702"),
-    "a rate below 50 Hz": (
-        dict(edit=lambda k, cells: [f"{0.04 * k:.2f}", *cells[1:]]),
-        "50 Hz",
-    ),
-    "a log below five seconds": (dict(rows=400), "5 s"),
-    "a voltage that never moves": (dict(edit=replaced(None, 1, "1.0")), "constant"),
-}
-
-
-@pytest.mark.parametrize("case", BAD_LOGS)
-@pytest.mark.parametrize("command", ["diagnose", "identify"])
-def test_a_log_that_cannot_serve_gets_one_sentence_exit_code_two_and_nothing_is_written(tmp_path, command, case):
-    options, said = BAD_LOGS[case]
-    log = log_file(tmp_path, **options)
-    _refused(tmp_path, said, command, log, "--output", tmp_path / "out" / "deep")
-
-
-def test_a_file_that_is_no_table_or_not_there_is_refused(tmp_path):
-    (tmp_path / "log.csv").write_bytes(bytes(range(256)) * 8)
-    (tmp_path / "folder").mkdir()
-    for name, said in (("log.csv", "log.csv"), ("nothing.csv", "does not exist"), ("folder", "is a folder")):
-        _refused(tmp_path, said, "diagnose", tmp_path / name, "--output", tmp_path / "out")
 
 
 @pytest.mark.parametrize(
