@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import spread
+from heli_identifier.cli.terminal import print_table
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -109,6 +110,19 @@ def test_init_writes_a_configuration_and_never_over_another(tmp_path):
     file.write_text("mine")
     assert run("init", file).exit_code == 2
     assert file.read_text() == "mine"
+
+
+def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "60")
+    rows = [("pitch gain of the model as it was", "0.2930 ± 0.0057 rad/s²/V", "5.00 (4.50 to 5.50)")]
+    columns, title = ("parameter", "value >", "error >"), "Gains (± 1.96 standard errors)"
+    printed = []
+    for terminal, intervals in ((False, False), (True, True), (True, False)):
+        monkeypatch.setattr(sys.stdout, "isatty", lambda told=terminal: told)
+        print_table(title, columns, rows, intervals)
+        printed.append(" ".join(capsys.readouterr().out.split()))
+    assert "± 0.0057" in printed[0] and "to" in printed[1]
+    assert "0.2930 rad/s²/V 5.00" in printed[2] and "±" not in printed[2]
 
 
 def _refused(folder, said, *words):

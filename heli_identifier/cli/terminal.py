@@ -8,6 +8,7 @@ well, and says so at its end.
 
 import io
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -102,8 +103,8 @@ def print_notes(logs: "Sequence[Log]") -> None:
     from heli_identifier.records import suspicions
 
     for log in logs:
-        for text in log.notes:
-            note(f"{log.path}: {text}")
+        if log.notes:
+            note(f"{log.path}: {'; '.join(log.notes)}")
     for log in logs:
         for text in suspicions(log):
             warn(f"{log.path}: {text}")
@@ -118,19 +119,37 @@ def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
     typer.echo(json.dumps(document, indent=1, ensure_ascii=escaped, allow_nan=False))
 
 
-def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; a column whose name ends in ``>`` is aligned to the right."""
+_INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], intervals: bool = False) -> None:
+    """Print a table; a column whose name ends in ``>`` is aligned to the right.
+
+    On a terminal too narrow for it, figures stand without their intervals, unless these are asked for.
+    """
     from rich import box
     from rich.console import Console
+    from rich.measure import Measurement
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    for name in columns:
-        table.add_column(name.removesuffix(">"), justify="right" if name.endswith(">") else "left")
-    for row in rows:
-        table.add_row(*row)
+    def table(shorten: Callable[[str], str]) -> Table:
+        made = Table(
+            title=shorten(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+        )
+        for name in columns:
+            made.add_column(name.removesuffix(">"), justify="right" if name.endswith(">") else "left")
+        for row in rows:
+            made.add_row(*map(shorten, row))
+        return made
+
     # Without a terminal nobody's window bounds the width, and a cell broken in two would spoil a search in it.
-    Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else 160).print(table)
+    terminal = sys.stdout.isatty()
+    console = Console(highlight=False, markup=False, width=None if terminal else 160)
+    shown = table(str)
+    width = Measurement.get(console, console.options.update(max_width=1000), shown).maximum
+    if terminal and width > console.width and not intervals:
+        shown = table(lambda cell: _INTERVAL.sub("", cell))
+    console.print(shown)
 
 
 @contextmanager
@@ -150,7 +169,7 @@ def progress_bar() -> Iterator[Progress]:
 
 
 def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
-    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue as well."""
+    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
     from heli_identifier.results import (
         ERROR_COLUMNS,
         GAIN_COLUMNS,
@@ -169,7 +188,7 @@ def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
     from heli_identifier.tracing import Verdict
 
     def print_rows(title: str, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
-        print_table(title, columns, [tuple(row.values()) for row in rows])
+        print_table(title, columns, [tuple(row.values()) for row in rows], reasons)
 
     typer.secho(verdict_sentence(diagnosis), bold=True)
     if diagnosis.effects:
@@ -186,6 +205,7 @@ def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
                 )
                 for found in diagnosis.effects
             ],
+            reasons,
         )
     for found in diagnosis.effects:
         if found.verdict == Verdict.UNKNOWN and found.in_plant:
