@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "statsmodels", "pythonfmu", "fmpy")
+PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "pythonfmu", "fmpy")
 """Distributions whose version can change a result."""
 
 
