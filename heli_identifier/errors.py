@@ -11,7 +11,10 @@ HELI_TOML = "heli.toml (written by `heli init`)"
 
 
 class IdentifierError(Exception):
-    """Root of every error that this package raises on purpose."""
+    """Root of every error that this package raises on purpose; its text may go to a terminal as it stands."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class LogError(IdentifierError):
@@ -20,6 +23,11 @@ class LogError(IdentifierError):
 
 class ConfigurationError(IdentifierError):
     """A setting is unknown, of the wrong type or out of bounds."""
+
+
+def printable(text: str) -> str:
+    """Give a text without control characters, by which the name of a file could command a terminal."""
+    return "".join(letter if letter.isprintable() else " " if letter.isspace() else "?" for letter in text)
 
 
 def require_range(name: str, value: float, unit: str, lower: float = -inf, upper: float = inf) -> float:

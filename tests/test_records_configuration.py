@@ -132,7 +132,7 @@ def test_every_key_arrives(configured):
         ),
         ("[rig.effects]\ndry_friction_pitch = [0.1]", "rig.effects.dry_friction_pitch = .* must be"),
         ("[rig.effects]\ndry_friction_pitch = ['a', 0.1]", r"dry_friction_pitch = \['a', 0.1\] must be"),
-        ("[rig]\nvoltage_limit = 0", r"voltage_limit = 0 V must lie in \[0.1, 100\] V"),
+        ("[rig]\nvoltage_limit = 0", r"voltage_limit = 0 V must lie in \[0.1, 30\] V"),
         ("[rig]\nvoltage_limit = true", "rig.voltage_limit = True must be a number"),
         ("[rig]\nrest_pitch = 2026-01-01", "rig.rest_pitch = .* must be a number"),
         ("[log]\nswap_rotors = 1", "log.swap_rotors = 1 must be true or false"),

@@ -129,7 +129,7 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
         (lambda v, a: (v[:, ::-1], a), "the pitch falls where v_front exceeds v_rear"),
         (lambda v, a: (v, a * [-1.0, 1.0, 1.0]), "the pitch falls where v_front exceeds v_rear"),
         (lambda v, a: (v, a * [1.0, -1.0, 1.0]), "the elevation falls where the voltages rise"),
-        (lambda v, a: (5.0 * a[:, 1:], a), "neither the pitch nor the elevation is seen to follow"),
+        (lambda v, a: (0.5 * a[:, 1:], a), "neither the pitch nor the elevation is seen to follow"),
     ],
     ids=["rotors exchanged", "pitch mirrored", "elevation mirrored", "angles taken for voltages"],
 )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from heli_identifier.errors import printable
 from heli_identifier.signals import undone
 
 if TYPE_CHECKING:
@@ -85,12 +86,12 @@ def counted(number: int, noun: str) -> str:
 
 def note(text: str) -> None:
     """Say something beside the result, on the error stream."""
-    typer.secho(text, err=True, dim=True)
+    typer.secho(printable(text), err=True, dim=True)
 
 
 def warn(text: str) -> None:
     """Say on the error stream what puts the result in doubt, so that nobody misses it."""
-    typer.secho(f"warning: {text}", err=True, fg="yellow", bold=True)
+    typer.secho(printable(f"warning: {text}"), err=True, fg="yellow", bold=True)
 
 
 def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:

@@ -28,8 +28,9 @@ from heli_plant.errors import did_you_mean
 
 CONFIGURATION_NAME = "heli.toml"
 
-LOWEST_LIMIT, HIGHEST_LIMIT = 0.1, 100.0
-"""Limits of an amplifier [V] below which no rotor turns and above which no bench motor runs."""
+LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
+"""Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the
+units' inputs, in which every diagnosis is flown before it is delivered."""
 
 MOST_COUNTS = 2**32
 """Counts of an encoder per turn; the finest that are made have 2^32."""
@@ -100,47 +101,37 @@ class LogFormat:
     def __post_init__(self) -> None:
         for name in ("columns", "units", "signs"):
             for signal in getattr(self, name):
-                if signal not in NAMED:
-                    raise ConfigurationError(f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}.")
+                _require(signal in NAMED, f"log.{name}.{signal} is not a signal; choose one of {', '.join(NAMED)}")
         for axis in self.references:
-            if axis not in ANGLES:
-                raise ConfigurationError(f"log.references.{axis} is no axis; choose one of {', '.join(ANGLES)}.")
+            _require(axis in ANGLES, f"log.references.{axis} is no axis; choose one of {', '.join(ANGLES)}")
         for signal, unit in self.units.items():
-            if understood(signal, unit) is None:
-                raise ConfigurationError(
-                    f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
-                )
-        for signal, other in combinations(self.columns, 2):
-            if self.columns[signal] == self.columns[other]:
-                raise ConfigurationError(
-                    f"log.columns.{signal} and log.columns.{other} both name the column {self.columns[signal]!r}; "
-                    "give each signal a column of its own."
-                )
+            known = ", ".join(known_units(signal))
+            _require(understood(signal, unit), f"log.units.{signal} = {unit!r} is unknown; choose one of {known}")
+        for one, other in combinations(self.columns, 2):
+            _require(
+                self.columns[one] != self.columns[other],
+                f"log.columns.{one} and log.columns.{other} both name the column {self.columns[one]!r}; "
+                "give each signal a column of its own",
+            )
         for signal, sign in self.signs.items():
-            if signal == "time" or sign not in (-1, 1):
-                raise ConfigurationError(
-                    f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
-                )
-        for name, instant in (("start", self.start), ("end", self.end)):
-            if instant is not None and not isfinite(instant):
-                raise ConfigurationError(f"log.{name} = {instant} s must be finite.")
-        if self.start is not None and self.end is not None and self.end <= self.start:
-            raise ConfigurationError(f"log.end = {self.end:g} s must come after log.start = {self.start:g} s.")
-        if self.decimal not in (".", ","):
-            raise ConfigurationError(f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
-        if len(self.encoder_counts) != len(ANGLES) or not all(
-            1 <= count <= MOST_COUNTS for count in self.encoder_counts
-        ):
-            raise ConfigurationError(
-                f"rig.encoder_counts = {self.encoder_counts} must be counts per turn in [1, {MOST_COUNTS}] of "
-                f"{', '.join(ANGLES)}."
-            )
-        if not LOWEST_LIMIT <= self.voltage_limit <= HIGHEST_LIMIT:
-            raise ConfigurationError(
-                f"rig.voltage_limit = {self.voltage_limit:g} V must lie in [{LOWEST_LIMIT:g}, {HIGHEST_LIMIT:g}] V."
-            )
-        if not self.largest_file > 0.0:
-            raise ConfigurationError(f"log.largest_file = {self.largest_file:g} MB must be positive.")
+            said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign"
+            _require(signal != "time" and sign in (-1, 1), said)
+        for name in ("start", "end"):
+            _require(isfinite(getattr(self, name) or 0.0), f"log.{name} = {getattr(self, name)} s must be finite")
+        if self.start is not None and self.end is not None:
+            said = f"log.end = {self.end:g} s must come after log.start = {self.start:g} s"
+            _require(self.end > self.start, said)
+        _require(self.decimal in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','")
+        counts = self.encoder_counts
+        _require(
+            len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts),
+            f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}",
+        )
+        _require(
+            LOWEST_LIMIT <= self.voltage_limit <= HIGHEST_VOLTAGE,
+            f"rig.voltage_limit = {self.voltage_limit:g} V must lie in [{LOWEST_LIMIT:g}, {HIGHEST_VOLTAGE:g}] V",
+        )
+        _require(self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive")
 
     def sign(self, signal: str) -> int:
         """Give +1 or -1, the factor from the file's sign to the project's."""
@@ -149,6 +140,11 @@ class LogFormat:
     def counts_per_turn(self, signal: str) -> int:
         """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
         return self.encoder_counts[ANGLES.index(signal)] if SI_UNIT[signal] == "rad" else 1
+
+
+def _require(holds: object, sentence: str) -> None:
+    if not holds:
+        raise ConfigurationError(f"{sentence}.")
 
 
 CONTRACT = LogFormat()
@@ -194,28 +190,24 @@ class RigConfiguration:
     format: LogFormat = CONTRACT
 
     def __post_init__(self) -> None:
-        check_given(
-            "rig.", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects
-        )
+        check_given("rig.", self)
 
 
-def check_given(
-    prefix: str,
-    motor_time_constant: float,
-    rest_pitch: float | None,
-    elevation_gain: float | None,
-    horizontal: float | None,
-    effects: Mapping[str, Estimate],
-) -> None:
-    """Refuse what cannot be true of a rig: a ConfigurationError names the value, with ``prefix`` ("rig.") before it."""
-    require_range(f"{prefix}motor_time_constant", motor_time_constant, "s", *_TIME_CONSTANT_BOUNDS)
-    if rest_pitch is not None:
-        require_range(f"{prefix}rest_pitch", rest_pitch, "rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND)
-    if elevation_gain is not None:
-        require_range(f"{prefix}elevation_gain", elevation_gain, "rad/s^2/V", *_ELEVATION_GAIN_BOUNDS)
-    if horizontal is not None:
-        require_range(f"{prefix}horizontal", horizontal, "rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND)
-    for name, coefficient in effects.items():
+def check_given(prefix: str, rig: Any) -> None:
+    """Refuse what cannot be true of a rig: a ConfigurationError names the value, with ``prefix`` ("rig.") before it.
+
+    ``rig`` is a `RigConfiguration` or what else has its attributes.
+    """
+    bounds = {
+        "motor_time_constant": ("s", *_TIME_CONSTANT_BOUNDS),
+        "rest_pitch": ("rad", -_REST_PITCH_BOUND, _REST_PITCH_BOUND),
+        "elevation_gain": ("rad/s^2/V", *_ELEVATION_GAIN_BOUNDS),
+        "horizontal": ("rad", -_HORIZONTAL_BOUND, _HORIZONTAL_BOUND),
+    }
+    for name, (unit, lower, upper) in bounds.items():
+        if (value := getattr(rig, name)) is not None:
+            require_range(f"{prefix}{name}", value, unit, lower, upper)
+    for name, coefficient in rig.effects.items():
         _check_expected(f"{prefix}effects.{name}", name, coefficient)
 
 
@@ -297,16 +289,15 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     advice = f"`heli init` writes a {CONFIGURATION_NAME} with every key explained"
     try:
         content = tomllib.loads(regular_bytes(Path(path), _LARGEST_MB).decode("utf-8-sig"))
-    except FileNotFoundError:
-        raise ConfigurationError(f"{path} does not exist; {advice}.") from None
-    except OSError as error:
-        raise ConfigurationError(f"{path} cannot be read: {error.strerror}; {advice}.") from error
-    except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{path} is not UTF-8 text; {advice}.") from error
-    except RecursionError as error:
-        raise ConfigurationError(f"{path} is nested too deeply for a configuration; {advice}.") from error
-    except ValueError as error:  # a number of more than 4300 digits is one as well
-        raise ConfigurationError(f"{path} is not TOML: {error}; {advice}.") from error
+    except (OSError, ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
+        said = f"is not TOML: {error}"
+        if isinstance(error, OSError):
+            missing = isinstance(error, FileNotFoundError)
+            said = "does not exist" if missing else f"cannot be read: {error.strerror}"
+        elif isinstance(error, UnicodeDecodeError | RecursionError):
+            nested = isinstance(error, RecursionError)
+            said = "is nested too deeply for a configuration" if nested else "is not UTF-8 text"
+        raise ConfigurationError(f"{path} {said}; {advice}.") from error
     try:
         found = msgspec.to_builtins(msgspec.convert(content, _FILE))
     except msgspec.ValidationError as error:

@@ -13,10 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import write_atomically
+from heli_identifier.records.configuration import HIGHEST_VOLTAGE, RigConfiguration
 from heli_identifier.records.units import ANGLES, CONTRACT_HEADERS, SIGNALS
 
+FARTHEST_TRAVEL = 1e4
+"""Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Log:
     """One run of one rig, sampled uniformly.
 
@@ -42,11 +46,13 @@ class Log:
         All that was converted or repaired on reading, one sentence each.
     start : float
         What the file calls the instant time = 0 [s].
+    configuration : RigConfiguration or None
+        The rig's, if the log was read with one.
 
     Raises
     ------
     LogError
-        If shapes disagree, a value is not finite, or the rate is not positive.
+        If shapes disagree, a value is not finite or none that a bench helicopter reaches, or the rate is not positive.
     """
 
     name: str
@@ -59,6 +65,7 @@ class Log:
     notes: tuple[str, ...] = ()
     start: float = 0.0
     references: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    configuration: RigConfiguration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
@@ -68,13 +75,22 @@ class Log:
         object.__setattr__(self, "references", {axis: _frozen(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count = len(self.angles)
-        for name, shape in {"voltages": (count, 2), "angles": (count, 3)}.items():
+        for name, shape, most, unit in (
+            ("voltages", (count, 2), HIGHEST_VOLTAGE, "V"),
+            ("angles", (count, 3), FARTHEST_TRAVEL, "rad"),
+        ):
             values = getattr(self, name)
             if values.shape != shape:
                 raise LogError(f"log {self.name}: {name} has shape {values.shape}, {shape} is needed.")
             if not np.isfinite(values).all():
                 row = int(np.argwhere(~np.isfinite(values))[0][0])
                 raise LogError(f"log {self.name}: {name} is not finite at sample {row}; leave that out.")
+            if max(values.max(initial=0.0), -values.min(initial=0.0)) > most:
+                reached = float(np.abs(values).max())
+                raise LogError(
+                    f"log {self.name}: {name} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); "
+                    f"give them in {unit}."
+                )
         for name, values in self.extra.items():
             if values.shape != (count,):
                 raise LogError(f"log {self.name}: column {name!r} has shape {values.shape}, ({count},) is needed.")
@@ -87,6 +103,10 @@ class Log:
             raise LogError(f"log {self.name}: rate_hz = {self.rate_hz} Hz must be positive.")
         if count < 2:
             raise LogError(f"log {self.name}: it has {count} sample{'' if count == 1 else 's'}, 2 are needed.")
+
+    def __repr__(self) -> str:
+        of = f", read from {self.path}" if self.path else ""
+        return f"<Log {self.name}: {self.duration:g} s, {self.samples} samples at {self.rate_hz:g} Hz{of}>"
 
     @cached_property
     def time(self) -> NDArray[np.float64]:

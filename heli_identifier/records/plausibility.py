@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.records.columns import Column
+from heli_identifier.records.configuration import HIGHEST_VOLTAGE
+from heli_identifier.records.log import FARTHEST_TRAVEL
 from heli_identifier.records.response import encoder_step
 from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
@@ -28,12 +30,6 @@ SUSPICIOUS_ANGLE = np.pi
 
 POSSIBLE_SPEED = 4.0 * np.pi
 """Largest travel within a second [rad/s]."""
-
-POSSIBLE_TRAVEL = 1e4
-"""Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
-
-POSSIBLE_VOLTAGE = 100.0
-"""Largest voltage either way [V]."""
 
 SAME_VOLTAGE = 1e-3
 """Difference of two voltages [V] up to which they are the same."""
@@ -149,7 +145,7 @@ def check_plausible(
     for column in columns:
         if column.signal not in values:  # sum or difference of the voltages, which were taken apart
             pair = np.concatenate([values[signal] for signal in VOLTAGES])
-            what, most, bound = "gives voltages up to", float(np.abs(pair).max()), POSSIBLE_VOLTAGE
+            what, most, bound = "gives voltages up to", float(np.abs(pair).max()), HIGHEST_VOLTAGE
         else:
             what, most, bound = _extent(column.signal, values[column.signal], rate_hz)
         if most > bound:
@@ -172,12 +168,12 @@ def _extent(signal: str, values: NDArray[np.float64], rate_hz: float) -> tuple[s
     """Give what a signal does, how far it goes and how far it can go."""
     if signal == "travel":
         farthest = float(np.abs(values).max())
-        if farthest > POSSIBLE_TRAVEL:
-            return "reaches", farthest, POSSIBLE_TRAVEL
+        if farthest > FARTHEST_TRAVEL:
+            return "reaches", farthest, FARTHEST_TRAVEL
         second = max(1, round(rate_hz))
         turned = np.abs(values[second:] - values[:-second]).max(initial=0.0)
         return "turns within a second by", float(turned), POSSIBLE_SPEED
-    bound = POSSIBLE_VOLTAGE if signal in (*VOLTAGES, *COMBINED) else POSSIBLE_ANGLE
+    bound = HIGHEST_VOLTAGE if signal in (*VOLTAGES, *COMBINED) else POSSIBLE_ANGLE
     return "reaches", float(np.abs(values).max()), bound
 
 

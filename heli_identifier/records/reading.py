@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.errors import LogError
+from heli_identifier.errors import LogError, printable
 from heli_identifier.records.columns import Column, find_columns, find_references, name_and_unit
 from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
@@ -50,8 +50,8 @@ def read_log(
     LogError
         If the file cannot be read or the log cannot serve identification.
     """
-    if isinstance(format, RigConfiguration):
-        format = format.format
+    configuration = format if isinstance(format, RigConfiguration) else None
+    format = format.format if isinstance(format, RigConfiguration) else format
     file = Path(path)
     table, sha256 = open_table(file, format)
     columns = find_columns(table.headers, _with_stamps(table, format), table.file)
@@ -83,7 +83,7 @@ def read_log(
     voltages = _together(time, [values.pop(signal) for signal in VOLTAGES], sampling, held=True)
     angles = _together(time, [values.pop(signal) for signal in ANGLES], sampling)
     return Log(
-        name=os.fsencode(file.stem).decode("utf-8", "replace"),  # a name that is no UTF-8 cannot be drawn
+        name=printable(os.fsencode(file.stem).decode("utf-8", "replace")),  # one that is no UTF-8 cannot be drawn
         path=str(path),
         sha256=sha256,
         rate_hz=sampling.rate_hz,
@@ -93,6 +93,7 @@ def read_log(
         references={axis: _together(time, [column], sampling, held=True)[:, 0] for axis, column in references.items()},
         notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
+        configuration=configuration,
     )
 
 

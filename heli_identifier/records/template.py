@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, printable
 from heli_identifier.files import write_atomically
 from heli_identifier.records.configuration import CONTRACT, RigConfiguration
 from heli_identifier.records.guess import Guess
@@ -16,14 +16,8 @@ def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
     """Align key, value and comment of each entry."""
     settings = [f"{key} = {value}" for key, value, _ in entries]
     width = max(map(len, settings))
-    return "\n".join(
-        f"{setting:<{width}}  # {_plain(comment)}" for setting, (_, _, comment) in zip(settings, entries, strict=True)
-    )
-
-
-def _plain(text: str) -> str:
-    """Give a text for a comment of TOML, which holds no control characters."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text)
+    comments = [printable(comment) for _, _, comment in entries]
+    return "\n".join(f"{setting:<{width}}  # {said}" for setting, said in zip(settings, comments, strict=True))
 
 
 def _quoted(text: str) -> str:
@@ -55,12 +49,12 @@ def template_text(found: Guess | None = None) -> str:
     )
     counts = _lines([(angle, form.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
     start = f"start = {form.start}" if form.start is not None else "# start = 6.0"
-    why = {key: f"\n# {key}: {_plain(text)}" for key, text in reasons.items()}
+    why = {key: f"\n# {key}: {printable(text)}" for key, text in reasons.items()}
     swap, clip = str(form.swap_rotors).lower(), str(form.clip).lower()
     guessed = (
         "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.\n" if found else ""
     )
-    guessed += "".join(f"# NOT CERTAIN: {_plain(text)}.\n" for text in (found.doubts if found else ()))
+    guessed += "".join(f"# NOT CERTAIN: {printable(text)}.\n" for text in (found.doubts if found else ()))
     return f"""\
 # Configuration of one rig. Every key may be left out; a line that begins with # is an example.
 {guessed}\

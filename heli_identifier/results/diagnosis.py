@@ -104,7 +104,7 @@ def diagnose(
     held_out : Log or sequence of Log
         Further logs of the same rig. They take no part in fit and search; the errors before and after are theirs.
     settings : DiagnosisSettings, optional
-        What is given of the rig; ``DiagnosisSettings.from_rig`` takes it from a rig's configuration.
+        What is given of the rig; by default the configuration that the logs were read with says it.
     progress : callable, optional
         Called with what is being done and the share that is done, 0 to 1.
 
@@ -118,5 +118,9 @@ def diagnose(
     LogError
         No voltage moves, an axis stands still in a log, no log is held out, or two logs share samples.
     """
+    first, *others = (logs,) if isinstance(logs, Log) else logs or (None,)
+    if settings is None and first and first.configuration:
+        if all(log.configuration == first.configuration for log in others):
+            settings = DiagnosisSettings.from_rig(first.configuration)
     found = trace(logs, held_out=held_out, settings=settings, progress=progress)
     return Diagnosis(**{entry.name: getattr(found, entry.name) for entry in fields(found)})

@@ -252,7 +252,7 @@ class DiagnosisSettings:
 
     def __post_init__(self) -> None:
         require_positive("voltage_limit", self.voltage_limit, "V")
-        check_given("", self.motor_time_constant, self.rest_pitch, self.elevation_gain, self.horizontal, self.effects)
+        check_given("", self)
 
     @classmethod
     def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
