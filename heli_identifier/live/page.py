@@ -127,7 +127,7 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
             finally:
                 free.release()
 
-        def handle_error(self, request, client_address) -> None:
+        def handle_error(self, request: Any, client_address: Any) -> None:
             """Say nothing: a reader that leaves is no error."""
 
     try:
