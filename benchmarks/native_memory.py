@@ -13,7 +13,7 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from fmu_src.master.instance import Instance
 from heli_identifier.online import IdentifierState, Sampled
-from heli_identifier.online.state import restored
+from heli_identifier.online import IdentifierState, thawed_state
 
 Missing = type(None)
 
@@ -22,7 +22,7 @@ def identifier_state(unit: Instance) -> IdentifierState:
     """Return what an AdaptiveIdentifier remembers; it has taken at least one sample."""
     data = _serialised(unit)
     if not unit.is_native:
-        return restored(json.loads(data)["hidden"][0][0])
+        return thawed_state(json.loads(data)["hidden"][0][0], IdentifierState)
     memory = _Bytes(data)
     memory.skip(data.index(b"\0") + 1 + 8 + 8 + 8 + 1 + 1 + 1 + 8 + 8)  # token, sum, phase, failure, two flags, times
     for variable in unit.description.modelVariables:

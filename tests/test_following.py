@@ -15,15 +15,14 @@ from heli_identifier.following import (
     HEARD,
     MODES,
     WHY,
+    CorrectorState,
     FollowSettings,
     IdentifierReport,
     Sample,
     correct,
-    frozen_state,
     parameters_in_use,
     prepare_following,
     start_correcting,
-    thawed_state,
 )
 from heli_identifier.following.baseline import Coefficients, discount, learn_coefficients
 from heli_identifier.following.blocks import (
@@ -49,6 +48,7 @@ from heli_identifier.following.observer import (
 from heli_identifier.following.prediction import compare_errors
 from heli_identifier.following.stream import is_discounted, is_doubtful, start_stream, update_stream
 from heli_identifier.following.trial import watch_change
+from heli_identifier.online import frozen_state, thawed_state
 from heli_plant.observer import Torque, observer_gains
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import start_state
@@ -336,7 +336,7 @@ def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial_and_
         now = Sample(*rows[k], float(k % 9 != 0 and k % 400 > 4))
         before, (state, output) = state, correct(state, now, IdentifierReport(), plan)
         if k % 400 == 2:
-            again = thawed_state(json.loads(json.dumps(frozen_state(before))))
+            again = thawed_state(json.loads(json.dumps(frozen_state(before))), CorrectorState)
             assert again == before and correct(again, now, IdentifierReport(), plan) == (state, output)
             modes.add(MODES[state.mode])
     assert modes >= {"following", "on trial"}

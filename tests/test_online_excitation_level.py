@@ -5,7 +5,7 @@ from math import cos, radians
 import numpy as np
 import pytest
 
-from heli_identifier.online.excitation_level import excitation_level, smallest_eigenvalue
+from heli_identifier.online.moments import excitation_level, smallest_eigenvalue
 
 
 def packed(z):

@@ -9,7 +9,7 @@ from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix
 from heli_identifier.online.instruments import References, add_signals, contradicts, evaluated, no_instruments
-from heli_identifier.online.outside import (
+from heli_identifier.online.loop import (
     FILTERS,
     UNEXPLAINED,
     add_regressors,

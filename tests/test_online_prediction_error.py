@@ -15,9 +15,9 @@ from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.adaptation import gain_matrix, initial_factor, loosen, measure
 from heli_identifier.online.axis import initial_axis
-from heli_identifier.online.early import kept_early
+from heli_identifier.online.adaptation import kept_early
 from heli_identifier.online.estimate import determined
-from heli_identifier.online.noise_model import (
+from heli_identifier.online.whitening import (
     BANDWIDTH_PRIOR,
     CORNER_PRIOR,
     Noise,

@@ -10,7 +10,7 @@ import scipy.signal
 
 import heli_identifier
 from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare, start, step
-from heli_identifier.online.candidates import Motion, candidate, candidate_value
+from heli_identifier.online.watch import Motion, candidate, candidate_value
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.moments import add_sample, moment_coefficients, no_moments
 from heli_identifier.online.score import NOTHING, projection, scores

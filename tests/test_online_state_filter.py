@@ -8,12 +8,13 @@ import scipy.linalg
 import scipy.signal
 from scipy.integrate import quad_vec
 
-from heli_identifier.online.linear_algebra import dot, matrix_exponential, total
+from heli_identifier.online.linear_algebra import dot, total
 from heli_identifier.online.state_filter import (
     discretise,
     filter_held,
     filter_lagged,
     filter_line,
+    matrix_exponential,
     second_derivative,
 )
 

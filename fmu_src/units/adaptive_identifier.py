@@ -20,8 +20,8 @@ from heli_identifier.online import (
     determined,
     is_closed,
     prepare,
-    restored,
     take_samples,
+    thawed_state,
     total,
 )
 from heli_plant.parameter_table import BY_FIELD
@@ -254,5 +254,5 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
         """Restore it from tuples or, after serialisation, from lists."""
         self.sampled = None
         if frozen is not None:
-            (state, first, before, previous), self.warned = frozen
-            self.sampled = Sampled(restored(state), first, before, tuple(previous))
+            saved, self.warned = frozen
+            self.sampled = thawed_state(saved, Sampled)

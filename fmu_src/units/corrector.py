@@ -17,11 +17,10 @@ from heli_identifier.following import (
     IdentifierReport,
     Sample,
     correct,
-    frozen_state,
     prepare_following,
     start_correcting,
-    thawed_state,
 )
+from heli_identifier.online import frozen_state, thawed_state
 from heli_plant.correction import CORRECTED
 from heli_plant.errors import ParameterError
 from heli_plant.parameter_table import PARAMETERS
@@ -216,7 +215,7 @@ taken.</p>"""
         self.state, self.reports, self.last = None, 0, None
         if frozen is not None:
             self.first, saved, self.reports, last = frozen
-            self.state = thawed_state(saved)
+            self.state = thawed_state(saved, CorrectorState)
             self.last = None if last is None else Event(*last)
 
 

@@ -27,8 +27,6 @@ from .state import (
     Event,
     IdentifierReport,
     Sample,
-    frozen_state,
-    thawed_state,
 )
 
 __all__ = [
@@ -50,12 +48,10 @@ __all__ = [
     "Sample",
     "correct",
     "follow",
-    "frozen_state",
     "parameters_in_use",
     "prepare_follower",
     "prepare_following",
     "standard_errors_in_use",
     "start_correcting",
     "start_following",
-    "thawed_state",
 ]

@@ -1,7 +1,6 @@
 """What the following twin takes in, remembers between two samples, and reports."""
 
-from functools import cache
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple
 
 from heli_plant.effects import AXES
 from heli_plant.observer import Torque
@@ -213,31 +212,3 @@ class CorrectorOutput(NamedTuple):
     suspect: int
     mode: int
     events: tuple[Event, ...]
-
-
-def frozen_state(state: Any) -> Any:
-    """Return a state as lists of numbers, which ``json.dumps`` writes and ``json.loads`` reads back bit for bit."""
-    return (
-        [frozen_state(one) for one in state] if isinstance(state, tuple | list) or hasattr(state, "_fields") else state
-    )
-
-
-def thawed_state(saved: Any, kind: Any = CorrectorState) -> Any:
-    """Return the state of type ``kind`` that :func:`frozen_state` turned into lists; its annotations are the schema."""
-    if hasattr(kind, "_fields"):
-        kinds = [_hints(kind).get(name, float) for name in kind._fields]
-    elif get_origin(kind) in (tuple, list):
-        kinds = list(get_args(kind))
-        if len(kinds) < 2 or kinds[1] is Ellipsis:
-            kinds = kinds[:1] * len(saved)
-    else:
-        return saved
-    values = [thawed_state(one, own) for one, own in zip(saved, kinds, strict=True)]
-    if hasattr(kind, "_fields"):
-        return kind(**dict(zip(kind._fields, values, strict=True)))
-    return get_origin(kind)(values)
-
-
-@cache
-def _hints(kind: Any) -> dict[str, Any]:
-    return get_type_hints(kind)

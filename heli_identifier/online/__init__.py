@@ -8,19 +8,14 @@ where a controller closes the loop. The excitation signals have a door of their 
 
 from .adaptation import adapt, gain_matrix
 from .axis import AxisState
-from .candidates import WATCHABLE, Candidate, Motion, candidate, candidate_value
 from .estimate import Estimate, ModelParameters, determined
-from .feedback import CLOSED, is_closed
-from .identifier import combinations, start, step
+from .identifier import Sampled, begin_sampling, combinations, is_due, start, step, take_sample, take_samples
 from .instruments import CONTRADICTION, GAINS
 from .linear_algebra import total
-from .noise_model import Noise
-from .outside import shares
-from .plan import Plan, prepare
+from .loop import CLOSED, is_closed, shares
 from .prediction_error import PredictorState, noise_of
-from .sampled import Sampled, begin_sampling, is_due, take_sample, take_samples
 from .score import Score
-from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, default_settings
+from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, Plan, default_settings, prepare
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -28,7 +23,17 @@ from .signals import (
     pitch_regression_free,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, Lag, before_samples, output_of, restored
+from .state import (
+    IdentifierOutput,
+    IdentifierState,
+    Lag,
+    before_samples,
+    frozen_state,
+    output_of,
+    thawed_state,
+)
+from .watch import WATCHABLE, Candidate, Motion, candidate, candidate_value
+from .whitening import Noise
 
 __all__ = [
     "ADAPTATION",
@@ -63,6 +68,7 @@ __all__ = [
     "determined",
     "elevation_regression",
     "gain_matrix",
+    "frozen_state",
     "is_closed",
     "is_due",
     "noise_of",
@@ -70,12 +76,12 @@ __all__ = [
     "pitch_regression",
     "pitch_regression_free",
     "prepare",
-    "restored",
     "shares",
     "start",
     "step",
     "take_sample",
     "take_samples",
+    "thawed_state",
     "total",
     "travel_regression",
 ]

@@ -10,10 +10,16 @@ from operator import add
 from typing import NamedTuple
 
 from .adaptation import AdaptationCoefficients, adapt, gain_matrix, initial_factor
-from .excitation_level import excitation_level
-from .moments import MomentCoefficients, Moments, add_products, add_sample, no_moments
+from .moments import (
+    MomentCoefficients,
+    Moments,
+    add_products,
+    add_sample,
+    excitation_level,
+    no_moments,
+    standard_errors,
+)
 from .score import NOTHING, Score, scores
-from .uncertainty import standard_errors
 
 
 class AxisState(NamedTuple):
@@ -70,7 +76,7 @@ def observe_products(axis: AxisState, samples: int, c: MomentCoefficients) -> Ax
 def evaluate_axis(
     axis: AxisState, combinations: tuple[tuple[float, ...], ...], alpha: float, interval: float, whitened: bool = False
 ) -> AxisState:
-    """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated anew.
+    """Return ``axis`` with standard errors of ``combinations`` of Omega, excitation and scores evaluated.
 
     The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
     ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time between samples of the moments; ``whitened`` says that

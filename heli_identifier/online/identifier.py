@@ -7,44 +7,58 @@
 Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The output for sample k uses
 nothing later than its angles. The adaptation rests for the first 10/omega_f. By then the effect of the unknown motion
 before sample 0 on the filters has faded to exp(-7).
+
+Between communication points the identifier samples at its own period, whatever step its host takes. Sample k is due at
+t_0 + k h. At a communication point t the samples that are due are taken in; one between two points has the angles of
+the straight line between them and the voltages held since the earlier one.
 """
 
 from math import cos, sin
+from typing import NamedTuple
 
 from heli_plant.motor import saturate
 
+from .adaptation import kept_early
 from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
-from .early import kept_early
-from .feedback import first_feedback, watch_error, watch_innovation
 from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references, have_moved
-from .lag import LagState, advance_lag, follow_lag, settled_lag
 from .linear_algebra import hypotenuse
+from .loop import Feedback, first_feedback, watch_error, watch_innovation, widened
 from .moments import fade
-from .outside import widened
-from .plan import Plan
 from .prediction_error import (
-    PredictorCoefficients,
+    ELEVATION,
+    ELEVATION_LAG,
+    PITCH,
+    PITCH_FREE,
+    PITCH_LAG,
+    TRAVEL,
     PredictorState,
     first_predictor,
     predict_axis,
     rest_predictor,
     with_noise,
 )
-from .prior import ELEVATION, ELEVATION_LAG, PITCH, PITCH_FREE, PITCH_LAG, TRAVEL
+from .settings import Plan
 from .signals import (
+    LagState,
     Signals,
+    advance_lag,
     advance_signals,
     elevation_regression,
+    follow_lag,
     pitch_regression,
     pitch_regression_free,
+    settled_lag,
     settled_signals,
     travel_regression,
 )
 from .state import IdentifierOutput, IdentifierState, Predictors, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
 
-_LAST_TURN = 2
-"""Step of a report interval in which the last axis is evaluated (:func:`_evaluated`)."""
+_PITCH, _ELEVATION, _TRAVEL = 0, 1, 2
+"""An axis is evaluated in that step of a report interval, so that no step pays for all three."""
+
+_EARLY = 1e-6
+"""A sample is due this fraction of its period early, because communication points k H have rounding errors."""
 
 Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """(phi, watched, y) of pitch, elevation and travel."""
@@ -79,7 +93,7 @@ def start(
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
     lag = settled_lag(signals, plan.lag) if plan.lag is not None else None
-    predictors: Predictors | None = None
+    predictors: Predictors = (None, None, None)
     if plan.predictor is not None:
         c, (first, second, third) = plan.predictor, plan.settings.noise
         of_pitch_known: tuple[float, ...] = PITCH if plan.rest_angle_is_known else PITCH_FREE
@@ -166,118 +180,79 @@ def step(
     if watch is not None:
         watch = advance_watch(watch, signals, plan.watch, plan.signals.filter)
     z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
-    axis_1, axis_2, axis_3, predictors = state.pitch, state.elevation, state.travel, state.predictors
-    loop_1, loop_2, loop_3 = state.loops
-    outside = state.references
-    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
     count = samples // every - plan.hold_samples
-    c, a, loop = plan.predictor, plan.adaptation, plan.feedback
-    if predictors is not None and c is not None:
-        p_1, p_2, p_3 = predictors
-        if count < 0:
-            predictors = rest_predictor(p_1, z_1), rest_predictor(p_2, z_2), rest_predictor(p_3, z_3)
-        else:
-            outside = have_moved(outside, references)
-            b: tuple[float, ...] = outside.b if outside.moved else ()
-            axis_1, p_1 = predict_axis(axis_1, p_1, z_1, count, c, a, b)
-            axis_2, p_2 = predict_axis(axis_2, p_2, z_2, count, c, a, b)
-            axis_3, p_3 = predict_axis(axis_3, p_3, z_3, count, c, a, b)
-            if outside.moved and count % c.outside.stride == 0:
-                kept = c.outside.kept * kept_early(count, c.outside.stride, c.sample_time)
-                outside = advance_references(outside, references, kept, c.outside)
-            if outside.moved:
-                turn, before_lag = count % plan.report_samples, 1 if plan.lag is not None else 0
-                if turn == 0:
-                    p_1 = with_instruments(axis_1, p_1, outside, before_lag, c)
-                elif turn == 1:
-                    p_2 = with_instruments(axis_2, p_2, outside, before_lag, c)
-                elif turn == _LAST_TURN:
-                    p_3 = with_instruments(axis_3, p_3, outside, 0, c)
-            predictors = p_1, p_2, p_3
-            loop_1 = watch_innovation(loop_1, axis_1.sigma, difference, count, loop)
-            loop_2 = watch_innovation(loop_2, axis_2.sigma, total, count, loop)
-            loop_3 = watch_innovation(loop_3, axis_3.sigma, difference, count, loop)
-    elif count >= 0:
-        axis_1 = adapt_axis(axis_1, z_1, count, a)
-        axis_2 = adapt_axis(axis_2, z_2, count, a)
-        axis_3 = adapt_axis(axis_3, z_3, count, a)
-        loop_1 = watch_error(loop_1, axis_1.sigma, difference, count, loop)
-        loop_2 = watch_error(loop_2, axis_2.sigma, total, count, loop)
-        loop_3 = watch_error(loop_3, axis_3.sigma, difference, count, loop)
-    if count >= 0:
-        axis_1, axis_2, axis_3 = _evaluated(axis_1, axis_2, axis_3, predictors, count, plan)
-    if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _LAST_TURN:
+    held, asked = state.references, state.references
+    if count >= 0 and plan.predictor is not None:
+        held = have_moved(held, references)
+        asked = advance_references(held, references, count, plan.predictor.sample_time, plan.predictor.outside)
+    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
+    (p_1, p_2, p_3), (loop_1, loop_2, loop_3) = state.predictors, state.loops
+    b: tuple[float, ...] = held.b if held.moved else ()
+    axis_1, p_1, loop_1 = _advance(_PITCH, state.pitch, p_1, loop_1, z_1, difference, count, b, asked, plan)
+    axis_2, p_2, loop_2 = _advance(_ELEVATION, state.elevation, p_2, loop_2, z_2, total, count, b, asked, plan)
+    axis_3, p_3, loop_3 = _advance(_TRAVEL, state.travel, p_3, loop_3, z_3, difference, count, b, asked, plan)
+    if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
         found = lag_of(axis_1, axis_2, plan.lag.time_constant)
         lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
-    voltages = signals.v_front, signals.v_rear
-    loops = loop_1, loop_2, loop_3
-    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops, outside)
+    voltages, loops, predictors = (signals.v_front, signals.v_rear), (loop_1, loop_2, loop_3), (p_1, p_2, p_3)
+    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops, asked)
     return state, output_of(state, plan)
 
 
-def with_instruments(
-    axis: AxisState, p: PredictorState, references: References, behind: int, c: PredictorCoefficients
-) -> PredictorState:
-    """Return ``p`` with what the instruments say about the gain, ``behind`` which so many parameters follow."""
-    n = len(axis.omega) - 2
-    found = evaluated(p.instruments, references, axis.omega, p.prior, n - 1 - behind, c.sample_time)
-    return p._replace(instruments=found)
-
-
-def _evaluated(
-    axis_1: AxisState,
-    axis_2: AxisState,
-    axis_3: AxisState,
-    predictors: Predictors | None,
+def _advance(
+    which: int,
+    axis: AxisState,
+    p: PredictorState | None,
+    loop: Feedback,
+    z: tuple[float, ...],
+    voltage: float,
     count: int,
+    b: tuple[float, ...],
+    references: References,
     plan: Plan,
-) -> tuple[AxisState, AxisState, AxisState]:
-    """Return the axes with their moments and, in turns, their standard errors, excitation levels and scores brought up.
-
-    One axis is evaluated per step, so that no step pays for all three.
-    """
-    averaged, predicted = plan.moment_samples, predictors is not None
-    if (count + 1) % averaged == 0:
-        kept = kept_early(count, averaged, plan.signals.sample_time) if predicted else 1.0
-        axis_1 = _observed(axis_1, averaged, kept, predicted, plan)
-        axis_2 = _observed(axis_2, averaged, kept, predicted, plan)
-        axis_3 = _observed(axis_3, averaged, kept, predicted, plan)
-    turn = count % plan.report_samples
-    if turn == 0:
-        rows = _pitch_rows(axis_1, plan)
-        axis_1 = evaluate_axis(axis_1, rows, plan.settings.forgetting, plan.moments.interval, predicted)
-        if predictors is not None:
-            errors = widened(axis_1.standard_errors, predictors[0].outside, rows)
-            axis_1 = axis_1._replace(standard_errors=errors)
-    elif turn == 1:
-        rows = _elevation_rows(axis_2, plan)
-        axis_2 = evaluate_axis(axis_2, rows, plan.settings.forgetting, plan.moments.interval, predicted)
-        if predictors is not None:
-            errors = widened(axis_2.standard_errors, predictors[1].outside, rows)
-            axis_2 = axis_2._replace(standard_errors=errors)
-    elif turn == 2:
-        axis_3 = evaluate_axis(axis_3, _BOTH, plan.settings.forgetting, plan.moments.interval, predicted)
-        if predictors is not None:
-            errors = widened(axis_3.standard_errors, predictors[2].outside, _BOTH)
-            axis_3 = axis_3._replace(standard_errors=errors)
-    return axis_1, axis_2, axis_3
-
-
-def _observed(axis: AxisState, samples: int, kept: float, predicted: bool, plan: Plan) -> AxisState:
-    """Return ``axis`` with the mean over the last ``samples`` added to its moments, of which a share is ``kept``."""
-    if kept < 1.0:
-        axis = axis._replace(moments=fade(axis.moments, kept))
-    if predicted:
-        return observe_products(axis, samples, plan.moments)
-    return observe_axis(axis, samples, plan.moments)
+) -> tuple[AxisState, PredictorState | None, Feedback]:
+    """Return one axis after a sample, with its moments and, in its turn, its standard errors, excitation and scores."""
+    c, alpha, interval = plan.predictor, plan.settings.forgetting, plan.moments.interval
+    observed, evaluating = (count + 1) % plan.moment_samples == 0, count % plan.report_samples == which
+    if p is not None and c is not None:
+        if count < 0:
+            return axis, rest_predictor(p, z), loop
+        axis, after = predict_axis(axis, p, z, count, c, plan.adaptation, b)
+        loop = watch_innovation(loop, axis.sigma, voltage, count, plan.feedback)
+        if observed:
+            kept = kept_early(count, plan.moment_samples, c.sample_time)
+            if kept < 1.0:
+                axis = axis._replace(moments=fade(axis.moments, kept))
+            axis = observe_products(axis, plan.moment_samples, plan.moments)
+        if evaluating:
+            rows = _rows(which, axis, plan)
+            axis = evaluate_axis(axis, rows, alpha, interval, True)
+            axis = axis._replace(standard_errors=widened(axis.standard_errors, after.outside, rows))
+            if references.moved:
+                gain = len(axis.omega) - (4 if plan.lag is not None and which != _TRAVEL else 3)  # k Delta, nu behind
+                found = evaluated(after.instruments, references, axis.omega, p.prior, gain, c.sample_time)
+                after = after._replace(instruments=found)
+        return axis, after, loop
+    if count >= 0:
+        axis = adapt_axis(axis, z, count, plan.adaptation)
+        loop = watch_error(loop, axis.sigma, voltage, count, plan.feedback)
+        if observed:
+            axis = observe_axis(axis, plan.moment_samples, plan.moments)
+        if evaluating:
+            axis = evaluate_axis(axis, _rows(which, axis, plan), alpha, interval)
+    return axis, p, loop
 
 
 def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
     """Return, for pitch, elevation and travel, the rows j whose j^T Omega are what is reported, to first order."""
-    return _pitch_rows(state.pitch, plan), _elevation_rows(state.elevation, plan), _BOTH
+    return (
+        _rows(_PITCH, state.pitch, plan),
+        _rows(_ELEVATION, state.elevation, plan),
+        _rows(_TRAVEL, state.travel, plan),
+    )
 
 
-def _unit_rows(n: int) -> tuple[tuple[float, ...], ...]:
+def _unit_rows(n: int) -> Rows:
     return tuple(tuple(1.0 if i == j else 0.0 for j in range(n)) for i in range(n))
 
 
@@ -287,10 +262,10 @@ _NOTHING = 1e-100
 _BOTH, _ALL_THREE, _ALL_FIVE = _unit_rows(2), _unit_rows(3), _unit_rows(5)
 
 
-def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
-    """Return the pitch's combinations; theta0 free, gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p)."""
-    rows: tuple[tuple[float, ...], ...] = _ALL_THREE
-    if not plan.rest_angle_is_known:
+def _rows(which: int, axis: AxisState, plan: Plan) -> Rows:
+    """Return the combinations of an axis: gradients of a_th = sqrt(p^2 + q^2) and theta0 = atan2(q, p) among them."""
+    rows: Rows = _BOTH if which == _TRAVEL else _ALL_FIVE if which == _ELEVATION else _ALL_THREE
+    if which == _PITCH and not plan.rest_angle_is_known:
         p, q = axis.omega[1:3]
         a = hypotenuse(p, q)
         a = a if a > _NOTHING else 1.0
@@ -300,19 +275,71 @@ def _pitch_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
-    if plan.lag is not None:
-        rows = _with_lag(rows, axis.omega[: len(rows[0]) + 1])
-    return rows
-
-
-def _elevation_rows(axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
-    """Return the elevation's combinations."""
-    return _ALL_FIVE if plan.lag is None else _with_lag(_ALL_FIVE, axis.omega[:6])
-
-
-def _with_lag(rows: tuple[tuple[float, ...], ...], omega: tuple[float, ...]) -> tuple[tuple[float, ...], ...]:
-    """Return ``rows`` for an Omega that ends with k and k Delta, and the gradient of Delta."""
-    gain, product = omega[-2], omega[-1]
+    if plan.lag is None or which == _TRAVEL:
+        return rows
+    n = len(rows[0])
+    gain, product = axis.omega[n - 1], axis.omega[n]
     gain = gain if abs(gain) > _NOTHING else 1.0
-    slope = (*([0.0] * (len(omega) - 2)), -product / (gain * gain), 1.0 / gain)
+    slope = (*([0.0] * (n - 1)), -product / (gain * gain), 1.0 / gain)
     return (*[(*row, 0.0) for row in rows], slope)
+
+
+Sample = tuple[float, float, float, float, float]
+"""Front and rear voltage [V]; pitch, elevation, travel [rad]."""
+
+
+class Sampled(NamedTuple):
+    """State of the identifier; times [s] of sample 0 and of the communication point before; what was read there."""
+
+    state: IdentifierState
+    first: float
+    before: float
+    previous: Sample
+
+
+def begin_sampling(
+    time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> Sampled:
+    """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
+    v_front, v_rear, pitch, elevation, travel = now
+    return Sampled(start(plan, v_front, v_rear, pitch, elevation, travel, references), time, time, now)
+
+
+def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
+    """Return whether a further sample is due up to ``time`` [s]."""
+    period = plan.settings.sample_time
+    return sampled.first + (sampled.state.samples + 1) * period <= time + _EARLY * period
+
+
+def take_sample(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> tuple[Sampled, IdentifierOutput]:
+    """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
+    period = plan.settings.sample_time
+    due = sampled.first + (sampled.state.samples + 1) * period
+    v_front, v_rear, pitch, elevation, travel = now
+    if due < time - _EARLY * period:
+        v_front, v_rear, pitch_0, elevation_0, travel_0 = sampled.previous
+        share = (due - sampled.before) / (time - sampled.before)
+        pitch = pitch_0 + share * (pitch - pitch_0)
+        elevation = elevation_0 + share * (elevation - elevation_0)
+        travel = travel_0 + share * (travel - travel_0)
+    state, output = step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan, references)
+    return sampled._replace(state=state), output
+
+
+def take_samples(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
+) -> tuple[Sampled, IdentifierOutput | None]:
+    """Take in the samples that are due up to ``time`` [s], at which ``now`` and the ``references`` [rad] are read.
+
+    Returns
+    -------
+    sampled : Sampled
+    output : IdentifierOutput or None
+        None if no sample was due.
+    """
+    output: IdentifierOutput | None = None
+    while is_due(sampled, time, plan):
+        sampled, output = take_sample(sampled, time, now, plan, references)
+    return sampled._replace(before=time, previous=now), output

@@ -20,7 +20,7 @@ Omega and the instruments' gain rest on the same flight, so that they differ by 
 reference but feedback.
 Sources: Soderstrom and Stoica, Instrumental Variable Methods for System Identification, 1983; Angrist, Imbens and
 Krueger, J. Applied Econometrics 14 (1999), for Pi of other samples; for the filters
-:mod:`.outside`.
+:mod:`.loop`.
 """
 
 from collections.abc import Sequence
@@ -28,8 +28,9 @@ from math import sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import dot
-from .outside import FILTERS, OutsideCoefficients, cholesky, half_solved
+from .adaptation import kept_early
+from .linear_algebra import dot, eliminated, explained, is_singular, solved
+from .loop import FILTERS, OutsideCoefficients
 
 CONTRADICTION = 2.5
 """Standard errors of the instruments beyond which they exclude an estimate: by chance in less than one of 80."""
@@ -42,9 +43,6 @@ NO_REFERENCES = (0.0, 0.0, 0.0)
 
 _SIZE = 1 + 3 * FILTERS
 """Length of b."""
-
-_LEAST_PIVOT = 1e-8
-"""Share of the square of an element of b that must remain beside the earlier ones."""
 
 
 class References(NamedTuple):
@@ -96,10 +94,13 @@ def have_moved(r: References, references: tuple[float, float, float]) -> Referen
 
 
 def advance_references(
-    r: References, references: tuple[float, float, float], kept: float, c: OutsideCoefficients
+    r: References, references: tuple[float, float, float], count: int, h: float, c: OutsideCoefficients
 ) -> References:
-    """Return ``r`` after ``c.stride`` samples over which b was held, of whose earlier products a share is ``kept``."""
-    stride, _, a, entry = c
+    """Return ``r`` after the sample numbered ``count``; with every ``c.stride``-th one b changes. ``h`` [s]."""
+    stride, forgetting, a, entry = c
+    if not r.moved or count % stride != 0:
+        return r
+    kept = forgetting * kept_early(count, stride, h)
     products = [stride * x * y for i, x in enumerate(r.b) for y in r.b[i:]]
     faded = [kept * x for x in r.products]
     b = [1.0]
@@ -151,71 +152,20 @@ def evaluated(
     for j in range(n):
         row = i.cross[j * (n + 1) : (j + 1) * (n + 1)]
         M.append([*row[:n], row[n] - dot(row[:n], omega)])
-    S = _explained(*_eliminated(i.squares, M))
+    S = explained(*eliminated(i.squares, M))
     normal, g = [], []
     for j in range(n):
         g.append(h * S[j][n])
         for k in range(j, n):
             normal.append(h * S[j][k] + (1.0 / prior[j] if j == k else 0.0))
-    first_stage = _solved(*_eliminated(r.products, [list(i.products[j * n : (j + 1) * n]) for j in range(_SIZE)]))
-    lower = cholesky(tuple(normal), n, 0)
-    if len(lower) < n:
+    first_stage = solved(*eliminated(r.products, [list(i.products[j * n : (j + 1) * n]) for j in range(_SIZE)]))
+    U, C = eliminated(normal, [[1.0 if j == index else 0.0, g[j]] for j in range(n)])
+    if is_singular(U):
         return i._replace(first_stage=first_stage)
-    unit = half_solved(lower, tuple([1.0 if j == index else 0.0 for j in range(n)]))
-    gain = omega[index] + dot(unit, half_solved(lower, tuple(g)))
-    return i._replace(first_stage=first_stage, gain=gain, standard_error=sqrt(dot(unit, unit)))
+    found = explained(U, C)
+    return i._replace(first_stage=first_stage, gain=omega[index] + found[0][1], standard_error=sqrt(found[0][0]))
 
 
 def contradicts(i: Instruments, gain: float) -> bool:
     """Return whether the instruments exclude the estimate ``gain`` [rad/s^2/V]."""
     return abs(i.gain - gain) > CONTRADICTION * i.standard_error > 0.0
-
-
-Rows = list[list[float]]
-
-
-def _eliminated(packed: tuple[float, ...], C: Rows) -> tuple[Rows, Rows]:
-    """Return (U, L^-1 C) with B = L U by elimination of a packed B; U has a row of zeros for a dependent column."""
-    size = len(C)
-    U = [[packed[j * size - j * (j - 1) // 2 + k - j] for k in range(j, size)] for j in range(size)]
-    wholes = [row[0] for row in U]
-    for j in range(size):
-        pivot = U[j][0]
-        if pivot <= _LEAST_PIVOT * wholes[j]:
-            U[j] = [0.0] * (size - j)
-            C[j] = [0.0] * len(C[j])
-            continue
-        for k in range(j + 1, size):
-            share = U[j][k - j] / pivot
-            for m in range(k, size):
-                U[k][m - k] -= share * U[j][m - j]
-            for m in range(len(C[k])):
-                C[k][m] -= share * C[j][m]
-    return U, C
-
-
-def _explained(U: Rows, C: Rows) -> Rows:
-    """Return C^T B^-1 C from the eliminated (U, C)."""
-    columns = len(C[0])
-    S = [[0.0] * columns for _ in range(columns)]
-    for row, own in zip(U, C, strict=True):
-        if row[0] > 0.0:
-            for k in range(columns):
-                for m in range(columns):
-                    S[k][m] += own[k] * own[m] / row[0]
-    return S
-
-
-def _solved(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
-    """Return the columns of B^-1 C from the eliminated (U, C); what a dependent column would say is 0."""
-    columns = []
-    for k in range(len(C[0])):
-        x = [0.0] * len(U)
-        for j in range(len(U) - 1, -1, -1):
-            if U[j][0] > 0.0:
-                left = C[j][k]
-                for m in range(j + 1, len(U)):
-                    left -= U[j][m - j] * x[m]
-                x[j] = left / U[j][0]
-        columns.append(tuple(x))
-    return tuple(columns)

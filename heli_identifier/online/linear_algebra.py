@@ -1,25 +1,19 @@
-"""Sums, packed symmetric matrices and the exponential of a small matrix; standard library only.
+"""Sums, packed symmetric matrices and one elimination; standard library only.
 
 A symmetric matrix A of n rows is packed as its upper triangle by rows, [A_00, A_01, .., A_11, A_12, ..], so that
-u^T A v is an inner product of that triangle with :func:`bilinear_form`.
-
-The matrix exponential is computed by scaling, a Taylor sum and squaring (Moler and Van Loan, Nineteen dubious ways to
-compute the exponential of a matrix, SIAM Review 45 (2003), method 3):
-
-    exp(M) = (exp(M / 2^s))^(2^s),   s such that the largest row sum of abs(M / 2^s) is at most 1/2.
-
-With 14 Taylor terms the remainder is below .5^15 / 15! = 2e-17, less than rounding. The matrices here have four rows
-and norms below 10.
+u^T A v is an inner product of that triangle with :func:`bilinear_form`. Positive semidefinite ones are factored as
+B = L U, U = D L^T, without pivoting; rows of U that depend on earlier ones are zero.
 """
 
 from collections.abc import Iterable, Sequence
 from functools import lru_cache, reduce
-from math import ceil, log2, sqrt
+from math import sqrt
 from operator import add, mul
 
-Matrix = list[list[float]]
+Rows = list[list[float]]
 
-_TERMS = 14
+_LEAST_PIVOT = 1e-10
+"""Share of a diagonal element of B that must remain beside the earlier columns."""
 
 
 def total(values: Iterable[float]) -> float:
@@ -57,23 +51,53 @@ def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
     return [u[i] * v[j] + u[j] * v[i] if j > i else u[i] * v[i] for i in range(size) for j in range(i, size)]
 
 
-def _product(a: Matrix, b: Matrix) -> Matrix:
-    columns = list(zip(*b, strict=True))
-    return [[dot(row, column) for column in columns] for row in a]
+def eliminated(packed: Sequence[float], C: Rows) -> tuple[Rows, Rows]:
+    """Return (U, L^-1 C) of a packed B = L U; row j of U begins at its diagonal element, which is 0 where it depends."""
+    size = len(C)
+    U = [[packed[j * size - j * (j - 1) // 2 + k - j] for k in range(j, size)] for j in range(size)]
+    wholes = [row[0] for row in U]
+    for j in range(size):
+        pivot = U[j][0]
+        if pivot <= _LEAST_PIVOT * wholes[j]:
+            U[j] = [0.0] * (size - j)
+            C[j] = [0.0] * len(C[j])
+            continue
+        for k in range(j + 1, size):
+            share = U[j][k - j] / pivot
+            for m in range(k, size):
+                U[k][m - k] -= share * U[j][m - j]
+            for m in range(len(C[k])):
+                C[k][m] -= share * C[j][m]
+    return U, C
 
 
-def matrix_exponential(m: Matrix) -> Matrix:
-    """Return exp(``m``) of a square matrix given by rows."""
-    size = len(m)
-    norm = max(total([abs(x) for x in row]) for row in m)
-    squarings = max(0, ceil(log2(2.0 * norm))) if norm > 0.0 else 0
-    scaled = [[x / 2.0**squarings for x in row] for row in m]
-    identity = [[1.0 if i == j else 0.0 for j in range(size)] for i in range(size)]
-    # Horner's scheme: I + M (I + M/2 (I + M/3 (...))).
-    result = identity
-    for term in range(_TERMS, 0, -1):
-        product = _product(scaled, result)
-        result = [[identity[i][j] + product[i][j] / term for j in range(size)] for i in range(size)]
-    for _ in range(squarings):
-        result = _product(result, result)
-    return result
+def is_singular(U: Rows) -> bool:
+    """Return whether a column of the eliminated matrix depends on earlier ones."""
+    return min([row[0] for row in U]) <= 0.0
+
+
+def explained(U: Rows, C: Rows) -> Rows:
+    """Return C^T B^-1 C, shape (columns, columns), from the eliminated (U, L^-1 C); dependent columns are left out."""
+    columns = len(C[0])
+    S = [[0.0] * columns for _ in range(columns)]
+    for row, own in zip(U, C, strict=True):
+        if row[0] > 0.0:
+            for k in range(columns):
+                for m in range(columns):
+                    S[k][m] += own[k] * own[m] / row[0]
+    return S
+
+
+def solved(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
+    """Return the columns of B^-1 C from the eliminated (U, L^-1 C); 0 in the place of a dependent column."""
+    columns = []
+    for k in range(len(C[0])):
+        x = [0.0] * len(U)
+        for j in range(len(U) - 1, -1, -1):
+            if U[j][0] > 0.0:
+                left = C[j][k]
+                for m in range(j + 1, len(U)):
+                    left -= U[j][m - j] * x[m]
+                x[j] = left / U[j][0]
+        columns.append(tuple(x))
+    return tuple(columns)

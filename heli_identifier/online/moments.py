@@ -2,18 +2,46 @@
 
 With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
 mean of z over .2/omega_f (:mod:`.axis` says why). From the blocks alone follow, for any Omega, the sums of
-phi (y - phi^T Omega) over each of them, and so the variance of the estimate under autocorrelated residuals
-(:mod:`.uncertainty`).
+phi (y - phi^T Omega) over each of them, and so the variance of the estimate under autocorrelated residuals.
 
 The number of blocks stays between half of ``CAPACITY`` and ``CAPACITY``: when it is full, neighbours are merged and
 blocks become twice as long, until all of them together span the memory of the forgetting. From then on the oldest
 block is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48 (2000)).
 
 One exponentially weighted mean of z z^T is kept as well: the window of the excitation level.
+
+**Standard errors.** At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples. To first order
+Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
+
+    var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b
+
+with beta_b = exp(-alpha age). The second sum (Bartlett weights, twice one half) accounts for correlation across the
+border of two blocks; the two sums together cannot be negative. The only assumption about the residual is that its
+correlation fades within about two blocks, which grow with the record.
+
+Since Omega was fitted to the same data, the sum is short by a share that grows with the number of parameters n per
+independent block; a factor B / (B - 1.5 n) corrects it, B the effective number of blocks, (sum beta)^2 / sum beta^2,
+and 1.5 from the overlap. Until B exceeds 1.5 n + 4 the residual cannot be estimated: its intensity is then taken as
+1 (rad/s^2)^2 s, far above any rig's, and the standard error as sqrt(j^T Gamma j).
+
+Where the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is the covariance, and the larger of both
+standard errors is taken. On a rig with an effect that the model lacks the residual is not white; that from the blocks
+has to hold alone there, and keeps the factor.
+
+A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
+Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
+
+**Excitation level:** the smallest eigenvalue of the scaled Gram matrix of an axis' regressors. G is the mean of phi phi^T over an exponential window. With S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2)) the level is
+the smallest eigenvalue of S, a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are
+mutually orthogonal, 0 when one of them is a linear combination of others, or is silent (below f). Persistent
+excitation requires a level above zero: at level 0 some combination of the parameters cannot be seen in the data.
 """
 
-from math import exp, inf
+from collections.abc import Sequence
+from math import exp, inf, sqrt
 from typing import NamedTuple
+
+from .linear_algebra import bilinear_form, dot, hypotenuse, total
 
 CAPACITY = 32
 """Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
@@ -38,7 +66,7 @@ class Moments(NamedTuple):
 
     ``filled`` of ``length`` samples are in the block ``current``; ``blocks`` are the complete ones, oldest first;
     ``window`` is the exponentially weighted mean. Of what went into ``blocks``, a share was forgotten early
-    (:mod:`.early`); they are stored divided by ``kept``, what has been left of the first sample, so that forgetting
+    (:func:`.adaptation.kept_early`); they are stored divided by ``kept``, what has been left of the first sample, so that forgetting
     changes one number and not all of them.
     """
 
@@ -110,3 +138,129 @@ def weighted_blocks(m: Moments, alpha: float, interval: float) -> tuple[list[flo
     if m.filled:
         weights.append(exp(-0.5 * alpha * unfinished))
     return weights, blocks
+
+
+OVERLAP = 1.5
+"""Degrees of freedom, in blocks, that a parameter takes when neighbouring blocks are evaluated in pairs."""
+
+LEAST_FREEDOM = 4.0
+"""Degrees of freedom below which the residual is not estimated."""
+
+
+def freedom(weights: list[float], parameters: int, overlap: float = OVERLAP) -> float:
+    """Return B - 1.5 n, the degrees of freedom left after fitting ``parameters``; negative with too few blocks.
+
+    ``overlap`` is the 1.5.
+    """
+    whole, squares = total(weights), dot(weights, weights)
+    return (whole * whole / squares if squares > 0.0 else 0.0) - overlap * parameters
+
+
+def variance_of_sum(terms: list[float]) -> float:
+    """Return the variance of the sum of ``terms`` under correlation between neighbours."""
+    return max(0.0, dot(terms, terms) + dot(terms[1:], terms))
+
+
+def standard_errors(
+    m: Moments,
+    gain: list[list[float]],
+    omega: tuple[float, ...],
+    combinations: tuple[tuple[float, ...], ...],
+    alpha: float,
+    interval: float,
+    whitened: bool = False,
+) -> tuple[float, ...]:
+    """Return the standard error of each combination j^T Omega.
+
+    Parameters
+    ----------
+    m : Moments
+        Of z = (phi, candidates, y).
+    gain : list of lists, shape (n, n)
+        Gamma.
+    omega : tuple, length n
+    combinations : tuple of tuples, each of length n
+        The rows j.
+    alpha : float
+        Forgetting [1/s].
+    interval : float
+        Time [s] that each sample in ``m`` stands for.
+    whitened : bool
+        Whether the residual is white with intensity 1, so that Gamma is the covariance: the larger of both is taken.
+    """
+    n = len(omega)
+    directions = [[dot(j, column) for column in gain] for j in combinations]
+    weights, blocks = weighted_blocks(m, alpha, interval)
+    left = freedom(weights, n)
+    certain = tuple([sqrt(dot(d, j)) for d, j in zip(directions, combinations, strict=True)])
+    if left < LEAST_FREEDOM:
+        return certain
+    correction = 1.0 + OVERLAP * n / left
+    candidates = _size(len(m.current)) - n - 1
+    residual = (*(-x for x in omega), *([0.0] * candidates), 1.0)
+    errors = []
+    for direction in directions:
+        form = bilinear_form((*direction, *([0.0] * (candidates + 1))), residual)
+        terms = [weight * interval * dot(form, block) for weight, block in zip(weights, blocks, strict=True)]
+        errors.append(sqrt(correction * variance_of_sum(terms)))
+    return tuple(map(max, errors, certain)) if whitened else tuple(errors)
+
+
+def _size(packed: int) -> int:
+    """Rows of a symmetric matrix whose packed triangle has ``packed`` elements."""
+    return round((sqrt(8.0 * packed + 1.0) - 1.0) / 2.0)
+
+
+_SILENCE = 1e-2
+"""f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise after F is 1e-4 rad/s."""
+
+_SWEEPS = 12
+"""Cyclic Jacobi converges quadratically; five rows need four or five sweeps."""
+
+_CONVERGED = 1e-14
+"""Off-diagonal norm at which an eigenvalue of a matrix of unit diagonal is known to rounding."""
+
+
+def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
+    """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
+    rows = [[0.0] * parameters for _ in range(parameters)]
+    k = 0
+    for i in range(size):
+        for j in range(i, size):
+            if j < parameters:
+                rows[i][j] = rows[j][i] = window[k]
+            k += 1
+    scale = [1.0 / sqrt(rows[i][i] + _SILENCE * _SILENCE) for i in range(parameters)]
+    scaled = [[rows[i][j] * scale[i] * scale[j] for j in range(parameters)] for i in range(parameters)]
+    return max(0.0, smallest_eigenvalue(scaled))
+
+
+def smallest_eigenvalue(a: list[list[float]]) -> float:
+    """Return the smallest eigenvalue of a symmetric matrix, which is overwritten.
+
+    Cyclic Jacobi rotations: Golub and Van Loan, Matrix Computations, 4th ed., section 8.5.
+    """
+    n = len(a)
+    for _ in range(_SWEEPS):
+        if sqrt(total([a[i][j] * a[i][j] for i in range(n) for j in range(i)])) < _CONVERGED:
+            break
+        for p in range(n - 1):
+            for q in range(p + 1, n):
+                _rotate(a, p, q)
+    return min(a[i][i] for i in range(n))
+
+
+def _rotate(a, p, q):
+    """Annihilate a[p][q] by a rotation in the plane of p and q."""
+    if a[p][q] == 0.0:
+        return
+    tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
+    t = 1.0 / (tau + hypotenuse(1.0, tau)) if tau >= 0.0 else 1.0 / (tau - hypotenuse(1.0, tau))
+    c = 1.0 / hypotenuse(1.0, t)
+    s = t * c
+    for row in a:
+        x, y = row[p], row[q]
+        row[p], row[q] = c * x - s * y, s * x + c * y
+    row_p, row_q = a[p], a[q]
+    a[p] = [c * x - s * y for x, y in zip(row_p, row_q, strict=True)]
+    a[q] = [s * x + c * y for x, y in zip(row_p, row_q, strict=True)]

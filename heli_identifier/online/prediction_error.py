@@ -3,7 +3,7 @@
 Least squares (7) is consistent where its error sigma is independent of the regressors phi. Under a controller it is
 not: a torque moves the rig, the controller answers through the voltages, and phi^T Omega explains the torque by them.
 Innovations do not have this fault. e_k = G sigma (:mod:`.whitening`) is what no earlier sample can tell, and a
-controller knows none but earlier samples. With z = G (phi, y) and the noise model (:mod:`.noise_model`) estimated
+controller knows none but earlier samples. With z = G (phi, y) and the noise model (:mod:`.whitening`) estimated
 along, the recursive Gauss-Newton step on the sum of e^2 / lambda is adaptation (7) with other regressors,
 
     e   = z_y - z_phi^T Omega
@@ -15,33 +15,56 @@ that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is th
 and psi is z_phi without it: what was known before the sample. Without this, the damping of an elevation comes out
 wrong by .05 to .1 1/s. The noise model's nu stands behind Omega, with -d and -g behind psi. Divided by
 sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. The first seconds are forgotten
-(:mod:`.early`).
+(:func:`.adaptation.kept_early`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
+
+**Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that Gamma(0)
+can say what can be built on a bench, and never needs to be 1e3. The widths are those of the tracer. Without them the
+first seconds of a flight in wind give a pitch that falls over (a_th < 0) with five times the damping of any rig, and
+the noise model follows.
 """
 
 from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, loosen, measure, measure_one
+from .adaptation import AdaptationCoefficients, kept_early, loosen, measure, measure_one
 from .axis import AxisState
-from .early import kept_early
 from .instruments import Instruments, add_signals, no_instruments
+from .loop import Outside, OutsideCoefficients, add_regressors, nothing_outside
 from .moments import no_moments
-from .noise_model import (
+from .whitening import (
     BANDWIDTH_PRIOR,
     CORNER_PRIOR,
+    Memory,
     Noise,
     NoiseCoefficients,
     NoiseModel,
+    Whitening,
     bandwidth_slope,
     bounded,
     first_noise,
     remember,
+    settled_memory,
+    whiten,
+    whitening,
 )
-from .outside import Outside, OutsideCoefficients, add_regressors, nothing_outside
-from .whitening import Memory, Whitening, settled_memory, whiten, whitening
+
+PITCH, PITCH_FREE = (0.5, 4.0, 1.2), (0.5, 4.0, 2.0, 1.2)
+"""Standard deviations of Omega of the pitch, theta0 known or not: a motion does not die out much faster than in a
+second [1/s]; g d / l^2 with the mass within 2 cm of its axis [1/s^2]; with theta0 within .5 rad; a gain [rad/s^2/V]
+of twice that of a full thrust of 3 rad/s^2 at 5 V."""
+
+ELEVATION = (0.5, 4.0, 3.0, 0.5, 0.4)
+"""The same of the elevation: its period is longer than 3 s [1/s^2]; the weight that the counterweight leaves
+[rad/s^2]; a_lt [1]; full thrust of 1 rad/s^2."""
+
+TRAVEL = (0.5, 0.4)
+"""The same of the travel."""
+
+PITCH_LAG, ELEVATION_LAG = 0.03, 0.008
+"""The same of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of what is given, times usual gains."""
 
 
 class PredictorCoefficients(NamedTuple):
@@ -86,7 +109,7 @@ class PredictorState(NamedTuple):
 def with_noise(axis: AxisState, noise: Noise, widths: tuple[float, ...], c: PredictorCoefficients) -> AxisState:
     """Return ``axis`` before its first sample, with nu, beginning at ``noise``, appended to Omega and Gamma.
 
-    ``widths`` are the standard deviations of Omega beforehand (:mod:`.prior`), where Gamma(0) says no smaller ones.
+    ``widths`` are the standard deviations of Omega beforehand, where Gamma(0) says no smaller ones.
     """
     n = len(axis.omega)
     before = list(axis.factor)
@@ -169,9 +192,9 @@ def predict_axis(
     d, g = 0.0, 0.0
     if past.seen >= bounds.rest:
         d = bandwidth_slope(past, w)
-        g = before[-1][5]
+        g = before[-1].corner_slope
         for i in range(n):
-            g -= before[i][5] * omega[i]
+            g -= before[i].corner_slope * omega[i]
     # The regressand: psi^T Omega, which is z_y short of c times the angle's innovation, and e as it is with nu = 0.
     known = regressand + e - c.newest * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner

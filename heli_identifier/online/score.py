@@ -5,7 +5,7 @@ From the block sums of z z^T, z = (phi, candidates, y) (:mod:`.moments`), weight
     g_p   = g - phi^T b           the candidate's regressor with the base regressors projected out
     e     = y - phi^T Omega       the residual of the base regression, by least squares as well
     c     = <g_p, e> / <g_p, g_p>
-    score = c / standard error    the error from the blocks' sums of g_p (e - c g_p), as in :mod:`.uncertainty`
+    score = c / standard error    the error from the blocks' sums of g_p (e - c g_p), as in :mod:`.moments`
 
 c is the coefficient of a regression on phi and g together (Frisch and Waugh 1933, Lovell 1963). The score allows for
 autocorrelated residuals and has the sign of c. Where the effect is absent, it follows roughly a t distribution with ten
@@ -25,15 +25,10 @@ e_b the square of g_p in block b.
 from math import sqrt
 from typing import NamedTuple
 
-from .linear_algebra import bilinear_form, dot, row_indices, total
-from .moments import Moments, weighted_blocks
-from .uncertainty import LEAST_FREEDOM, OVERLAP, freedom, variance_of_sum
+from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, solved, total
+from .moments import LEAST_FREEDOM, OVERLAP, Moments, freedom, variance_of_sum, weighted_blocks
 
 _LEAST_VISIBILITY = 0.01
-
-_LEAST_PIVOT = 1e-10
-"""Share of a base regressor's square that must remain after projecting out the others; with less no score is given."""
-
 
 class Score(NamedTuple):
     """Score [1], coefficient c (unit of the effect's) and visibility [1] of one watched effect."""
@@ -50,27 +45,14 @@ NOTHING = Score(0.0, 0.0, 0.0)
 def projection(moments: list[float], size: int, n: int, column: int) -> list[float] | None:
     """Return signal ``column`` with the first ``n`` signals projected out, by its coefficients on z, shape (size,).
 
-    The normal equations of the packed ``moments``, the sums of z z^T, are solved by Cholesky factorisation. The result
-    is None where the ``n`` signals are nearly linearly dependent.
+    ``moments`` are the packed sums of z z^T. The result is None where the ``n`` signals are nearly linearly dependent.
     """
     rows = row_indices(size)
-    lower: list[list[float]] = []
-    for i in range(n):
-        row = [moments[rows[i][j]] for j in range(i + 1)]
-        for j in range(i):
-            row[j] = (row[j] - dot(row[:j], lower[j])) / lower[j][j]
-        pivot = row[i] - dot(row[:i], row[:i])
-        if pivot <= _LEAST_PIVOT * row[i]:
-            return None
-        row[i] = sqrt(pivot)
-        lower.append(row)
-    solution: list[float] = []
-    for i in range(n):
-        solution.append((moments[rows[i][column]] - dot(lower[i][:i], solution)) / lower[i][i])
-    for i in reversed(range(n)):
-        above = total([lower[j][i] * solution[j] for j in range(i + 1, n)])
-        solution[i] = (solution[i] - above) / lower[i][i]
-    left = [-x for x in solution] + [0.0] * (size - n)
+    packed = [moments[rows[i][j]] for i in range(n) for j in range(i, n)]
+    U, C = eliminated(packed, [[moments[rows[i][column]]] for i in range(n)])
+    if is_singular(U):
+        return None
+    left = [-x for x in solved(U, C)[0]] + [0.0] * (size - n)
     left[column] = 1.0
     return left
 

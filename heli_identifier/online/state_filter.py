@@ -24,11 +24,18 @@ filtered signal so carries the same small factor 1 + h^2 s^2/12 and the model's 
 the last line above also takes u itself, at the sample, where the line is exact. Unless u is given the same factor,
 the error is (h^2/12) (omega_f^2 + 2 rho omega_f s) s^2 F u, which reads as damping: -.08 % of a_wz at h = .01 s,
 omega_f = 1. :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_(k-2)) / 12.
+
+The matrix exponential is computed by scaling, a Taylor sum and squaring (Moler and Van Loan, Nineteen dubious ways to
+compute the exponential of a matrix, SIAM Review 45 (2003), method 3): exp(M) = (exp(M / 2^s))^(2^s), s such that the
+largest row sum of abs(M / 2^s) is at most 1/2. The remainder of 14 terms is below .5^15 / 15! = 2e-17.
 """
 
+from math import ceil, log2
 from typing import NamedTuple
 
-from .linear_algebra import matrix_exponential
+from .linear_algebra import Rows, dot, total
+
+_TERMS = 14
 
 
 class FilterCoefficients(NamedTuple):
@@ -132,3 +139,25 @@ def second_derivative(xi, u, u_1, u_2, f):
     xi_1, xi_2 = xi
     as_seen_by_filter = u + (u - 2.0 * u_1 + u_2) / 12.0
     return f.omega_squared * (as_seen_by_filter - xi_1) - f.two_rho_omega * xi_2
+
+
+def _product(a: Rows, b: Rows) -> Rows:
+    columns = list(zip(*b, strict=True))
+    return [[dot(row, column) for column in columns] for row in a]
+
+
+def matrix_exponential(m: Rows) -> Rows:
+    """Return exp(``m``) of a square matrix given by rows."""
+    size = len(m)
+    norm = max(total([abs(x) for x in row]) for row in m)
+    squarings = max(0, ceil(log2(2.0 * norm))) if norm > 0.0 else 0
+    scaled = [[x / 2.0**squarings for x in row] for row in m]
+    identity = [[1.0 if i == j else 0.0 for j in range(size)] for i in range(size)]
+    # Horner's scheme: I + M (I + M/2 (I + M/3 (...))).
+    result = identity
+    for term in range(_TERMS, 0, -1):
+        product = _product(scaled, result)
+        result = [[identity[i][j] + product[i][j] / term for j in range(size)] for i in range(size)]
+    for _ in range(squarings):
+        result = _product(result, result)
+    return result

@@ -6,7 +6,7 @@ log twice. The first pass finds the noise model and the motors' lag, which are t
 second begins with them. Nothing is counted twice: Gamma(0) is the same in both. References of a log are instruments.
 
 Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
-each axis (:mod:`heli_identifier.online.feedback`), roughly normal in open loop. With n logs the loop is closed if one
+each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is closed if one
 of the 3 n scores is beyond the quantile that all of them together exceed in 1 % of the cases, or if on one axis the sum
 of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices: least squares would be wrong on it.
 
@@ -169,7 +169,7 @@ class Identification(Tabular):
     ----------
     histories : tuple of EstimateHistory
         Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the
-        fields of :class:`heli_identifier.online.parameters.ModelParameters`.
+        fields of :class:`heli_identifier.online.ModelParameters`.
     together : Together
         All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``.
     parameters : ParameterSet
@@ -447,7 +447,7 @@ def combined(histories: Sequence[EstimateHistory]) -> Together:
     (Birge, Physical Review 40 (1932)) where that exceeds 1: the logs then scatter by more than their own standard
     errors allow.
     """
-    if histories[0].state.predictors is not None:
+    if histories[0].state.predictors[0] is not None:
         flights = [(history.state, history.plan) for history in histories]
         estimates, ratios = joint(flights)
         return Together(estimates, (*_scatter(ratios), *contradictions(estimates, flights)))

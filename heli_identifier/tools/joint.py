@@ -9,7 +9,7 @@ from log to log,
     Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
 
 The variance of a combination j^T Omega is j^T H^-1 j, over the share of it that came from outside the loops of all logs
-(:mod:`heli_identifier.online.outside`), times the square of the Birge ratio (Birge, Physical Review 40 (1932)) where
+(:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932)) where
 that exceeds 1: the logs then scatter beyond their errors. A single log keeps the standard errors that it has.
 """
 
@@ -133,8 +133,9 @@ def _prior(state: IdentifierState, axis: int) -> tuple[tuple[float, ...], tuple[
 
 
 def _predictor(state: IdentifierState, axis: int) -> PredictorState:
-    assert state.predictors is not None
-    return state.predictors[axis]
+    found = state.predictors[axis]
+    assert found is not None
+    return found
 
 
 def _errors(flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: Array) -> tuple[Array, Array]:

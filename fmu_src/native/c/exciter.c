@@ -23,13 +23,13 @@ struct Model {
 static double at(const Signal *signal, double time)
 {
     if (signal->square.some)
-        return paper_SquareChirp_at(&signal->square.value, time);
-    return signal->tones.count > 0 ? multisine_multisine_value(signal->rms, signal->tones, time) : 0.0;
+        return excitation_SquareChirp_at(&signal->square.value, time);
+    return signal->tones.count > 0 ? excitation_multisine_value(signal->rms, signal->tones, time) : 0.0;
 }
 
 static void show(const Model *model, Unit *unit, double time)
 {
-    const Row2 voltages = voltages_combined(
+    const Row2 voltages = excitation_combined(
         model->base, at(&model->difference, time), at(&model->total, time), model->limit);
     unit->values[REF_v_front].real = voltages.x0;
     unit->values[REF_v_rear].real = voltages.x1;
@@ -41,9 +41,9 @@ static Signal multisine(Unit *unit, double rms, int64_t seed)
     const double lowest = values[REF_multisine_lowest].real, highest = values[REF_multisine_highest].real;
     const double period = values[REF_multisine_period].real;
     const int64_t tones = (int64_t)values[REF_multisine_tones].real;
-    multisine_check_multisine(&unit->settled, rms, lowest, highest, tones, period, DRAWS);
+    excitation_check_multisine(&unit->settled, rms, lowest, highest, tones, period, DRAWS);
     return (Signal){
-        .tones = multisine_multisine_components(&unit->settled, lowest, highest, tones, period, seed, DRAWS),
+        .tones = excitation_multisine_components(&unit->settled, lowest, highest, tones, period, seed, DRAWS),
         .rms = rms};
 }
 
@@ -56,7 +56,7 @@ static void initialise(Model *model, Unit *unit)
     model->limit = values[REF_excitation_limit].real;
     model->difference = model->total = (Signal){0};
     if (experiment == EXPERIMENT_1 || experiment == EXPERIMENT_2) {
-        const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = paper_paper_channels(
+        const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = excitation_paper_channels(
             &unit->settled, experiment, channel);
         model->difference.square = paper.x0;
         model->total.square = paper.x1;
@@ -69,7 +69,7 @@ static void initialise(Model *model, Unit *unit)
         if (strcmp(channel, "difference") != 0)
             model->total = total;
     }
-    voltages_check_bounds(&unit->settled, model->base, model->limit);
+    excitation_check_bounds(&unit->settled, model->base, model->limit);
     show(model, unit, 0.0);
 }
 

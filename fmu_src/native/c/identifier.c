@@ -78,7 +78,7 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
     const double sigma[AXES] = {output->sigma.x0, output->sigma.x1, output->sigma.x2};
     const double feedback[AXES] = {output->feedback.x0, output->feedback.x1, output->feedback.x2};
     const double excitation[AXES] = {output->excitation.x0, output->excitation.x1, output->excitation.x2};
-    const bool closed = feedback_is_closed(output->feedback);
+    const bool closed = loop_is_closed(output->feedback);
     int64_t next = 0;
     for (int axis = 0; axis < AXES; axis++) {
         unit->values[REF_sigma_pitch + axis].real = sigma[axis];
@@ -121,7 +121,7 @@ static void initialise(Model *model, Unit *unit)
     for (int axis = 0; axis < AXES; axis++)
         model->watched[axis] = watched_on(unit, axis, &settings.watched);
     settings_IdentifierSettings__post_init(&unit->settled, &settings);
-    model->plan = plan_prepare(&unit->settled, &settings);
+    model->plan = settings_prepare(&unit->settled, &settings);
     model->sampling = model->warned = false;
     const IdentifierOutput first = state_before_samples(&model->plan);
     show(model, unit, &first);
@@ -137,7 +137,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
         values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
     (void)step;
     if (!model->sampling) {
-        model->sampled = sampled_begin_sampling(&unit->space, time, now, &model->plan, references);
+        model->sampled = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
         model->sampling = true;
         return;
     }
@@ -151,14 +151,14 @@ static void advance(Model *model, Unit *unit, double time, double step)
             (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
     Row_Sampled_IdentifierOutput next = {.x0 = model->sampled};
     bool taken = false;
-    for (; sampled_is_due(&next.x0, time, &model->plan); taken = true) {
+    for (; identifier_is_due(&next.x0, time, &model->plan); taken = true) {
         if (taken && unit_is_untidy(unit)) {
             unit_keep(unit);
             model->sampled = next.x0;
             unit_tidy(unit);
             next.x0 = model->sampled;
         }
-        next = sampled_take_sample(&unit->space, &next.x0, time, now, &model->plan, references);
+        next = identifier_take_sample(&unit->space, &next.x0, time, now, &model->plan, references);
     }
     if (taken) {
         const double *estimates = &next.x1.parameters.a_wx;

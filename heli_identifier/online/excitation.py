@@ -1,0 +1,346 @@
+"""Test signals for identification, as pure functions of time; standard library only, since FMUs carry it.
+
+One signal on the difference of both rotor voltages and one on their sum, v_0 the base voltage of each rotor [V]:
+
+    v_f - v_r = u_d(t)              the difference mu_d drives the pitch, eq. (2)
+    v_f + v_r = 2 v_0 + u_s(t)      the sum mu_s drives elevation and travel, eqs (10), (12)
+
+Both voltages are clipped to the amplifier's limit, as the plant's are. A state of a simulation is restored by its time.
+
+**The paper's signal** is a square wave plus a repeated linear chirp,
+
+    u(t) = square(t) + A sin(2 pi (f_0 s + (f_1 - f_0) s^2 / (2 T_c))),    s = t mod T_c
+
+``square`` is ``high`` over the first half of each period T and ``low`` over the second [V]. The paper (section on
+the experiments) takes the levels .25 and 1 V with T = 20 s and a chirp of A = .2 V from f_0 = 2 Hz down to f_1 = .5 Hz,
+repeated every T_c = 10 s; experiment 2 doubles both periods. Over a whole T_c the chirp runs through 12.5 (25) cycles,
+so it meets itself at zero. The paper drives the pitch through v_f - v_r, doubles the voltages for elevation and travel,
+which depend on v_f + v_r only, and excites one axis at a time. ``both`` drives all axes at once. The periods on the
+difference are then .77 times those on the sum: two squares that switch together would make mu_s and mu_d, and with them
+the regressors of the axes, nearly the same function.
+
+**The multisine** has equal tones, log-spaced, on the harmonics of one period, and random phases:
+
+    u(t) = rms sqrt(2 / N) sum_i sin(2 pi f_i t + phi_i)
+
+The tones f_i [Hz] are ``tones`` log-spaced frequencies between ``lowest`` and ``highest``, each moved to the nearest
+harmonic of 1/``period``, duplicates dropped (N <= ``tones``). The phases are uniform draws of ``random.Random(seed)``;
+of ``draws`` drawn sets the one of least crest factor is kept.
+Source: Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3.
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import exp, inf, log, pi, sin, sqrt
+from random import Random
+from typing import Literal, Protocol
+
+from heli_plant.motor import saturate
+
+from ..errors import ConfigurationError, require_positive, require_range
+
+Channel = Literal["difference", "total", "both"]
+
+_DETUNING = 0.77
+"""Period of the difference over that of the sum when both are driven; not a ratio of small integers."""
+
+_EDGE = 1e-9
+"""Fraction of a period by which an edge comes early: sample times k h are rounded, and an edge on one is taken."""
+
+_POINTS_PER_CYCLE = 8
+"""Points per cycle of the highest tone on which the peak is searched: it is found to 4 % or better."""
+
+
+class Signal(Protocol):
+    """A pure function of time."""
+
+    def at(self, t: float) -> float:
+        """Value [V] at time ``t`` [s]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """What drives both rotors.
+
+    Parameters
+    ----------
+    base : float
+        Voltage v_0 of each rotor [V].
+    difference : Signal or None
+        u_d on v_f - v_r [V]; none for no excitation of the pitch.
+    total : Signal or None
+        u_s on v_f + v_r [V]; none for no excitation of elevation and travel.
+    limit : float
+        Bound of each voltage [V].
+
+    Raises
+    ------
+    ConfigurationError
+        The base is not finite or beyond the limit, or the limit is not positive.
+    """
+
+    base: float = 1.0
+    difference: Signal | None = None
+    total: Signal | None = None
+    limit: float = 5.0
+
+    def __post_init__(self) -> None:
+        check_bounds(self.base, self.limit)
+
+
+def check_bounds(base: float, limit: float) -> None:
+    """Raise ConfigurationError unless ``base`` [V] lies within plus or minus ``limit`` [V], which is positive."""
+    require_positive("excitation.limit", limit, "V")
+    require_range("excitation.base", base, "V", -limit, limit)
+
+
+def voltages(t: float, excitation: Excitation) -> tuple[float, float]:
+    """Return (v_front, v_rear) [V] at time ``t`` [s]."""
+    difference = excitation.difference.at(t) if excitation.difference is not None else 0.0
+    total = excitation.total.at(t) if excitation.total is not None else 0.0
+    return combined(excitation.base, difference, total, excitation.limit)
+
+
+def combined(base: float, difference: float, total: float, limit: float) -> tuple[float, float]:
+    """Return (v_front, v_rear) [V] from the base voltage and the signals u_d and u_s [V]."""
+    front = base + 0.5 * (total + difference)
+    rear = base + 0.5 * (total - difference)
+    return saturate(front, limit), saturate(rear, limit)
+
+
+@dataclass(frozen=True)
+class SquareChirp:
+    """A square wave plus a chirp as a pure function of time.
+
+    Parameters
+    ----------
+    low, high : float
+        Levels of the square [V].
+    period : float
+        Period T of the square [s].
+    lead : float
+        Time by which the square runs ahead [s], so that two channels can switch at different times.
+    chirp_amplitude : float
+        A [V].
+    chirp_start, chirp_end : float
+        Frequencies f_0 and f_1 [Hz].
+    chirp_period : float
+        T_c [s].
+
+    Raises
+    ------
+    ConfigurationError
+        A period is not positive, an amplitude or frequency is negative, or a value is not finite.
+    """
+
+    low: float = 0.25
+    high: float = 1.0
+    period: float = 20.0
+    lead: float = 0.0
+    chirp_amplitude: float = 0.2
+    chirp_start: float = 2.0
+    chirp_end: float = 0.5
+    chirp_period: float = 10.0
+
+    def __post_init__(self) -> None:
+        require_range("square.low", self.low, "V")
+        require_range("square.high", self.high, "V")
+        require_positive("square.period", self.period, "s")
+        require_range("square.lead", self.lead, "s")
+        require_range("chirp.amplitude", self.chirp_amplitude, "V", lower=0.0)
+        require_range("chirp.start", self.chirp_start, "Hz", lower=0.0)
+        require_range("chirp.end", self.chirp_end, "Hz", lower=0.0)
+        require_positive("chirp.period", self.chirp_period, "s")
+
+    def at(self, t: float) -> float:
+        """Value [V] at time ``t`` [s]."""
+        in_first_half = ((t + self.lead) / self.period + _EDGE) % 1.0 < 0.5
+        level = self.high if in_first_half else self.low
+        s = max((t / self.chirp_period + _EDGE) % 1.0 - _EDGE, 0.0) * self.chirp_period
+        cycles = s * (self.chirp_start + (self.chirp_end - self.chirp_start) * s / (2.0 * self.chirp_period))
+        return level + self.chirp_amplitude * sin(2.0 * pi * cycles)
+
+
+def paper_signal(experiment: int, gain: float = 1.0) -> SquareChirp:
+    """Return the square and chirp of ``experiment`` 1 or 2, its voltages times ``gain``.
+
+    Raises
+    ------
+    ConfigurationError
+        The experiment is neither 1 nor 2.
+    """
+    if experiment not in (1, 2):
+        raise ConfigurationError(f"experiment = {experiment!r} must be 1 or 2")
+    once = SquareChirp()
+    return replace(
+        once,
+        low=gain * once.low,
+        high=gain * once.high,
+        chirp_amplitude=abs(gain) * once.chirp_amplitude,
+        period=experiment * once.period,
+        chirp_period=experiment * once.chirp_period,
+    )
+
+
+def paper_excitation(experiment: int, channel: Channel = "both", base: float = 0.5) -> Excitation:
+    """Return the excitation of ``experiment`` 1 or 2.
+
+    Parameters
+    ----------
+    experiment : int
+        1 or 2.
+    channel : {"difference", "total", "both"}
+        The pitch experiment drives the difference, that of elevation and travel the total with doubled voltages.
+    base : float
+        Voltage of each rotor beneath the signal [V].
+
+    Returns
+    -------
+    Excitation
+        For :func:`voltages`.
+
+    Raises
+    ------
+    ConfigurationError
+        The experiment or the channel is unknown.
+    """
+    difference, total = paper_channels(experiment, channel)
+    return Excitation(base=base, difference=difference, total=total)
+
+
+def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | None, SquareChirp | None]:
+    """Return the signals on the difference and on the sum of the voltages; parameters as in :func:`paper_excitation`.
+
+    Raises
+    ------
+    ConfigurationError
+        The experiment or the channel is unknown.
+    """
+    if channel not in ("difference", "total", "both"):
+        raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
+    pitch = paper_signal(experiment)
+    if channel == "both":
+        pitch = replace(pitch, period=_DETUNING * pitch.period, chirp_period=_DETUNING * pitch.chirp_period)
+    return (
+        None if channel == "total" else pitch,
+        None if channel == "difference" else paper_signal(experiment, gain=2.0),
+    )
+
+
+@dataclass(frozen=True)
+class Multisine:
+    """A random-phase multisine as a pure function of time.
+
+    Parameters
+    ----------
+    rms : float
+        Root mean square over a period [V].
+    lowest, highest : float
+        Band [Hz].
+    tones : int
+        Number of tones asked for.
+    period : float
+        Time after which the signal repeats [s].
+    seed : int
+        Seed of the phases: the same seed gives the same signal on every machine.
+    draws : int
+        Number of sets of phases drawn; the set of least crest factor is kept.
+
+    Raises
+    ------
+    ConfigurationError
+        A bound is broken, or the band holds no harmonic of 1/``period``.
+    """
+
+    rms: float = 0.45
+    lowest: float = 1.0 / 30.0
+    highest: float = 2.5
+    tones: int = 12
+    period: float = 90.0
+    seed: int = 1
+    draws: int = 20
+    components: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+    """Angular frequency [rad/s] and phase [rad] of each tone."""
+
+    def __post_init__(self) -> None:
+        check_multisine(self.rms, self.lowest, self.highest, self.tones, self.period, self.draws)
+        found = multisine_components(self.lowest, self.highest, self.tones, self.period, self.seed, self.draws)
+        object.__setattr__(self, "components", found)
+
+    def at(self, t: float) -> float:
+        """Value [V] at time ``t`` [s]."""
+        return multisine_value(self.rms, self.components, t)
+
+
+def check_multisine(rms: float, lowest: float, highest: float, tones: int, period: float, draws: int) -> None:
+    """Raise ConfigurationError if a setting of :class:`Multisine` is out of its bounds."""
+    require_range("multisine.rms", rms, "V", lower=0.0)
+    require_positive("multisine.lowest", lowest, "Hz")
+    require_range("multisine.highest", highest, "Hz", lower=lowest)
+    require_range("multisine.tones", tones, "1", 1, 1000)
+    require_positive("multisine.period", period, "s")
+    require_range("multisine.draws", draws, "1", 1, 1000)
+
+
+def multisine_value(rms: float, tones: tuple[tuple[float, float], ...], t: float) -> float:
+    """Return the multisine [V] of root mean square ``rms`` [V] at time ``t`` [s]."""
+    amplitude = rms * sqrt(2.0 / len(tones))
+    return amplitude * _sum_of_sines(tones, t)
+
+
+def _sum_of_sines(tones: tuple[tuple[float, float], ...], t: float) -> float:
+    total = 0.0
+    for omega, phase in tones:
+        total += sin(omega * t + phase)
+    return total
+
+
+def phases(seed: int, count: int) -> list[float]:
+    """Return ``count`` uniform draws between 0 and 2 pi [rad] of ``random.Random(seed)``."""
+    random = Random(seed)
+    return [random.uniform(0.0, 2.0 * pi) for _ in range(count)]
+
+
+def harmonics_between(lowest: float, highest: float, tones: int, period: float) -> list[int]:
+    """Return the harmonics of 1/``period`` next to ``tones`` log-spaced frequencies [Hz], each once."""
+    growth = log(highest / lowest) / max(tones - 1, 1)
+    harmonics: list[int] = []
+    for i in range(tones):
+        n = round(lowest * exp(i * growth) * period)
+        if n > 0 and (len(harmonics) == 0 or n > harmonics[-1]):
+            harmonics.append(n)
+    return harmonics
+
+
+@lru_cache(maxsize=32)
+def multisine_components(
+    lowest: float, highest: float, tones: int, period: float, seed: int, draws: int
+) -> tuple[tuple[float, float], ...]:
+    """Return angular frequency [rad/s] and phase [rad] of the tones; of ``draws`` sets that of least crest factor.
+
+    The search runs once per process for each signal.
+
+    Raises
+    ------
+    ConfigurationError
+        The band holds no harmonic of 1/``period``.
+    """
+    harmonics = harmonics_between(lowest, highest, tones, period)
+    count = len(harmonics)
+    if count == 0:
+        raise ConfigurationError(
+            f"multisine.period = {period:g} s has no harmonic near {lowest:g} Hz: take at least {1.0 / lowest:g} s"
+        )
+    drawn = phases(seed, draws * count)
+    points = _POINTS_PER_CYCLE * harmonics[-1]
+    least = inf
+    best: tuple[tuple[float, float], ...] = ()
+    for k in range(draws):
+        own = drawn[k * count : (k + 1) * count]
+        tried = tuple([(2.0 * pi * n / period, phase) for n, phase in zip(harmonics, own, strict=True)])
+        peak = max(abs(_sum_of_sines(tried, period * i / points)) for i in range(points))
+        if peak < least:
+            least = peak
+            best = tried
+    return best
