@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from fmu_src.master.instance import Instance
-from heli_identifier.online import IdentifierState, Sampled
-from heli_identifier.online import IdentifierState, thawed_state
+from heli_identifier.online import IdentifierState, Sampled, thawed_state
 
 Missing = type(None)
 

@@ -13,21 +13,23 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import ADAPTATION, CLOSED, PREDICTION_ERROR, IdentifierSettings, prepare, restored
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
-from heli_identifier.online.adaptation import gain_matrix, initial_factor, loosen, measure
+from heli_identifier.online.adaptation import gain_matrix, initial_factor, kept_early, loosen, measure
 from heli_identifier.online.axis import initial_axis
-from heli_identifier.online.adaptation import kept_early
 from heli_identifier.online.estimate import determined
+from heli_identifier.online.prediction_error import first_predictor, noise_of, predict_axis, with_noise
 from heli_identifier.online.whitening import (
     BANDWIDTH_PRIOR,
     CORNER_PRIOR,
     Noise,
     bandwidth_slope,
+    filter_polynomial,
     first_noise,
     noise_coefficients,
     remember,
+    settled_memory,
+    whiten,
+    whitening,
 )
-from heli_identifier.online.prediction_error import first_predictor, noise_of, predict_axis, with_noise
-from heli_identifier.online.whitening import filter_polynomial, settled_memory, whiten, whitening
 from heli_plant.parameters import TABLE_2
 from tests.online_record import H, multisines, record
 from tests.simulated import closed_loop

@@ -10,12 +10,19 @@ import scipy.signal
 
 import heli_identifier
 from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare, start, step
-from heli_identifier.online.watch import Motion, candidate, candidate_value
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.moments import add_sample, moment_coefficients, no_moments
 from heli_identifier.online.score import NOTHING, projection, scores
 from heli_identifier.online.signals import advance_signals, settled_signals
-from heli_identifier.online.watch import advance_watch, rate, settled_watch, watch_coefficients
+from heli_identifier.online.watch import (
+    Motion,
+    advance_watch,
+    candidate,
+    candidate_value,
+    rate,
+    settled_watch,
+    watch_coefficients,
+)
 from heli_plant.effects import effect
 from heli_plant.laws import thrust_voltages
 from heli_plant.parameters import TABLE_2

@@ -7,8 +7,14 @@ import pytest
 import scipy.signal
 
 from heli_identifier.online.linear_algebra import bilinear_form, dot, row_indices
-from heli_identifier.online.moments import CAPACITY, add_sample, moment_coefficients, no_moments, weighted_blocks
-from heli_identifier.online.moments import standard_errors
+from heli_identifier.online.moments import (
+    CAPACITY,
+    add_sample,
+    moment_coefficients,
+    no_moments,
+    standard_errors,
+    weighted_blocks,
+)
 
 INTERVAL = 0.2
 IDENTITY_2 = ((1.0, 0.0), (0.0, 1.0))

@@ -52,7 +52,7 @@ def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
 
 
 def eliminated(packed: Sequence[float], C: Rows) -> tuple[Rows, Rows]:
-    """Return (U, L^-1 C) of a packed B = L U; row j of U begins at its diagonal element, which is 0 where it depends."""
+    """Return (U, L^-1 C) of a packed B = L U; row j of U begins at its diagonal, which is 0 for a dependent column."""
     size = len(C)
     U = [[packed[j * size - j * (j - 1) // 2 + k - j] for k in range(j, size)] for j in range(size)]
     wholes = [row[0] for row in U]

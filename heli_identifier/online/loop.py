@@ -1,8 +1,8 @@
 """The loop that a controller closes: whether there is one, and what the data tell in spite of it.
 
-**Is there one?** An innovation e_k is what nothing before the angles of sample k can tell. In open loop no later voltage depends on it;
-under a controller every later one does, and most of all those held from t_k or t_(k+1) on. With v_k the voltage held
-from t_k on (the rotors' difference for pitch and travel, their sum for elevation), the score is
+**Is there one?** An innovation e_k is what nothing before the angles of sample k can tell. In open loop no later
+voltage depends on it; under a controller every later one does, and most of all those held from t_k or t_(k+1) on. With
+v_k the voltage held from t_k on (the rotors' difference for pitch and travel, their sum for elevation), the score is
 
     s_b   = sum of (e_k - e_(k-2)) (v_k - v_(k-1)) over a block of 1 s
     score = sum_b w_b s_b / sqrt(sum_b w_b^2 s_b^2),    w_b = exp(-age / 60 s)
@@ -14,11 +14,11 @@ s_b are independent with mean zero, and the score follows roughly a normal distr
 The paper's adaptation has no innovations; its error sigma is whitened here, with a fixed G.
 Source: Soderstrom and Stoica, System Identification, 1989, section 11.2 (independence of residuals and inputs).
 
-**What comes from outside?** Where nothing from outside moves a loop, every regressor is the loop's answer to past innovations. Prediction errors
-then tell gain and stiffness apart by the noise model alone, and only as well as that is right; their standard errors
-do not cover what it lacks. With a noise model that may be anything, all that counts is the part of the regressors that
-past innovations do not explain: the asymptotic variance of a gain is that of the noise over the spectrum of the input
-from outside.
+**What comes from outside?** Where nothing from outside moves a loop, every regressor is the loop's answer to past
+innovations. Prediction errors then tell gain and stiffness apart by the noise model alone, and only as well as that is
+right; their standard errors do not cover what it lacks. With a noise model that may be anything, all that counts is the
+part of the regressors that past innovations do not explain: the asymptotic variance of a gain is that of the noise over
+the spectrum of the input from outside.
 
 Past innovations, scaled to the intensity 1, pass four Laguerre filters of the pole p; b are their outputs. From the
 weighted sums of products of b and of the whitened regressors psi follow, for a combination j^T Omega,

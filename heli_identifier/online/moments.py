@@ -10,8 +10,8 @@ block is dropped (dynamic batch means: Yeh and Schmeiser, Operations Research 48
 
 One exponentially weighted mean of z z^T is kept as well: the window of the excitation level.
 
-**Standard errors.** At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples. To first order
-Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
+**Standard errors.** At the estimate Omega, block b contributes S_b = sum of w phi (y - phi^T Omega) over its samples.
+To first order Omega - truth = Gamma sum_b beta_b S_b(truth), so that a combination j^T Omega has the variance
 
     var = sum_b q_b^2 + sum_b q_b q_(b+1),    q_b = beta_b j^T Gamma S_b
 
@@ -31,10 +31,11 @@ has to hold alone there, and keeps the factor.
 A bias is not covered: a disturbance torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
 
-**Excitation level:** the smallest eigenvalue of the scaled Gram matrix of an axis' regressors. G is the mean of phi phi^T over an exponential window. With S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2)) the level is
-the smallest eigenvalue of S, a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are
-mutually orthogonal, 0 when one of them is a linear combination of others, or is silent (below f). Persistent
-excitation requires a level above zero: at level 0 some combination of the parameters cannot be seen in the data.
+**Excitation level:** the smallest eigenvalue of the scaled Gram matrix of an axis' regressors. G is the mean of phi
+phi^T over an exponential window. With S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2)) the level is the smallest eigenvalue
+of S, a pure number in [0, 1] whatever the regressors' units: 1 for regressors that are mutually orthogonal, 0 when one
+of them is a linear combination of others, or is silent (below f). Persistent excitation requires a level above zero: at
+level 0 some combination of the parameters cannot be seen in the data.
 """
 
 from collections.abc import Sequence
@@ -66,8 +67,8 @@ class Moments(NamedTuple):
 
     ``filled`` of ``length`` samples are in the block ``current``; ``blocks`` are the complete ones, oldest first;
     ``window`` is the exponentially weighted mean. Of what went into ``blocks``, a share was forgotten early
-    (:func:`.adaptation.kept_early`); they are stored divided by ``kept``, what has been left of the first sample, so that forgetting
-    changes one number and not all of them.
+    (:func:`.adaptation.kept_early`); they are stored divided by ``kept``, what has been left of the first sample, so
+    that forgetting changes one number and not all of them.
     """
 
     filled: int

@@ -19,10 +19,10 @@ sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and 
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
 
-**Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that Gamma(0)
-can say what can be built on a bench, and never needs to be 1e3. The widths are those of the tracer. Without them the
-first seconds of a flight in wind give a pitch that falls over (a_th < 0) with five times the damping of any rig, and
-the noise model follows.
+**Prior:** Gamma is the covariance of Omega where innovations have the intensity 1 (:mod:`.prediction_error`), so that
+Gamma(0) can say what can be built on a bench, and never needs to be 1e3. The widths are those of the tracer. Without
+them the first seconds of a flight in wind give a pitch that falls over (a_th < 0) with five times the damping of any
+rig, and the noise model follows.
 """
 
 from math import exp, log, sqrt

@@ -20,7 +20,8 @@ Encoder steps make single slopes rough (.06 rad/s), but their errors integrate t
 Time: sample k is the angles at t_k = k h together with the voltages held over [t_k, t_k + h). The filters' state at
 t_k follows from sample k - 1 and the angles of sample k.
 
-**The motors' lag** can be estimated along. With the lag assumed as T and truly T + Delta, and nu the voltage v behind the lag T, the lagged voltage is
+**The motors' lag** can be estimated along. With the lag assumed as T and truly T + Delta, and nu the voltage v behind
+the lag T, the lagged voltage is
 
     1/(1 + (T + Delta) s) v = nu - Delta s/(1 + (T + Delta) s) nu
 
@@ -42,6 +43,7 @@ from typing import NamedTuple
 from heli_plant.motor import saturate, toward
 
 from .state_filter import FilterCoefficients, filter_held, filter_lagged, filter_line, second_derivative
+
 
 class SignalCoefficients(NamedTuple):
     """What the signals need to know.

@@ -30,7 +30,8 @@ class IdentifierState(NamedTuple):
     ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
     sample that was taken, where not all of them are (:class:`.settings.Plan`); ``lag`` is None where the lag is not
     estimated, ``watch`` where no effect is watched, each of the ``predictors`` where the method is the adaptation;
-    ``loops`` is what is known about the loops of pitch, elevation and travel; ``references`` are the instruments of all axes.
+    ``loops`` is what is known about the loops of pitch, elevation and travel; ``references`` are the instruments of
+    all axes.
     """
 
     samples: int

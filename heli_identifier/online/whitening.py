@@ -36,8 +36,8 @@ e with them.
 Sources: Ljung, System Identification, 2nd ed., 1999, sections 4.3 and 7.4 (innovations form); Anderson and Moore,
 Optimal Filtering, 1979, chapter 9 (the observer's poles by spectral factorisation).
 
-**The noise model** is estimated along: omega_o and gamma, and the variance lambda of the innovations. e = G sigma depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives follow from e
-itself, by two filters:
+**The noise model** is estimated along: omega_o and gamma, and the variance lambda of the innovations. e = G sigma
+depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives follow from e itself, by two filters:
 
     d = de / d ln omega_o = -(s_1 z^-1 + s_2 z^-2 + s_3 z^-3) / A_o e
     g = de / d ln gamma   = gamma h exp(-gamma h) z^-1 / D e
