@@ -41,7 +41,8 @@ from ..errors import ConfigurationError, require_positive, require_range
 
 __all__ = [
     "Channel", "Excitation", "Multisine", "Signal", "SquareChirp", "check_bounds", "check_multisine", "combined",
-    "multisine_components", "multisine_value", "paper_channels", "paper_excitation", "paper_signal", "phases", "voltages",
+    "multisine_components", "multisine_value", "paper_channels", "paper_excitation", "paper_signal", "phases",
+    "voltages",
 ]  # fmt: skip
 
 Channel = Literal["difference", "total", "both"]

@@ -88,7 +88,8 @@ class IdentifierOutput(NamedTuple):
 
 def frozen_state(state: Any) -> Any:
     """Return a state as lists of numbers, which ``json.dumps`` writes and ``json.loads`` reads back bit for bit."""
-    return [frozen_state(one) for one in state] if isinstance(state, tuple | list) else state
+    nested = isinstance(state, tuple | list) or hasattr(state, "_fields")
+    return [frozen_state(one) for one in state] if nested else state
 
 
 def thawed_state(saved: Any, kind: Any) -> Any:
@@ -98,8 +99,8 @@ def thawed_state(saved: Any, kind: Any) -> Any:
     if saved is None or not isinstance(saved, tuple | list):
         return saved
     if hasattr(kind, "_fields"):
-        hints = _hints(kind)
-        return kind(*(thawed_state(one, hints[name]) for name, one in zip(kind._fields, saved, strict=True)))
+        hints, pairs = _hints(kind), zip(kind._fields, saved, strict=True)
+        return kind(**{name: thawed_state(one, hints.get(name, float)) for name, one in pairs})
     kinds = get_args(kind)
     if len(kinds) < 2 or kinds[1] is Ellipsis:
         kinds = kinds[:1] * len(saved)
