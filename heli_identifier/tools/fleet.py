@@ -49,19 +49,7 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class RigEstimate:
-    """The coefficient of one rig.
-
-    Attributes
-    ----------
-    rig : str
-    estimate : Estimate
-    verdict : str
-        Of the rig's diagnosis; empty for a parameter.
-    named : bool
-        Whether the effect is in the rig's corrected model.
-    left_out : str
-        Why the mean does without this rig; empty if it does not.
-    """
+    """The coefficient of one rig: the diagnosis' verdict on it, and why the mean leaves it out, or empty texts."""
 
     rig: str
     estimate: Estimate
@@ -72,21 +60,9 @@ class RigEstimate:
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One coefficient over all rigs.
+    """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
-    Attributes
-    ----------
-    name : str
-        Of an effect of the catalogue, or the paper's symbol of a parameter.
-    axis : str
-        Empty for a parameter.
-    unit : str
-    rigs : tuple of RigEstimate
-        In the order of the rigs.
-    mean : Pooled or None
-        None where fewer than two rigs determine the coefficient.
-    finding : Finding or None
-        None for a parameter.
+    A parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
     """
 
     name: str
@@ -152,13 +128,7 @@ class Fleet:
         return tuple(entry for entry in self.effects if entry.finding in findings)
 
     def document(self, provenance: Mapping[str, Any]) -> dict[str, Any]:
-        """Give the content of fleet.json.
-
-        Parameters
-        ----------
-        provenance : mapping
-            Versions, command and date, from :func:`heli_identifier.results.provenance.provenance`.
-        """
+        """Give the content of fleet.json."""
         return plain(
             {
                 "schema": SCHEMA,
@@ -233,6 +203,8 @@ def diagnose_rigs(
             diagnoses[name] = diagnose(rig.training, held_out=rig.held_out, settings=settings, progress=within)
         except Exception as error:
             lost[name] = error_text(error)
+    if lost and len(diagnoses) < 2:
+        raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
     return fleet_of(diagnoses, lost)
 
 
@@ -252,8 +224,7 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
         Fewer than two diagnoses.
     """
     if len(diagnoses) < 2:
-        wrong = "".join(f"; rig {rig}: {error}" for rig, error in (failures or {}).items())
-        raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given{wrong}")
+        raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")
     keys = dict.fromkeys((entry.name, entry.axis) for found in diagnoses.values() for entry in found.catalogue)
     estimates = {key: [e for rig, found in diagnoses.items() for e in _of_effect(rig, found, key)] for key in keys}
     means = {key: _mean(entries) for key, entries in estimates.items()}

@@ -105,21 +105,12 @@ class Pooled:
 
 
 def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
-    """Pool the estimates of one coefficient.
-
-    Parameters
-    ----------
-    values, standard_errors : sequence of float, k of each
-        Estimates of at least two rigs; the standard errors are finite and positive.
-
-    Returns
-    -------
-    Pooled
+    """Pool k estimates of one coefficient and their standard errors.
 
     Raises
     ------
     IdentifierError
-        Fewer than two estimates, or one that is not finite or has no positive standard error.
+        Fewer than two estimates, or one that is not finite or has no finite and positive standard error.
     """
     y, s = np.array(values, dtype=float), np.array(standard_errors, dtype=float)
     k = len(y)

@@ -45,22 +45,10 @@ SHORTEST_TO_SPLIT = 15.0
 
 @dataclass(frozen=True)
 class TrueEffect:
-    """An effect of the catalogue that a rig really has.
+    """An effect of the catalogue that a rig really has; ConfigurationError if the catalogue has no such entry.
 
-    Attributes
-    ----------
-    name, axis : str
-        As in the catalogue.
-    coefficient : float or None
-        In the catalogue's unit; None where it cannot be compared with an estimate.
-    shape : mapping of str to float
-        Values of the law's shape parameters by their fields in
-        :class:`heli_plant.parameters.PlantParameters`, as far as they are known.
-
-    Raises
-    ------
-    ConfigurationError
-        The catalogue has no such entry.
+    ``coefficient`` is in the catalogue's unit, None where it cannot be compared with an estimate; ``shape`` has the
+    law's shape parameters by their fields in :class:`heli_plant.parameters.PlantParameters`, as far as they are known.
     """
 
     name: str
@@ -86,17 +74,9 @@ class TrueUnknown:
 
 @dataclass(frozen=True)
 class Truth:
-    """The true structure of a rig.
+    """The true structure of a rig: the ``kind`` as which a summary counts it, effects with one entry per axis.
 
-    Attributes
-    ----------
-    kind : str
-        Word by which a summary counts the rig.
-    parameters : mapping of str to float
-        Values of the simplified model by the paper's symbols, as far as they are known.
-    effects : tuple of TrueEffect
-        One entry per axis.
-    unknown : TrueUnknown or None
+    ``parameters`` are those of the simplified model by the paper's symbols, as far as they are known.
     """
 
     kind: str
@@ -119,11 +99,6 @@ class Rig:
         What else is known of the rig; with None the campaign's settings apply.
     note : str
         What was held out where no log is named so.
-
-    Raises
-    ------
-    ConfigurationError
-        One kind of log is missing.
     """
 
     training: tuple[Log, ...]
@@ -141,17 +116,12 @@ class Rig:
 
 
 class Source(Protocol):
-    """One rig before its logs are loaded."""
+    """One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
 
     @property
-    def rig(self) -> str:
-        """Name of the rig, unique in the campaign."""
-
-    def content(self) -> str:
-        """Return the digest of the rig's logs, or of what makes them."""
-
-    def load(self) -> Rig:
-        """Return the rig with its logs."""
+    def rig(self) -> str: ...  # noqa: D102
+    def content(self) -> str: ...  # noqa: D102
+    def load(self) -> Rig: ...  # noqa: D102
 
 
 @dataclass(frozen=True)
@@ -184,13 +154,7 @@ class RigFolder:
         return digest.hexdigest()
 
     def load(self, start: float | None = None, end: float | None = None) -> Rig:
-        """Read its logs, from ``start`` to ``end`` [s] in their own time.
-
-        Raises
-        ------
-        LogError, ConfigurationError
-            A log or the configuration cannot be read, or a single log is too short to be split.
-        """
+        """Read its logs, from ``start`` to ``end`` [s] in their own time; errors as their readers and `read_split`."""
         configuration = read_configuration(self.configuration) if self.configuration else None
         form = (configuration or RigConfiguration()).format
         training, held_out, note = read_split(self.training, self.held_out, form, start, end)
@@ -301,13 +265,7 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
 
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> RigFolder:
-    """Find the logs of one rig.
-
-    Raises
-    ------
-    ConfigurationError
-        The folder holds no log to fit to.
-    """
+    """Find the logs of one rig; ConfigurationError if there is none to fit to."""
     logs = _logs(folder)
     held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
     training = tuple(path for path in logs if path not in held_out)
@@ -326,17 +284,9 @@ def _logs(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class GeneratedRig:
-    """A rig that a function makes.
+    """A rig that the function ``generator``, "module:function", makes of its ``arguments``, for instance one seed.
 
-    Attributes
-    ----------
-    rig : str
-    generator : str
-        "module:function"; the function returns a :class:`Rig`.
-    arguments : tuple
-        Arguments of the function, for instance one seed.
-    ingredients : tuple of str
-        Further modules and packages on whose source the logs depend.
+    ``ingredients`` are further modules and packages on whose source the logs depend.
     """
 
     rig: str
@@ -350,13 +300,7 @@ class GeneratedRig:
         return f"{self.generator} {self.arguments!r} {digest_once(modules)}"
 
     def load(self) -> Rig:
-        """Make its logs.
-
-        Raises
-        ------
-        ConfigurationError
-            The generator cannot be found or does not return a :class:`Rig`.
-        """
+        """Make its logs; ConfigurationError if the generator cannot be found or does not return a :class:`Rig`."""
         rig = named_function(self.generator)(*self.arguments)
         if not isinstance(rig, Rig):
             raise ConfigurationError(
@@ -368,18 +312,7 @@ class GeneratedRig:
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:
     """Return ``count`` rigs that ``generator`` makes from the seeds ``first_seed``, ``first_seed`` + 1, ...
 
-    Parameters
-    ----------
-    generator : str
-        "module:function"; the function takes one whole number and returns a :class:`Rig`.
-    count : int
-        At least 1.
-    first_seed : int
-
-    Raises
-    ------
-    ConfigurationError
-        There is no such function, or ``count`` is less than 1.
+    The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
     """
     if count < 1:
         raise ConfigurationError(f"rigs = {count} must be at least 1.")
@@ -388,13 +321,7 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Gene
 
 
 def named_function(name: str) -> Callable:
-    """Import a function by "module:function".
-
-    Raises
-    ------
-    ConfigurationError
-        The form is wrong, or the module or the function does not exist or cannot be imported.
-    """
+    """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
     module, separator, function = name.partition(":")
     if not (module and separator and function):
         raise ConfigurationError(f"{name!r} must read module:function, for instance my_rigs:make.")
@@ -415,13 +342,7 @@ def named_function(name: str) -> Callable:
 
 
 def source_digest(modules: Iterable[str]) -> str:
-    """Return the digest of the source of modules, and of packages with everything in their folders.
-
-    Raises
-    ------
-    ConfigurationError
-        A module cannot be found.
-    """
+    """Return the digest of the source of modules, and of packages with everything in their folders."""
     digest = hashlib.sha256()
     for module in modules:
         try:
