@@ -12,7 +12,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Log, check_apart, check_excitation
 
 from .events import event_notes
-from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect
+from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
 from .fit import Fit, covariance, fit
 from .held_out import Judge, compare
 from .helicopter import LAG_FIELD
@@ -76,6 +76,7 @@ def diagnose(
     before_values = _base(before, covariance(before))
     return Diagnosis(
         verdict=_verdict(effects),
+        faults=log_faults(found.selection, found.defects),
         effects=effects,
         possible=possible,
         catalogue=catalogue_verdicts(found.selection, effects, possible),
@@ -147,9 +148,11 @@ def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[Foun
     """Give what is established and what is possible, strongest first."""
     after, C, gains = found.plant, found.covariance, found.left_out_gains
     named = [
-        found_effect(own, after, C, gains, gains.get(own.effect.field, 1.0) > 0.0) for own in found.selection.findings
-    ]
-    lag = lag_effect(found.selection, after, C)
+        found_effect(own, after, C, gains, gains.get(own.effect.field, 1.0) > 0.0)
+        for own in found.selection.findings if own.effect.fault is None
+    ]  # fmt: skip
+    late = found.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
+    lag = None if late else lag_effect(found.selection, after, C)  # a lag and voltages that are late trade off
     stated = sorted((*named, *found.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
     return (
         tuple(own for own in stated if own.verdict is not Verdict.POSSIBLE),

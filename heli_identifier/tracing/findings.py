@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.chain import Defect
 from heli_identifier.online import Estimate
 
 from .fit import Fit, covariance
@@ -28,6 +29,7 @@ from .result import (
     Determination,
     EffectCurve,
     FoundEffect,
+    LogFault,
     NamedShape,
     ParameterReport,
     Verdict,
@@ -92,6 +94,23 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str,
     )  # fmt: skip
 
 
+def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFault, ...]:
+    """State what is wrong with the logs: faults that were undone, then defects that cannot be."""
+    found = [LogFault(defect.name, defect.channel, defect.words) for defect in defects]
+    for finding in selection.findings:
+        if (fault := finding.effect.fault) is not None:
+            size = Estimate(finding.score.value, finding.score.standard_error, fault.unit)
+            words = (
+                f"in your log, not in your rig: {fault.channel} {fault.name}, the log holds {fault.law} with size "
+                f"{size.value:.3g} {fault.unit}; it is undone before anything else is said"
+            )
+            others = tuple((other.name, other.axis) for other in finding.alternatives)
+            found.append(
+                LogFault(fault.name, fault.channel, words, size, finding.score.score, others, fault.advice)
+            )
+    return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
+
+
 def _together(finding: Finding, fitted: Fit) -> str:
     """Say what effects of the rotors' timing come to together; empty for others."""
     if finding.effect.family != "lag or delay of the rotors":
@@ -134,6 +153,10 @@ def catalogue_verdicts(
 
 def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -> CatalogueVerdict:
     found = selection.scores.get(effect.field)
+    if found is None and effect.field != LAG_FIELD:
+        nothing = Estimate(0.0, None, effect.unit)
+        why = "a defect of the logs looks like it"
+        return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, nothing, 0.0, 0.0, None, why, "")
     if found is None or (stated is not None and effect.field == LAG_FIELD):
         fitted = selection.fit
         C = covariance(fitted)

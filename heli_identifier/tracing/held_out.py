@@ -126,6 +126,11 @@ def compare(
     records = records_of(logs, rig, left_out)
     fitted = np.prod([sum(r.weights.sum(0) for r in f.likelihood.records) > 0 for f in (before, after)], axis=0)
     records = tuple(replace(r, weights=r.weights * fitted) for r in records)  # no noise model, no likelihood
+    if faults := after.likelihood.faults:
+        alone = replace(after.likelihood, records=records, faults={}, logged=())
+        calm = alone.resting(after.parameters, after.point.z)
+        e, _ = alone.filtered(calm)
+        records = alone.undoing(faults, e).records
     passages = [_clear(record, left_out.get(record.name, ())) for record in records]
     models = {"before": Model.of(before), "after": Model.of(after)}
     found = {n: [_on(m, r, own) for r, own in zip(records, passages, strict=True)] for n, m in models.items()}

@@ -1,11 +1,13 @@
 """From logs of one rig to the plant that a controller's designer needs: one likelihood, judged by instruments.
 
+defects    <- what the logs show of themselves                 heli_identifier.chain
 events     <- passages in which something else acts            events.py
 rig        <- axes, parameters with priors, effects            helicopter.py, rig.py
 records    <- samples that count                               records.py
 null       <- fit of the simplified model, air and offsets     fit.py, likelihood.py, noise.py
 logs       <- zeros of the elevation aligned                   strangers.py
-set        <- effects by efficient scores and exact refits     select.py, score.py
+set        <- effects, and faults of the logs that are undone, by efficient scores and exact refits
+                                                               select.py, score.py
 set        <- what the catalogue cannot name                   unknown.py
 plant      <- what is established, and of the rest what makes
               logs likelier that were left out of the fit      select.py
@@ -21,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from heli_identifier.chain import FAULTS, Defect, inspected
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
 from .events import find_events, passages
@@ -32,6 +35,7 @@ from .likelihood import Likelihood
 from .records import records_of
 from .references import References, find_references
 from .result import Agreement, Event, FoundEffect, ParameterReport
+from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
 from .settings import SETTLING, DiagnosisSettings
 from .strangers import aligned
@@ -39,6 +43,12 @@ from .unknown import search_unknown
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
+
+
+FAULT_EFFECTS = tuple(
+    Effect(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f) for f in FAULTS
+)
+"""Faults of the log as the search sees them: they compete with the effects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +65,8 @@ class Identification:
         The search; its ``null`` is the fit of the simplified model.
     unknown : tuple of FoundEffect
         Torques that the catalogue cannot name.
+    defects : tuple of Defect
+        What is wrong with the logs and cannot be undone.
     plant : Fit
         The delivered plant.
     covariance : NDArray, shape (P, P)
@@ -79,6 +91,7 @@ class Identification:
     left_out: Mapping[str, Sequence[tuple[float, float]]]
     selection: Selection
     unknown: tuple[FoundEffect, ...]
+    defects: tuple[Defect, ...]
     plant: Fit
     covariance: NDArray[np.float64]
     left_out_gains: Mapping[str, float]
@@ -119,6 +132,9 @@ def identify_plant(
     check_excitation(used[:count])
     check_moving(used)
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
+    tell("looking for what is wrong with the logs", 0.02)
+    defects = inspected(used, given.counts, given.voltage_limit)
+    imitated = {family for defect in defects for family in defect.imitates}
     tell("looking for passages in which something else acts", 0.05)
     events = find_events(used, given.voltage_limit)
     left_out = {} if given.keep_events else passages(events)
@@ -128,7 +144,10 @@ def identify_plant(
         used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
     )
     tell("searching the catalogue", 0.3)
-    selection, unknown = search_unknown(select(null, rig.candidates), rig.candidates)
+    candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
+    selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
+    if not imitated:  # an error of the voltages that cannot be undone bends every curve
+        selection, unknown = search_unknown(selection, candidates)
     gains, dropped = _not_worth_having(selection)
     plant = _without(selection, dropped)
     C = covariance(plant)
@@ -137,7 +156,7 @@ def identify_plant(
     outside = _outside(plant, training, references)
     chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
-        training, kept, left_out, selection, unknown, plant, C, gains, references, outside,
+        training, kept, left_out, selection, unknown, defects, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen), notes,
     )  # fmt: skip
 
@@ -154,10 +173,10 @@ def _null(likelihood: Likelihood) -> Fit:
 
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:
     """Gain on left-out logs of every possible effect, and those that the plant does without."""
-    kept = [finding.effect.field for finding in selection.findings if finding.established]
+    kept = [f.effect.field for f in selection.findings if f.established or f.effect.fault]
     gains: dict[str, float] = {}
     for finding in selection.findings:
-        if not finding.established:
+        if not finding.established and finding.effect.fault is None:
             gains[finding.effect.field] = left_out_gain(selection.last, kept, finding.effect.field)
             if gains[finding.effect.field] > 0.0:
                 kept.append(finding.effect.field)
@@ -168,11 +187,13 @@ def _without(selection: Selection, dropped: Sequence[str]) -> Fit:
     """Fit the plant again without some effects of the selection."""
     if not dropped:
         return selection.fit
-    null, candidates = selection.null, selection.null.likelihood.rig.candidates
+    candidates = selection.null.likelihood.rig.candidates
     effects = {effect.field for effect in candidates} | shape_fields(candidates)
+    faults = {effect.field for effect in FAULT_EFFECTS}
     core = [name for name in selection.fit.fields if name not in effects]
-    kept = [finding.effect.field for finding in selection.findings if finding.effect.field not in dropped]
-    return fit(null.likelihood, with_shapes(core, kept, candidates), selection.fit, dict.fromkeys(dropped, 0.0))
+    kept = [f.effect.field for f in selection.findings if f.effect.field not in {*dropped, *faults}]
+    off = dict.fromkeys(dropped, 0.0)
+    return fit(selection.fit.likelihood, with_shapes(core, kept, candidates), selection.fit, off)
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

@@ -19,14 +19,17 @@ memory grows with the log alone.
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import exp
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
+
+from heli_identifier.chain import Fault, undone
 
 from .noise import SHAPES, AxisFilter, error_dynamics, filters, gains, physical, recoloured, start_response
 from .rig import Coordinate, Parameters, Record, Rig
@@ -61,6 +64,15 @@ class Point:
     z: Array
     own: Array
     harmonics: tuple[Array, ...] = ()
+
+
+class Move(NamedTuple):
+    """A coordinate moved: the plant, the difference, whether it acts on what is measured, and the logs' faults."""
+
+    parameters: Parameters
+    step: float
+    in_output: bool
+    faults: Mapping[Fault, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,12 +124,18 @@ class Likelihood:
     records : tuple of Record
     torque_width, gain_width : Array, shape (a,)
         tau of the logs' torques [rad/s^2] and of their gains' logarithms.
+    faults : mapping of Fault to float
+        Sizes of the faults of the logs that are undone in the records.
+    logged : tuple of Record
+        The records as they were logged; empty where nothing is undone.
     """
 
     rig: Rig
     records: tuple[Record, ...]
     torque_width: Array = field(default_factory=lambda: np.full(3, OFFSET))
     gain_width: Array = field(default_factory=lambda: np.full(3, DRIFT))
+    faults: Mapping[Fault, float] = field(default_factory=dict)
+    logged: tuple[Record, ...] = ()
 
     @property
     def widths(self) -> Array:
@@ -233,13 +251,22 @@ class Likelihood:
         information = np.sum([part.information[:, :n] for part in parts], axis=0)
         return Quadratic(H, g, blocks, information, back, variance, fall, np.concatenate((x, point.z.ravel())))
 
-    def moved(self, point: Point, coordinate: Coordinate, x: float) -> tuple[Parameters, float, bool]:
-        """Parameters with one coordinate moved by its finite difference, the difference, and whether it is a run."""
+    def undoing(self, faults: Mapping[Fault, float], e: Sequence[Array]) -> "Likelihood":
+        """Give the likelihood of the logs with faults undone, from the innovations ``e`` of the present records."""
+        logged = self.logged or self.records
+        records = tuple(_undone(faults, own, r.angles - d) for own, r, d in zip(logged, self.records, e, strict=True))
+        return replace(self, records=records if faults else logged, faults=faults, logged=logged if faults else ())
+
+    def moved(self, point: Point, coordinate: Coordinate, x: float) -> "Move":
+        """Move one coordinate by its finite difference."""
         step = coordinate.step
         if x + step > coordinate.bounds[1]:
             step = -step
+        if coordinate.fault is not None:
+            faults = {**self.faults, coordinate.fault: coordinate.value(x + step)}
+            return Move(point.parameters, step, True, faults)
         values = {**coordinate.beside, **coordinate.assigned(x + step)}
-        return self.rig.assign(point.parameters, values), step, coordinate.in_output
+        return Move(self.rig.assign(point.parameters, values), step, coordinate.in_output)
 
     def _gain_columns(self, coordinates: Sequence[Coordinate]) -> Array:
         """Change (P, a) of the plant's coordinates that is a change by one of the logarithm of each gain."""
@@ -257,9 +284,10 @@ class Likelihood:
         values = {n: self.rig.read(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
         return self.rig.assign(parameters, values)
 
-    def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None):
+    def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None, record=None):
         """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
-        record, p = self.records[i], self.of_log(i, point, point.parameters if parameters is None else parameters)
+        record = record or self.records[i]
+        p = self.of_log(i, point, point.parameters if parameters is None else parameters)
         K = gains(filters(record.step, self.rig.linear(p), physical(point.z)))
         harmonics = point.harmonics[i] if point.harmonics else NO_HARMONICS
         a = len(self.rig.axes)
@@ -298,6 +326,10 @@ class Likelihood:
         runs: list = [None] * P
         along: list = [None] * (1 + P)
         memory: list[dict[int, Array]] = [{} for _ in range(a)]
+        logged = (self.logged or self.records)[i]
+        altered = {
+            j: _undone(faults, logged, record.angles - e) for j, (_, _, _, faults) in enumerate(moves) if faults
+        }
         slower = _slower(record, held)
         chunk = CHUNK - CHUNK % block_length(record) if CHUNK > block_length(record) else block_length(record)
         for first in range(0, record.samples, chunk):
@@ -312,10 +344,10 @@ class Likelihood:
                     fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
             base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
             along[0] = rig.accelerations(slower, plant, moved, first // held, along[0], base)
-            for j, (p, step, in_output) in enumerate(moves):
+            for j, (p, step, in_output, _) in enumerate(moves):
                 if in_output:
                     shown = np.empty_like(own)
-                    runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, parameters=p)
+                    runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, _NO_MOTION, p, altered.get(j))
                     change, into = ((shown - own) / step)[::held], slow
                 else:
                     q = self.of_log(i, point, p)
@@ -354,6 +386,12 @@ def _slower(record: Record, held: int) -> Record:
     """Record at a lower rate, its inputs averaged: what accelerations are computed from."""
     inputs = np.ascontiguousarray(means(record.inputs, held))
     return replace(record, step=held * record.step, time=np.ascontiguousarray(record.time[::held]), inputs=inputs)
+
+
+def _undone(faults: Mapping[Fault, float], logged: Record, predicted: Array) -> Record:
+    """Undo faults of a record; ``predicted`` (N, a) are the angles that the filter predicts [rad]."""
+    inputs, angles = undone(faults, logged.inputs, logged.angles, predicted, logged.step)
+    return replace(logged, inputs=inputs, angles=angles)
 
 
 class _OfLog:
@@ -431,7 +469,7 @@ def _other_filters(h: float, point: Point, moves: list, rig: Rig) -> list[dict[i
     a, linear, air = len(rig.axes), rig.linear(point.parameters), physical(point.z)
     changed = [
         (i, j, rig.linear(p)[i], air[:, i], width)
-        for j, (p, width, in_output) in enumerate(moves) if not in_output
+        for j, (p, width, in_output, _) in enumerate(moves) if not in_output
         for i in range(a) if rig.linear(p)[i] != linear[i]
     ]  # fmt: skip
     for k in range(SHAPES):

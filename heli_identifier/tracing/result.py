@@ -208,6 +208,35 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class LogFault:
+    """Something that is wrong with the logs and not with the rig.
+
+    Attributes
+    ----------
+    name, channel : str
+        Of the catalogue of faults, or of a defect that the logs show of themselves.
+    words : str
+        What it is, in a sentence.
+    size : Estimate or None
+        None for a defect that has none or cannot be undone.
+    score : float or None
+        What the likelihood of the training logs loses if it is not undone [nats].
+    alternatives : tuple of (name, axis or channel)
+        Effects of the plant and other faults that explain the logs about as well.
+    advice : str
+        What to do in the laboratory.
+    """
+
+    name: str
+    channel: str
+    words: str
+    size: Estimate | None = None
+    score: float | None = None
+    alternatives: tuple[tuple[str, str], ...] = ()
+    advice: str = ""
+
+
+@dataclass(frozen=True)
 class CatalogueVerdict:
     """The verdict on one entry of the catalogue.
 
@@ -427,6 +456,8 @@ class Diagnosis:
     Attributes
     ----------
     verdict : RigVerdict
+    faults : tuple of LogFault
+        What is wrong with the logs; what can be undone is undone before anything else is said.
     effects : tuple of FoundEffect
         What is established, strongest evidence first; all of it is in the corrected plant, but for torques that are
         periodic in time.
@@ -468,6 +499,7 @@ class Diagnosis:
     """
 
     verdict: RigVerdict
+    faults: tuple[LogFault, ...]
     effects: tuple[FoundEffect, ...]
     possible: tuple[FoundEffect, ...]
     catalogue: tuple[CatalogueVerdict, ...]

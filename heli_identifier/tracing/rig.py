@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from heli_identifier.chain import Fault
+
 Array = NDArray[np.float64]
 Parameters = Any
 """Parameter set of the plant: a value with one float a field and ``_replace``."""
@@ -46,6 +48,8 @@ class Coordinate:
         Values that other parameters take while this one moves: the shapes of a law that is off.
     tied : str
         Another parameter that always has the same value: the end of a curve that closes; empty if there is none.
+    fault : Fault or None
+        Of a fault of the log, whose size it is; no parameter of the plant then.
     """
 
     field: str
@@ -58,6 +62,7 @@ class Coordinate:
     in_output: bool = False
     beside: Mapping[str, float] = dataclasses.field(default_factory=dict)
     tied: str = ""
+    fault: Fault | None = None
 
     def value(self, x: float) -> float:
         """Give the parameter at a coordinate."""
@@ -115,6 +120,8 @@ class Effect:
         Variable that its curve is drawn over; empty if it acts through no torque.
     shape_names : mapping of str to str
         What the shapes are called in results, by field.
+    fault : Fault or None
+        Of a fault of the log, which competes with the effects and never becomes part of the plant.
     """
 
     field: str
@@ -131,6 +138,7 @@ class Effect:
     certain: bool = False
     drawn_against: str = ""
     shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    fault: Fault | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from scipy.signal import lfilter
 from .fit import Fit, bounded_step
 from .noise import error_dynamics
 from .rig import Coordinate, Effect
-from .settings import SETTLING, STEP_APART, STEPS_TRIED
+from .settings import CATALOGUE_WIDTHS, KEPT, NAMED, SETTLING, STEP_APART, STEPS_TRIED
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,9 @@ class Score:
 def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
     """Coordinates of an effect that is not in the model, one for each shape that the search starts from."""
     rig, parameters = fitted.likelihood.rig, fitted.parameters
+    if (f := effect.fault) is not None:
+        width = max(abs(f.lower), f.upper) / CATALOGUE_WIDTHS
+        return [Coordinate(f.field, 0.0, width, f.lower, f.upper, step=f.step / width, in_output=True, fault=f)]
     starts: Sequence[Mapping[str, float]] = effect.starts
     if effect.steps_in_time:
         starts = [{effect.steps_in_time: t} for t in step_times(fitted, rig.axes.index(effect.axis))]
@@ -126,7 +129,8 @@ class Scores:
         inside = list(fitted.coordinates)
         further = [c for e in candidates if e.field not in fitted.fields for c in columns_of(e, fitted)]
         self.coordinates = [*inside, *further]
-        self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in further)])
+        self.undone = {fault.field: size for fault, size in fitted.likelihood.faults.items()}
+        self.x = np.array([*fitted.x, *(c.coordinate(self.undone.get(c.field, 0.0)) for c in further)])
         self.quadratic = fitted.likelihood.linearise(
             fitted.point, self.coordinates, self.x, fitted.sigma, (fitted.e, fitted.motion)
         )
@@ -187,6 +191,15 @@ class Scores:
                 phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
         return np.asarray(phi[own])
 
+    def asked(self, name: str) -> float:
+        """Score at which an effect enters the model [nats]: a fault of the log is named or is none."""
+        return NAMED if self.effects[name].fault else KEPT
+
+    def value(self, name: str, selected: Collection[str]) -> float:
+        """Coefficient of a selected effect at the minimum of the quadratic form."""
+        j = self.chosen_column(name)
+        return self.coordinates[j].value(float(self.x[j] + self.minimum(selected)[0][j]))
+
     def inside(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects and their shapes where these were fitted."""
         chosen = list(self.nuisance)
@@ -218,7 +231,7 @@ class Scores:
         """Step to the minimum of the quadratic form with the selected effects alone, and its columns."""
         i = self.inside(selected)
         d = np.zeros(len(self.g))
-        for name in self.fitted.fields:
+        for name in (*self.fitted.fields, *self.undone):
             if name in self.effects and name not in selected:
                 j = self.of_field[name][0]
                 d[j] = self.coordinates[j].coordinate(0.0) - self.x[j]

@@ -99,17 +99,21 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     fitted = start or null
     fields = {effect.field for effect in candidates}
     core = [name for name in fitted.fields if name not in fields | shape_fields(candidates)]
-    selected = [name for name in fitted.fields if name in fields]
+    faults = {effect.field: effect.fault for effect in candidates if effect.fault is not None}
+    selected = [name for name in fitted.fields if name in fields] + [f.field for f in fitted.likelihood.faults]
     left: dict[str, int] = {}
 
     def refitted(chosen: Sequence[str], shapes: Mapping[str, float]) -> Fit:
         off = {name: 0.0 for name in fitted.fields if name in fields and name not in chosen}
-        return fit(null.likelihood, with_shapes(core, chosen, candidates), fitted, {**shapes, **off})
+        wrong = {faults[name]: around.value(name, chosen) for name in chosen if name in faults}
+        likelihood = fitted.likelihood.undoing(wrong, fitted.e)
+        own = [name for name in chosen if name not in faults]
+        return fit(likelihood, with_shapes(core, own, candidates), fitted, {**shapes, **off})
 
     def without(gone: Sequence[str]) -> float:
         """F without some effects."""
         rest = [name for name in selected if name not in gone]
-        return null.value if not rest and start is None else refitted(rest, {}).value
+        return null.value if not rest and start is None else refitted(rest, {}).value  # the null undoes nothing
 
     for _ in range(most or ROUNDS):
         around = Scores(fitted, candidates)
@@ -119,7 +123,13 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
         if set(chosen) == set(selected):
             scores = around.scores(selected)
             findings = [_finding(around, name, selected, scores, without) for name in selected]
-            needless = [f.effect.field for f in findings if f.score.score < KEPT <= scores[f.effect.field].score]
+            if any(abs(around.value(n, selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
+                fitted = refitted(selected, {})  # what is undone is not yet what is asked for
+                continue
+            needless = [
+                f.effect.field for f in findings
+                if f.score.score < around.asked(f.effect.field) <= scores[f.effect.field].score
+            ]  # fmt: skip
             if not needless:
                 break
             left |= dict.fromkeys(needless, 2)
@@ -153,14 +163,17 @@ def stepwise(around: Scores, selected: list[str], left: dict[str, int]) -> list[
     """Let effects enter and leave until the set stands; one that left twice does not come back."""
     while True:
         scores = around.scores(selected)
-        outside = {n: s.score for n, s in scores.items() if n not in selected and left.get(n, 0) < 2}
+        outside = {
+            n: s.score for n, s in scores.items()
+            if n not in selected and left.get(n, 0) < 2 and s.score > around.asked(n)
+        }  # fmt: skip
         worst = min(selected, key=lambda name: scores[name].score, default=None)
-        if worst is not None and scores[worst].score < KEPT:
+        if worst is not None and scores[worst].score < around.asked(worst):
             selected.remove(worst)
             left[worst] = left.get(worst, 0) + 1
             continue
         best = max(outside, key=lambda name: outside[name], default=None)
-        if best is None or outside[best] <= KEPT:
+        if best is None:
             return selected
         selected.append(best)
 

@@ -1,0 +1,99 @@
+"""Damaged logs of clean rigs: is the rig accused, and is the damage named?
+
+Usage: python -m benchmarks.damage [--open 0:4] [--flown 0:4] [--workers N] [DAMAGE...]    words of the damages' names
+
+Rigs of the blind generator in open loop, and bare windy rigs under a controller whose references are logged; every
+damage of :mod:`tests.blind.damage` strikes all logs of a rig. Printed is a line for each damage: rigs of which a plant
+effect is shown, rigs whose damage is named or whose logs are refused by its name, and what was said.
+"""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from multiprocessing import Pool
+
+import numpy as np
+
+from heli_identifier.errors import IdentifierError
+from heli_identifier.records import Log
+from heli_identifier.tracing import diagnose
+from tests.blind.damage import DAMAGES
+from tests.blind.generator import make_rig
+from tests.blind.windy import windy_rig
+
+SAID = {
+    "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "counts": "counts|rest", "play": "backlash",
+    "cut": "rounded", "clipped": "clipped", "times": "scale|rotor_mismatch", "copy": "same numbers",
+    "radians": "was read as", "folded": "whole turn",
+}  # fmt: skip
+"""What names a damage, by a word of its own name."""
+
+
+def logs_of(kind: str, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray, dict]]:
+    """Name, time, voltages, angles and references of the logs of a clean rig, the last one to be held out."""
+    if kind == "open":
+        rig = make_rig(9000 + seed, "clean")
+        for i, log in enumerate((*rig.train, rig.held)):
+            yield f"log {i}", log[:, 0], log[:, 1:3], log[:, 3:6], {}
+        return
+    flown = windy_rig(500 + seed, "ou", False, 100.0, "bare", True, {"a": 4, "b": 0, "t": 1, "c": 0})
+    for name, own in flown.logs.items():
+        yield name, own.time, own.voltages, own.angles, dict(own.references)
+
+
+def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str]:
+    """Damage the logs of one rig and diagnose them: kind, damage, effects shown, and what names the damage."""
+    kind, seed, damage = job
+    made = []
+    for name, time, v, y, references in logs_of(kind, seed):
+        struck = [np.ascontiguousarray(part) for part in DAMAGES[damage](time, v, y)]
+        rate = (len(time) - 1) / float(time[-1] - time[0])
+        made.append(Log(name, round(rate, 6), struck[0], struck[1], references=references))
+    try:
+        found = diagnose(made[:-1], held_out=made[-1:])
+    except IdentifierError as error:
+        return kind, damage, set(), f"refused: {error}"
+    shown = {f"{effect.name}/{effect.axis}" for effect in found.effects}
+    named = [f"{fault.name}/{fault.channel}" for fault in found.faults]
+    rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
+    return kind, damage, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals)))
+
+
+def is_named(damage: str, said: str) -> bool:
+    """Whether what was said names the damage."""
+    words = next((own for word, own in SAID.items() if word in damage), "")
+    return bool(words) and any(word in said for word in words.split("|"))
+
+
+def main(arguments: list[str]) -> None:
+    """Run the benchmark."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.damage", description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("damages", nargs="*")
+    for kind in ("open", "flown"):
+        parser.add_argument(f"--{kind}", default="0:4", help="first:behind the last rig")
+    parser.add_argument("--workers", type=int, default=1)
+    asked = parser.parse_args(arguments)
+    damages = [name for name in DAMAGES if not asked.damages or any(word in name for word in asked.damages)]
+    jobs = [
+        (kind, seed, damage)
+        for damage in damages
+        for kind in ("open", "flown")
+        for seed in range(*map(int, getattr(asked, kind).split(":")))
+    ]
+    shown, named, count, words = Counter[str](), Counter[str](), Counter[str](), dict[str, Counter[str]]()
+    with Pool(asked.workers) as pool:
+        for kind, damage, effects, said in pool.imap(diagnosed, jobs):
+            count[damage] += 1
+            shown[damage] += bool(effects)
+            named[damage] += is_named(damage, said)
+            words.setdefault(damage, Counter()).update([*effects, said[:60] or "-"])
+            print(f"{kind} | {damage} | shown {sorted(effects)} | {said[:90]}", flush=True)
+    print("\n| damage | rigs | an effect shown | damage named | said |\n|---|---|---|---|---|")
+    for damage in damages:
+        most = "; ".join(f"{word} {n}" for word, n in words[damage].most_common(4))
+        print(f"| {damage} | {count[damage]} | {shown[damage]} | {named[damage]} | {most} |")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

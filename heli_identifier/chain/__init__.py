@@ -1,0 +1,15 @@
+"""The measurement chain: what may be wrong between a rig and its log, one file for each kind of fault.
+
+A fault has the form of an effect of the plant: a channel, a size, a law, bounds. It is searched in the same likelihood
+as the effects and undone in the log; it never becomes part of a plant. What a log shows of itself without any plant,
+such as columns that are alike, is found by the functions of :mod:`.inspection`.
+"""
+
+from . import backlash, drift, gain, late, low_pass
+from .fault import Fault, undone
+from .inspection import Defect, inspected
+
+FAULTS: tuple[Fault, ...] = (*late.FAULTS, *low_pass.FAULTS, *drift.FAULTS, *backlash.FAULTS, *gain.FAULTS)
+"""The catalogue of faults that are searched in the likelihood."""
+
+__all__ = ["Defect", "FAULTS", "Fault", "inspected", "undone"]

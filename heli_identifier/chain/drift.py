@@ -1,0 +1,19 @@
+"""An encoder whose zero drifts: the log has x + size t, a quarter turn an hour at most."""
+
+import numpy as np
+
+from .fault import Array, Fault
+
+
+def correction(x: Array, h: float, size: float) -> Array:
+    """-size t."""
+    return np.asarray(-size * h * np.arange(len(x)))
+
+
+FAULTS = tuple(
+    Fault(
+        "drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, correction,
+        f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, remove its drift.",
+    )
+    for axis in ("pitch", "elevation")
+)  # fmt: skip

@@ -1,0 +1,161 @@
+"""Defects that a log shows of itself, without any plant.
+
+* **Copies.** Two angles that are the same numbers are one encoder written twice.
+* **Degrees.** An encoder's counts are visible as steps of the angle. Steps that are pi/180 of those that the rig's
+  configuration gives are radians that were read as degrees, steps 180/pi times as large the other way round.
+* **Filters.** An angle without steps beside one with steps passed a filter or a resampling, which bends and delays it.
+* **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
+* **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
+  their error is noise of the input, which looks like a lag and like a curve of the thrust.
+* **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, have been clipped on their way
+  to the log, or the amplifier saturates there; a log cannot tell which.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from heli_identifier.errors import LogError
+from heli_identifier.records import Log
+
+from .fault import ANGLES, Array
+
+LEAST_STEP = 0.03
+"""Share of a voltage's standard deviation: an error of 1 % of it, as large as that of a good multimeter."""
+
+OTHER_COUNTS = 1.5
+"""Ratio of steps from which an encoder is another one: the next common make has twice the counts."""
+
+FLAT_SHARE = 0.02
+"""Share of the samples at the largest value that no excitation has by chance."""
+
+ON_GRID = 0.1
+"""Largest distance from a grid, in steps, that a value on it may have: decimals of a file."""
+
+TIMING, THRUST, BENDING = "lag or delay of the rotors", "curve of the thrust", "bending of the arm"
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A defect of logs that cannot be undone.
+
+    Attributes
+    ----------
+    name, channel : str
+    words : str
+        What was seen and what to do, in a sentence.
+    imitates : tuple of str
+        Families of effects that it looks like: they are not testable on these logs.
+    """
+
+    name: str
+    channel: str
+    words: str
+    imitates: tuple[str, ...] = ()
+
+
+def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
+    """Find the defects of a rig's logs.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+    counts : sequence of int
+        Counts per turn of the encoders of pitch, elevation, travel.
+    voltage_limit : float
+        Of the rig [V].
+
+    Raises
+    ------
+    LogError
+        Two angles are the same signal, or an angle is in other units than its header says: no plant can be found.
+    """
+    found: list[Defect] = []
+    for log in logs:
+        _refuse_copies(log)
+        _refuse_folds(log)
+    steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
+    for axis, steps, count in zip(ANGLES, steps_of, counts, strict=True):
+        if all(steps):
+            found += _of_counts(axis, float(np.median(steps)), count)
+        elif not any(steps) and any(map(all, steps_of)):
+            words = (
+                f"the {axis} has no steps of an encoder, other angles have: it passed a filter or a resampling, which "
+                f"delays and bends it; log what the encoder of the {axis} reads"
+            )
+            found.append(Defect("filtered", axis, words, (BENDING, TIMING)))
+    steps = [step for log in logs for v in log.voltages.T if (step := quantum(v)) > LEAST_STEP * float(v.std())]
+    if len(steps) > len(logs):
+        found.append(Defect(
+            "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
+            "decimals. Timing and curve of the thrust cannot be told on these logs", (TIMING, THRUST, BENDING),
+        ))  # fmt: skip
+    if tops := [top for log in logs if (top := _flat_top(log, voltage_limit))]:
+        found.append(Defect(
+            "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
+            f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
+            "of the rig (voltage_limit of heli.toml). Curves of the thrust cannot be told", (THRUST, TIMING, BENDING),
+        ))  # fmt: skip
+    return tuple(found)
+
+
+def quantum(values: Array) -> float:
+    """Step of a signal (N,) that takes values on a grid only; 0 if it does not."""
+    levels = np.unique(values)
+    gaps = np.diff(levels)
+    gaps = gaps[gaps > 1e-6 * max(float(np.ptp(levels)), 1e-300)] if len(levels) > 1 else gaps
+    if len(gaps) < 8 or 2 * len(levels) > len(values):
+        return 0.0
+    step = float(np.median(gaps))
+    off = (levels - levels[0]) / step
+    on_grid = np.abs(off - np.round(off)) < ON_GRID
+    step = float(np.ptp(levels)) / max(float(np.round(off[-1])), 1.0)
+    return step if on_grid.mean() > 0.95 else 0.0
+
+
+def _refuse_copies(log: Log) -> None:
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        if np.ptp(log.angles[:, i]) > 0.0 and np.array_equal(log.angles[:, i], log.angles[:, j]):
+            raise LogError(
+                f"log {log.name}: {ANGLES[i]} and {ANGLES[j]} are the same numbers, one column was written twice. "
+                f"Mend [log.columns] of heli.toml, or record the {ANGLES[j]} again."
+            )
+
+
+def _refuse_folds(log: Log) -> None:
+    for axis, angle in zip(ANGLES, log.angles.T, strict=True):
+        jumps = np.flatnonzero(np.abs(np.abs(np.diff(angle)) - 2.0 * np.pi) < 0.5)
+        if len(jumps):
+            raise LogError(
+                f"log {log.name}: the {axis} jumps by a whole turn at {log.start + (jumps[0] + 1) * log.step:.2f} s; "
+                "unwrap it (numpy.unwrap) before it is given."
+            )
+
+
+def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
+    """Compare an encoder's step with that of the configuration."""
+    ratio = step * counts / (2.0 * np.pi)
+    for factor, read, true in ((np.pi / 180.0, "degrees", "radians"), (180.0 / np.pi, "radians", "degrees")):
+        if abs(np.log(ratio / factor)) < np.log(OTHER_COUNTS) and abs(ratio / factor - 1.0) < 0.02:
+            raise LogError(
+                f"the {axis} moves in steps of {step:.2g} rad, {ratio:.3g} times those of an encoder of {counts} "
+                f"counts a turn: its column is in {true} and was read as {read}. Mend its unit in the header or in "
+                "heli.toml."
+            )
+    if 1.0 / OTHER_COUNTS < ratio < OTHER_COUNTS:
+        return []
+    words = (
+        f"the {axis} moves in steps of {1e3 * step:.3g} mrad, {2.0 * np.pi / step:.0f} a turn, and heli.toml says "
+        f"{counts}: mend encoder_counts, or take an encoder that is finer"
+    )
+    return [Defect("counts", axis, words)]
+
+
+def _flat_top(log: Log, limit: float) -> float:
+    """Largest voltage [V] at which a log's voltages stay, below the rig's limit; 0 if there is none."""
+    top = float(np.abs(log.voltages).max())
+    at = np.abs(log.voltages) > top * (1.0 - 1e-6)
+    held = at[1:] & at[:-1] & (np.abs(np.diff(log.voltages, axis=0)) < 1e-9)
+    moves = (np.abs(np.diff(log.voltages, axis=0)) > 1e-9).mean() > 0.5  # a square wave stays at its top as well
+    return top if moves and held.mean() > FLAT_SHARE and top < 0.98 * limit else 0.0

@@ -1,0 +1,109 @@
+"""The measurement chain: faults undone, defects seen, and a damaged log of a clean rig named as such."""
+
+import numpy as np
+import pytest
+
+from heli_identifier.chain import FAULTS, inspected, undone
+from heli_identifier.chain.inspection import quantum
+from heli_identifier.errors import LogError
+from heli_identifier.records import Log
+from heli_identifier.tracing import identify_plant
+from tests.blind.damage import DAMAGES
+from tests.blind.generator import make_rig
+
+H, COUNTS = 0.01, (4096, 4096, 8192)
+TIME = H * np.arange(3000)
+RNG = np.random.default_rng(7)
+VOLTAGES = np.column_stack([np.repeat(RNG.uniform(1.0, 3.0, 600), 5) for _ in range(2)])
+ANGLES = np.column_stack([0.2 * np.sin((0.7 + k) * TIME) for k in range(3)])
+BY_FIELD = {fault.field: fault for fault in FAULTS}
+
+
+@pytest.mark.parametrize(
+    "damage, field, size, channel, tolerance",
+    [
+        ("voltages late by a sample", "log_late_voltages", 0.01, 0, 1e-12),
+        ("voltages behind a filter of 5 Hz", "log_low_pass_voltages", None, 0, 1e-9),
+        ("v_front times 1.1", "log_scale_v_front", 1.0 / 1.1 - 1.0, 0, 1e-12),
+        ("pitch late by 20 ms", "log_late_pitch", 0.02, 2, 1e-12),
+        ("elevation drifts 1 degree in 90 s", "log_drift_elevation", np.pi / 180.0 / 90.0, 3, 1e-12),
+        ("pitch with a play of 6 counts", "log_backlash_pitch", 12.0 * np.pi / 4096.0, 2, 1e-12),
+    ],
+)
+def test_a_fault_is_undone_by_its_own_size(damage, field, size, channel, tolerance):
+    """Damage made by other code, undone: the true signals but for the last samples, which a late channel has lost."""
+    v, y = DAMAGES[damage](TIME, VOLTAGES, ANGLES)
+    if size is None:  # a = exp(-2 pi 5 h) of the damage's filter: size = h a / (1 - a)
+        a = np.exp(-2.0 * np.pi * 5.0 * H)
+        size = H * a / (1.0 - a)
+    inputs, angles = undone({BY_FIELD[field]: size}, v, y, ANGLES, H)
+    found, true = np.hstack([inputs, angles]), np.hstack([VOLTAGES, ANGLES])
+    np.testing.assert_allclose(found[2:-2, channel], true[2:-2, channel], atol=tolerance)
+
+
+def test_a_fault_of_size_zero_changes_nothing():
+    for fault in FAULTS:
+        inputs, angles = undone({fault: 0.0}, VOLTAGES, ANGLES, ANGLES, H)
+        np.testing.assert_allclose(np.hstack([inputs, angles]), np.hstack([VOLTAGES, ANGLES]), atol=1e-15)
+
+
+def test_steps_of_an_encoder_are_seen_and_those_of_noise_are_not():
+    step = 2.0 * np.pi / 4096.0
+    assert quantum(np.round(ANGLES[:, 0] / step) * step) == pytest.approx(step, rel=1e-6)
+    assert quantum(ANGLES[:, 0] + 1e-4 * RNG.standard_normal(len(ANGLES))) == 0.0
+
+
+def logs_of(damage: str, count: int = 3) -> list[Log]:
+    rig = make_rig(9001, "clean")
+    logs = []
+    for i, log in enumerate(rig.train[:count]):
+        v, y = DAMAGES[damage](log[:, 0], log[:, 1:3], log[:, 3:6])
+        logs.append(Log(f"log {i}", 100.0, np.ascontiguousarray(v), np.ascontiguousarray(y)))
+    return logs
+
+
+@pytest.mark.parametrize(
+    "damage, said",
+    [
+        ("travel a copy of the elevation", "same numbers"),
+        ("pitch in radians under [deg]", "read as degrees"),
+        ("travel folded at half a turn", "jumps by a whole turn"),
+    ],
+)
+def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
+    logs = logs_of(damage)
+    if "folded" in damage:  # this rig stays within half a turn: turn it until it does not
+        turned = logs[0].angles + np.array([0.0, 0.0, np.pi - logs[0].angles[:, 2].max() + 0.05])
+        v, y = DAMAGES[damage](TIME, logs[0].voltages, turned)
+        logs = [Log("folded", 100.0, v, y)]
+    with pytest.raises(LogError, match=said):
+        inspected(logs, COUNTS, 5.0)
+
+
+@pytest.mark.parametrize(
+    "damage, name, channel",
+    [
+        ("pitch of 256 counts", "counts", "pitch"),
+        ("voltages cut to .1 V", "rounded", "voltages"),
+        ("voltages clipped at 80 %", "clipped", "voltages"),
+        ("elevation behind a filter of 5 Hz", "filtered", "elevation"),
+    ],
+)
+def test_a_defect_that_a_log_shows_of_itself_is_named(damage, name, channel):
+    assert [(d.name, d.channel) for d in inspected(logs_of(damage), COUNTS, 5.0)] == [(name, channel)]
+
+
+def test_undamaged_logs_have_no_defect():
+    assert inspected(logs_of("none"), COUNTS, 5.0) == ()
+
+
+def test_voltages_that_are_late_are_named_and_no_effect_is():
+    """The plant of the damaged logs is that of the sound ones, and nothing is said against the rig."""
+    sound, found = identify_plant(logs_of("none", 2)), identify_plant(logs_of("voltages late by a sample", 2))
+    (fault, size), = found.plant.likelihood.faults.items()
+    assert (fault.name, fault.channel) == ("late", "voltages")
+    assert size == pytest.approx(0.01, abs=0.002)  # a fifth of a sample, what lag and delay trade against each other
+    assert [f for f in found.selection.findings if f.effect.fault is None and f.established] == []
+    for name in ("k_x", "k_z", "k_y"):  # within the interval of the sound logs
+        one, other = sound.parameters[name].estimate, found.parameters[name].estimate
+        assert abs(one.value - other.value) < 1.96 * (one.standard_error or 0.0)
