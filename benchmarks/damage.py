@@ -1,4 +1,4 @@
-"""Damaged logs of clean rigs: is the rig accused, and is the damage named?
+"""Damaged logs of clean rigs: whether the rig is accused, and whether the damage is named.
 
 Usage: python -m benchmarks.damage [--open 0:4] [--flown 0:4] [--workers N] [DAMAGE...]    words of the damages' names
 

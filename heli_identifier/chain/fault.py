@@ -28,9 +28,9 @@ class Fault:
         Sizes that laboratories meet.
     step : float
         Difference of sizes at which its signature is taken.
-    correction : callable (x, h, size) -> Array, shape (N,)
-        What has to be added to a logged signal. Of an angle x (N,) is what a plant's filter predicts, which knows of no
-        noise; of a voltage x is the logged one. h is the sampling interval [s].
+    undo : callable (logged, predicted, h, size) -> Array, shape (N,)
+        Give the true signal from the logged one. Of an angle, ``predicted`` (N,) is what the filter of a plant expects
+        of the true one, which knows of no noise; of a voltage it is the logged one. h is the sampling interval [s].
     advice : str
         What to do in the laboratory.
     """
@@ -42,7 +42,7 @@ class Fault:
     lower: float
     upper: float
     step: float
-    correction: Callable[[Array, float, float], Array]
+    undo: Callable[[Array, Array, float, float], Array]
     advice: str
 
     @property
@@ -81,8 +81,8 @@ def undone(
     for fault, size in faults.items():
         if fault.channel in ANGLES:
             k = ANGLES.index(fault.channel)
-            y[:, k] += fault.correction(predicted[:, k], h, size)
+            y[:, k] = fault.undo(y[:, k], predicted[:, k], h, size)
         for k, name in enumerate(VOLTAGES):
             if fault.channel in (name, "voltages"):
-                v[:, k] += fault.correction(inputs[:, k], h, size)
+                v[:, k] = fault.undo(v[:, k], v[:, k], h, size)
     return v, y

@@ -33,7 +33,9 @@ FLAT_SHARE = 0.02
 ON_GRID = 0.1
 """Largest distance from a grid, in steps, that a value on it may have: decimals of a file."""
 
-TIMING, THRUST, BENDING = "lag or delay of the rotors", "curve of the thrust", "bending of the arm"
+TIMING, BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
+THRUST = ("curve of the thrust", "thrust fade of the rotors", "thrust tilt of the elevation", "torque on the travel")
+"""Families of effects that errors of the voltages, or of an angle's timing, look like."""
 
 
 @dataclass(frozen=True)
@@ -76,26 +78,29 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
         _refuse_copies(log)
         _refuse_folds(log)
     steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
-    for axis, steps, count in zip(ANGLES, steps_of, counts, strict=True):
+    expected = [
+        all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))
+    ]
+    for axis, steps, count, usual in zip(ANGLES, steps_of, counts, expected, strict=True):
         if all(steps):
             found += _of_counts(axis, float(np.median(steps)), count)
-        elif not any(steps) and any(map(all, steps_of)):
+        elif not usual and not any(steps) and (any(expected) or any(map(all, steps_of))):
             words = (
-                f"the {axis} has no steps of an encoder, other angles have: it passed a filter or a resampling, which "
-                f"delays and bends it; log what the encoder of the {axis} reads"
+                f"the {axis} has no steps of an encoder, other angles have: a filter or a resampling delays and bends "
+                f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
-            found.append(Defect("filtered", axis, words, (BENDING, TIMING)))
+            found.append(Defect("filtered", axis, words, BENDING + TIMING))
     steps = [step for log in logs for v in log.voltages.T if (step := quantum(v)) > LEAST_STEP * float(v.std())]
     if len(steps) > len(logs):
         found.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
-            "decimals. Timing and curve of the thrust cannot be told on these logs", (TIMING, THRUST, BENDING),
+            "decimals. Timing and curve of the thrust cannot be told on these logs", TIMING + THRUST + BENDING,
         ))  # fmt: skip
     if tops := [top for log in logs if (top := _flat_top(log, voltage_limit))]:
         found.append(Defect(
             "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
             f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
-            "of the rig (voltage_limit of heli.toml). Curves of the thrust cannot be told", (THRUST, TIMING, BENDING),
+            "of the rig (voltage_limit of heli.toml). Curves of the thrust cannot be told", TIMING + THRUST + BENDING,
         ))  # fmt: skip
     return tuple(found)
 
@@ -108,10 +113,15 @@ def quantum(values: Array) -> float:
     if len(gaps) < 8 or 2 * len(levels) > len(values):
         return 0.0
     step = float(np.median(gaps))
+    step = float(np.ptp(levels)) / max(round(float(np.ptp(levels)) / step), 1)
+    return step if on_grid(levels, step) else 0.0
+
+
+def on_grid(values: Array, step: float) -> bool:
+    """Whether a signal (N,) takes values on a grid only; how long it stays on one of them does not matter."""
+    levels = np.unique(values)
     off = (levels - levels[0]) / step
-    on_grid = np.abs(off - np.round(off)) < ON_GRID
-    step = float(np.ptp(levels)) / max(float(np.round(off[-1])), 1.0)
-    return step if on_grid.mean() > 0.95 else 0.0
+    return bool((np.abs(off - np.round(off)) < ON_GRID).mean() > 0.95)
 
 
 def _refuse_copies(log: Log) -> None:

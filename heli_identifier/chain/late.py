@@ -1,21 +1,27 @@
-"""A channel that is late: the log has x(t - size)."""
+"""A channel that is late: the log has x(t - size).
+
+Whole samples are undone by a shift, which leaves the noise as it is; what remains of a sample by the motion that a
+plant's filter predicts, since a mean of two samples would have less noise than a log has.
+"""
 
 import numpy as np
 
 from .fault import ANGLES, Array, Fault
 
 
-def of_angle(x: Array, h: float, size: float) -> Array:
-    """x(t) - x(t - size); a size below zero is an angle that is early."""
-    k = np.arange(len(x))
-    return np.asarray(x - np.interp(k - size / h, k, x))
+def of_angle(logged: Array, predicted: Array, h: float, size: float) -> Array:
+    """Give x(t), at the end on a straight line."""
+    n, k = round(size / h), np.arange(len(logged))
+    slope = (logged[-1] - logged[-6]) / 5.0
+    shifted = np.concatenate((logged[n:], logged[-1] + slope * np.arange(1, n + 1)))
+    return np.asarray(shifted + predicted - np.interp(k - (size / h - n), k, predicted))
 
 
-def of_voltage(v: Array, h: float, size: float) -> Array:
-    """v(t + size) - v(t), v held over each sample: a share of it is already the next one."""
+def of_voltage(logged: Array, predicted: Array, h: float, size: float) -> Array:
+    """Give v(t), held over each sample: a share of it is already the next one of the log."""
     whole, share = divmod(size / h, 1.0)
-    ahead = np.concatenate((v[int(whole) :], np.full(int(whole), v[-1])))
-    return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], v[-1]) - v)
+    ahead = np.concatenate((logged[int(whole) :], np.full(int(whole), logged[-1])))
+    return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], logged[-1]))
 
 
 FAULTS = (

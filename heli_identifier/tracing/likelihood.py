@@ -344,11 +344,11 @@ class Likelihood:
                     fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
             base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
             along[0] = rig.accelerations(slower, plant, moved, first // held, along[0], base)
-            for j, (p, step, in_output, _) in enumerate(moves):
+            for j, (p, step, in_output, faults) in enumerate(moves):
                 if in_output:
                     shown = np.empty_like(own)
                     runs[j] = self.run(i, point, rows.start, rows.stop, runs[j], shown, _NO_MOTION, p, altered.get(j))
-                    change, into = ((shown - own) / step)[::held], slow
+                    change, into = ((shown - own) / step, fast) if faults else (((shown - own) / step)[::held], slow)
                 else:
                     q = self.of_log(i, point, p)
                     along[1 + j] = rig.accelerations(slower, q, moved, first // held, along[1 + j], under)

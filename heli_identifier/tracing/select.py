@@ -138,11 +138,22 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
         for name in chosen:
             if name not in selected:
                 shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
-        fitted, selected = refitted(chosen, shapes), chosen
+        following = refitted(chosen, shapes)
+        if following.value > fitted.value and (wrong := [name for name in chosen if name in faults]):
+            left |= dict.fromkeys(wrong, 2)  # undone, the logs fit worse: the quadratic form reaches less far
+            chosen = [name for name in chosen if name not in faults]
+            following = refitted(chosen, {})
+        fitted, selected = following, chosen
     else:
         around = Scores(fitted, candidates)
         scores = around.scores(selected)
         findings = [_finding(around, name, selected, scores, without) for name in selected]
+        if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
+            selected = [name for name in selected if name not in faults]
+            fitted = refitted(selected, {})
+            around = Scores(fitted, candidates)
+            scores = around.scores(selected)
+            findings = [_finding(around, name, selected, scores, without) for name in selected]
     findings.sort(key=lambda f: -max(f.score.score, f.family_score))
     return Selection(null, fitted, tuple(findings), scores, around)
 
