@@ -64,6 +64,7 @@ def diagnose(
     after, null, rig = found.plant, found.selection.null, found.plant.likelihood.rig
     before = fit(null.likelihood, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
     effects, possible = _effects(found)
+    faults = log_faults(found.selection, found.defects)
     tell("comparing before and after", 0.7)
     axes, nats, series = compare(
         before, after, found.beside, found.left_out, found.parameters, _judge(found), found.events
@@ -76,7 +77,7 @@ def diagnose(
     before_values = _base(before, covariance(before))
     return Diagnosis(
         verdict=_verdict(effects),
-        faults=log_faults(found.selection, found.defects),
+        faults=faults,
         effects=effects,
         possible=possible,
         catalogue=catalogue_verdicts(found.selection, effects, possible),
@@ -100,6 +101,7 @@ def diagnose(
         data=(*_entries(training, "training"), *_entries(kept, "held out")),
         settings={**asdict(settings), "score_needed": NAMED, "operating_point": rig.operating_point},
         notes=(
+            *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *kept), found.events, settings.keep_events),
             *found.notes,
             *sign_notes(before_values),

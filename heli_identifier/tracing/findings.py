@@ -101,8 +101,8 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
         if (fault := finding.effect.fault) is not None:
             size = Estimate(finding.score.value, finding.score.standard_error, fault.unit)
             words = (
-                f"in your log, not in your rig: {fault.channel} {fault.name}, the log holds {fault.law} with size "
-                f"{size.value:.3g} {fault.unit}; it is undone before anything else is said"
+                f"In your log, not in your rig: {fault.channel} {fault.name}. The log holds {fault.law} with size "
+                f"{size.value:.3g} {fault.unit}; this was undone before anything else was said"
             )
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(
