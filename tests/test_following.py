@@ -34,6 +34,7 @@ from heli_identifier.following.blocks import (
     shift_block,
     start_sums,
 )
+from heli_identifier.following.changes import Direction
 from heli_identifier.following.cusum import Cusum, lorden_threshold, siegmund_threshold, update_cusum
 from heli_identifier.following.observer import (
     Covariance,
@@ -104,7 +105,7 @@ def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change(seed):
         r = tuple(sums.products[i] for i in (0, 1, 2, 4, 5, 7))
         return Block((r, (), ()), (tuple(sums.products[i] for i in (3, 6, 8)), (), ()))
 
-    moved = shift_block(block(e), (theta, (), ()), 2.0)
+    moved = shift_block(block(e), Direction((theta, (), ()), ()), 2.0)
     assert np.allclose(moved.response[0], block(e - 2.0 * psi @ theta).response[0], rtol=1e-9, atol=1e-9)
 
 

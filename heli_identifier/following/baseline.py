@@ -24,12 +24,14 @@ nu, at most 28/(100 + 28) of it.
 """
 
 from math import exp, sqrt
+from operator import add
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, effect
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
 
+from ..online.linear_algebra import dot, row_indices
 from .blocks import Block, Packed
 from .changes import ELEVATION, PITCH, Direction, Laws, smallest_size
 
@@ -110,9 +112,8 @@ def allow_for_baseline(
 
     ``learns``: whether the twin follows.
     """
-    found = [discount(block.information[axis], block.response[axis], baseline.now[axis]) for axis in range(3)]
-    (w_1, u_1), (w_2, u_2), (w_3, u_3) = found
-    tested = Block((w_1, w_2, w_3), (u_1, u_2, u_3))
+    found = [discount(*own) for own in zip(block.information, block.response, baseline.now, strict=True)]
+    tested = Block(tuple([w for w, _ in found]), tuple([u for _, u in found]))
     if not learns:
         return tested, baseline
     a, b, c = [learn_coefficients(*found[axis], baseline.now[axis], deviations[axis]) for axis in range(3)]
@@ -128,64 +129,36 @@ def forget_latest(baseline: Baseline) -> Baseline:
 
 def discount(r: Packed, b: tuple[float, ...], own: Coefficients) -> tuple[Packed, tuple[float, ...]]:
     """Return W (packed) and u of a block with ``r`` (packed) and ``b``."""
-    m, p = own.mean, own.covariance
-    n = len(m)
-    rows = _square(r, n)
+    m, n = own.mean, len(own.mean)
+    rows, p = _unpack(r, n), _split(own.covariance, n)
     # [I + R P | R | b - R m], solved by Gauss and Jordan; I + R P has eigenvalues of 1 and more, no pivot is zero
-    table: list[list[float]] = []
-    for i in range(n):
-        left = [0.0] * n
-        rest = b[i]
-        for k in range(n):
-            value = rows[i][k]
-            rest -= value * m[k]
-            for j in range(n):
-                left[j] += value * p[k * n + j]
-        left[i] += 1.0
-        table.append([*left, *rows[i], rest])
+    table = [[*[(i == j) + dot(rows[i], p[j]) for j in range(n)], *rows[i], b[i] - dot(rows[i], m)] for i in range(n)]
     for i in range(n):
         pivot = 1.0 / table[i][i]
-        scaled = [pivot * x for x in table[i]]
-        table[i] = scaled
+        table[i] = [pivot * x for x in table[i]]
         for k in range(n):
             factor = table[k][i]
             if k != i and factor != 0.0:
-                table[k] = [x - factor * y for x, y in zip(table[k], scaled, strict=True)]
-    w: list[float] = []
-    for i in range(n):
-        for j in range(i, n):
-            w.append(0.5 * (table[i][n + j] + table[j][n + i]))
-    return tuple(w), tuple([table[i][2 * n] for i in range(n)])
+                table[k] = [x - factor * y for x, y in zip(table[k], table[i], strict=True)]
+    w = [0.5 * (table[i][n + j] + table[j][n + i]) for i in range(n) for j in range(i, n)]
+    return tuple(w), tuple([row[-1] for row in table])
 
 
 def learn_coefficients(
     w: Packed, u: tuple[float, ...], own: Coefficients, deviation: tuple[float, ...]
 ) -> Coefficients:
     """Return theta of an axis after a block with W ``w`` and ``u``; ``deviation``: of P_0."""
-    p = own.covariance
     n = len(u)
-    rows = _square(w, n)
+    rows, p = _unpack(w, n), _split(own.covariance, n)
     kept = exp(-1.0 / _WANDERING)
     fresh = 1.0 - kept * kept
-    mean: list[float] = []
-    seen: list[list[float]] = []
-    for i in range(n):
-        value = own.mean[i]
-        product = [0.0] * n
-        for k in range(n):
-            weight = p[i * n + k]
-            value += weight * u[k]
-            for j in range(n):
-                product[j] += weight * rows[k][j]
-        mean.append(kept * value)
-        seen.append(product)
-    covariance: list[float] = []
-    for i in range(n):
-        for j in range(n):
-            value = p[i * n + j]
-            for k in range(n):
-                value -= seen[i][k] * p[k * n + j]
-            covariance.append(kept * kept * value + (fresh * deviation[i] ** 2 if i == j else 0.0))
+    mean = [kept * (own.mean[i] + dot(p[i], u)) for i in range(n)]
+    seen = [[dot(p[i], row) for row in rows] for i in range(n)]
+    covariance = [
+        kept * kept * (p[i][j] - dot(seen[i], p[j])) + (fresh * deviation[i] ** 2 if i == j else 0.0)
+        for i in range(n)
+        for j in range(n)
+    ]
     return Coefficients(tuple(mean), tuple(covariance))
 
 
@@ -195,22 +168,18 @@ def add_uncertainty(baseline: Baseline, direction: Direction, error: float, size
     ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
     """
     square = error * error + _OF_EFFECT * _OF_EFFECT * size * size
-    axes: list[Coefficients] = []
-    for axis in range(3):
-        own, row = baseline.now[axis], direction[axis]
-        n = len(row)
-        more = [square * row[i] * row[j] for i in range(n) for j in range(n)]
-        axes.append(own._replace(covariance=tuple([a + b for a, b in zip(own.covariance, more, strict=True)])))
-    now = axes[0], axes[1], axes[2]
-    return Baseline(now, now, now, 0)
+    a, b, c = [
+        own._replace(covariance=tuple(map(add, own.covariance, [square * x * y for x in row for y in row])))
+        for own, row in zip(baseline.now, direction.rows, strict=True)
+    ]
+    return Baseline((a, b, c), (a, b, c), (a, b, c), 0)
 
 
-def _square(packed: Packed, n: int) -> list[list[float]]:
+def _unpack(packed: Packed, n: int) -> list[list[float]]:
     """Return a packed symmetric matrix by rows."""
-    rows = [[0.0] * n for _ in range(n)]
-    k = 0
-    for i in range(n):
-        for j in range(i, n):
-            rows[i][j] = rows[j][i] = packed[k]
-            k += 1
-    return rows
+    return [[packed[k] for k in row] for row in row_indices(n)]
+
+
+def _split(matrix: tuple[float, ...], n: int) -> list[tuple[float, ...]]:
+    """Return the rows of a matrix."""
+    return [matrix[n * i : n * i + n] for i in range(n)]

@@ -19,8 +19,10 @@ It is learned from blocks that have become PROVED blocks old without an alarm. D
 """
 
 from math import sqrt
+from operator import add
 from typing import NamedTuple
 
+from ..online.linear_algebra import dot, row_indices
 from .changes import Direction
 
 MEMORY = 120.0
@@ -88,8 +90,8 @@ class Inflation(NamedTuple):
 class Block(NamedTuple):
     """R (packed) and b of pitch, elevation and travel; R and b of an unusable axis are zero."""
 
-    information: tuple[Packed, Packed, Packed]
-    response: tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+    information: tuple[Packed, ...]
+    response: tuple[tuple[float, ...], ...]
 
 
 def start_sums(size: int) -> Sums:
@@ -107,35 +109,21 @@ def add_products(s: Sums) -> Sums:
     """Return the sums with the products of what came in since the last ones."""
     if s.taken == 0:
         return s
-    z = [*s.psi, s.e]
-    share = 1.0 / s.taken
-    products = list(s.products)
-    k = 0
-    for i in range(len(z)):
-        scaled = share * z[i]
-        for j in range(i, len(z)):
-            products[k] += scaled * z[j]
-            k += 1
-    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(products))
+    z, share = [*s.psi, s.e], 1.0 / s.taken
+    new = [share * z[i] * z[j] for i in range(len(z)) for j in range(i, len(z))]
+    return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(map(add, s.products, new)))
 
 
 def close_block(sums: tuple[Sums, Sums, Sums], noises: tuple[Noise, Noise, Noise]) -> Block:
     """Return the complete block, scaled by the noise."""
-    information: list[Packed] = []
-    response: list[tuple[float, ...]] = []
+    information, response = [], []
     for s, noise in zip(sums, noises, strict=True):
-        n, k = len(s.psi), 0
         scale = 0.0 if s.spoiled else 1.0 / noise.variance
-        scaled = [scale * x for x in s.products]
-        r: list[float] = []
-        b: list[float] = []
-        for i in range(n):
-            r += scaled[k : k + n - i]
-            b.append(scaled[k + n - i])
-            k += n - i + 1
-        information.append(tuple(r))
-        response.append(tuple(b))
-    return Block((information[0], information[1], information[2]), (response[0], response[1], response[2]))
+        rows = row_indices(len(s.psi) + 1)
+        own = [row[i:-1] for i, row in enumerate(rows[:-1])]
+        information.append(tuple([scale * s.products[k] for row in own for k in row]))
+        response.append(tuple([scale * s.products[row[-1]] for row in rows[:-1]]))
+    return Block(tuple(information), tuple(response))
 
 
 def learn_noise(noise: Noise, s: Sums) -> Noise:
@@ -163,21 +151,11 @@ def is_noise_known(noises: tuple[Noise, Noise, Noise]) -> bool:
 
 def project_block(block: Block, direction: Direction) -> tuple[float, float]:
     """Return D^T b and D^T R D of a block."""
-    response, information = 0.0, 0.0
-    for axis in range(3):
-        r, b, row = block.information[axis], block.response[axis], direction[axis]
-        n = len(row)
-        k = 0
-        for i in range(n):
-            if row[i] == 0.0:
-                k += n - i
-                continue
-            response += row[i] * b[i]
-            information += row[i] * row[i] * r[k]
-            k += 1
-            for j in range(i + 1, n):
-                information += 2.0 * row[i] * row[j] * r[k]
-                k += 1
+    response = information = 0.0
+    for axis, square in enumerate(direction.squares):
+        if square:
+            response += dot(direction.rows[axis], block.response[axis])
+            information += dot(square, block.information[axis])
     return response, information
 
 
@@ -191,23 +169,14 @@ def learn_inflation(c: Inflation, u: float, u_1: float, u_2: float, information:
 
 def empty_block(block: Block) -> Block:
     """Return a block like ``block`` that tells nothing."""
-    a, b, c = [(0.0,) * len(x) for x in block.information]
-    d, e, f = [(0.0,) * len(x) for x in block.response]
-    return Block((a, b, c), (d, e, f))
+    nothing = [tuple([(0.0,) * len(own) for own in axes]) for axes in block]
+    return Block(nothing[0], nothing[1])
 
 
 def shift_block(block: Block, direction: Direction, size: float) -> Block:
     """Return ``block`` for a twin in which a change of ``size`` along ``direction`` is in use: b - R D size."""
     responses = []
-    for axis in range(3):
-        r, b, theta = block.information[axis], list(block.response[axis]), [size * x for x in direction[axis]]
-        k = 0
-        for i in range(len(b)):
-            b[i] -= r[k] * theta[i]
-            k += 1
-            for j in range(i + 1, len(theta)):
-                b[i] -= r[k] * theta[j]
-                b[j] -= r[k] * theta[i]
-                k += 1
-        responses.append(tuple(b))
-    return Block(block.information, (responses[0], responses[1], responses[2]))
+    for r, b, row in zip(block.information, block.response, direction.rows, strict=True):
+        moved = [dot([r[k] for k in indices], row) for indices in row_indices(len(b))]
+        responses.append(tuple([x - size * by for x, by in zip(b, moved, strict=True)]))
+    return Block(block.information, tuple(responses))

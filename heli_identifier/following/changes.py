@@ -22,6 +22,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
 
 from ..online import Candidate, Motion, candidate, candidate_value
+from ..online.linear_algebra import bilinear_form
 
 PITCH, ELEVATION, TRAVEL, ROTORS = 0, 1, 2, 3
 """Numbers of the axes; the rotors act on all."""
@@ -31,9 +32,6 @@ FRONT, REAR, BOTH = "rotor.front", "rotor.rear", "rotors.thrust"
 
 Laws = tuple[tuple[Candidate, ...], tuple[Candidate, ...], tuple[Candidate, ...]]
 """Laws of the effects that may be switched on, by axis; a constant torque is the regressor 1."""
-
-Direction = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-"""D: coefficients of the regressors of pitch, elevation and travel."""
 
 _COMMON = 4
 """Regressors of each axis before those of the effects."""
@@ -68,6 +66,16 @@ class Change(NamedTuple):
     def axes(self) -> tuple[int, ...]:
         """Numbers of the axes on which the change acts."""
         return (PITCH, ELEVATION, TRAVEL) if self.axis == ROTORS else (self.axis,)
+
+
+class Direction(NamedTuple):
+    """D: coefficients of the regressors of pitch, elevation and travel (``rows``), and those of D^T R D (``squares``).
+
+    The squares of an axis whose row is zero are empty.
+    """
+
+    rows: tuple[tuple[float, ...], ...]
+    squares: tuple[tuple[float, ...], ...]
 
 
 def smallest_size(name: str, unit: str) -> float:
@@ -112,15 +120,8 @@ def regress_motion(
 ) -> tuple[list[float], list[float], list[float]]:
     """Return the regressors of pitch, elevation and travel [rad/s^2 per unit of their coefficients].
 
-    Parameters
-    ----------
-    state : PlantState
-        As the observer sees it.
-    mu_diff, mu_sum : float
-        Difference and sum of the rotors' thrust voltages [V].
-    laws : Laws
-    theta0 : float
-        Pitch at which gravity has no torque [rad].
+    ``state`` as the observer sees it; ``mu_diff``, ``mu_sum``: difference and sum of the rotors' thrust voltages [V];
+    ``theta0``: pitch at which gravity has no torque [rad].
     """
     th, ep, la, w1, w2, w3, nu_front, nu_rear, _, _, _, rest = state
     up, aside = cos(th), sin(th)
@@ -143,12 +144,9 @@ def find_directions(
         if change.axis != ROTORS:
             rows[change.axis][change.column] = gains[change.axis] if change.times_gain else 1.0
         else:
-            for axis in range(3):
-                k = gains[axis]
-                if change.name == BOTH:
-                    rows[axis][0] = k
-                else:
-                    rows[axis][0] = 0.5 * k
-                    rows[axis][1] = 0.5 * k if change.name == FRONT else -0.5 * k
-        found.append((tuple(rows[0]), tuple(rows[1]), tuple(rows[2])))
+            share, apart = {FRONT: (0.5, 0.5), REAR: (0.5, -0.5), BOTH: (1.0, 0.0)}[change.name]
+            for row, k in zip(rows, gains, strict=True):
+                row[:2] = share * k, apart * k
+        squares = tuple([tuple(bilinear_form(row, row)) if any(row) else () for row in rows])
+        found.append(Direction(tuple([tuple(row) for row in rows]), squares))
     return tuple(found)

@@ -19,21 +19,9 @@ from ..online import (
     start,
     step,
 )
+from . import blocks, prediction
 from .baseline import allow_for_baseline, forget_latest, start_baseline
-from .blocks import (
-    PROVED,
-    Inflation,
-    Noise,
-    Sums,
-    add_products,
-    add_sample,
-    close_block,
-    deviations_of,
-    empty_block,
-    is_noise_known,
-    learn_noise,
-    start_sums,
-)
+from .blocks import Sums
 from .cusum import NOTHING, Cusum
 from .observer import (
     Angles,
@@ -47,7 +35,7 @@ from .observer import (
     weigh_sample,
 )
 from .plan import FollowPlan, FollowSettings, prepare_following
-from .prediction import Predictions, drop_copies, drop_rival, launch_copies, move_copies, rms
+from .prediction import Predictions
 from .state import (
     FOLLOWING,
     HEARD,
@@ -77,7 +65,7 @@ _RAMP = 2.0
 _KEPT = 90
 """Blocks that are kept: a change is looked for in the last minute and a half."""
 
-_TESTED = PROVED + 3
+_TESTED = blocks.PROVED + 3
 """Blocks that are kept as the tests see them: a proved one and the two before it."""
 
 _DROPPED = 2
@@ -102,10 +90,10 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         stream=start_stream(angles),
         values=Values(twin, twin.values, twin.values, 0, (), (0.0,) * len(twin.values)),
         predictions=Predictions(angles, angles),
-        sums=(start_sums(a), start_sums(b), start_sums(c)),
-        noises=(Noise(), Noise(), Noise()),
+        sums=(blocks.start_sums(a), blocks.start_sums(b), blocks.start_sums(c)),
+        noises=(blocks.Noise(), blocks.Noise(), blocks.Noise()),
         baseline=start_baseline(plan.deviations),
-        inflations=(Inflation(),) * count,
+        inflations=(blocks.Inflation(),) * count,
         blocks=(),
         tested=(),
         cusums=(Cusum(),) * count,
@@ -144,7 +132,7 @@ def correct(
     p, fresh = values.now.parameters, now.fresh > 0.5
     unseen = state.observer.gap.unseen if state.mode != SUSPENDED else 0
     observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan.observer)
-    noise = deviations_of(state.noises)
+    noise = blocks.deviations_of(state.noises)
     weight = weigh_sample(observer, unseen, noise, p, plan.observer) if fresh else weigh_full(plan.observer)
     a, b, c = weight.deviations
     scatter = (a * noise[0], b * noise[1], c * noise[2])
@@ -194,7 +182,7 @@ def _suspend(state: CorrectorState, time: float, plan: FollowPlan) -> tuple[Corr
     return state.without_alarm().enter(
         SUSPENDED,
         values=state.values._replace(rival=()),
-        predictions=drop_rival(drop_copies(state.predictions)),
+        predictions=prediction.drop_rival(prediction.drop_copies(state.predictions)),
         blocks=state.blocks[:-_DROPPED],
         tested=(),
         baseline=forget_latest(state.baseline),
@@ -210,7 +198,7 @@ def _resume(state: CorrectorState, angles: Angles, time: float, plan: FollowPlan
     instant = start_instant(first, state.values.now.parameters, plan.columns)
     instant = instant._replace(memory=PlantMemory(instant.memory.state, memory.since, memory.held))
     return state.enter(
-        FOLLOWING if is_noise_known(state.noises) else STARTING,
+        FOLLOWING if blocks.is_noise_known(state.noises) else STARTING,
         settled=state.samples + plan.settling,
         observer=state.observer._replace(instant=instant),
     ), [make_event(time, STREAM, "back", plan)]
@@ -219,8 +207,8 @@ def _resume(state: CorrectorState, angles: Angles, time: float, plan: FollowPlan
 def _withdraw_block(state: CorrectorState) -> CorrectorState:
     """Return the state as if the last block had told nothing: an encoder stood in it, which has been seen only now."""
     return state._replace(
-        blocks=(*state.blocks[:-1], *[empty_block(block) for block in state.blocks[-1:]]),
-        tested=(*state.tested[:-1], *[empty_block(block) for block in state.tested[-1:]]),
+        blocks=(*state.blocks[:-1], *[blocks.empty_block(block) for block in state.blocks[-1:]]),
+        tested=(*state.tested[:-1], *[blocks.empty_block(block) for block in state.tested[-1:]]),
         cusums=state.cusums_before,
     )
 
@@ -244,7 +232,7 @@ def _take_innovations(
             if state.mode != STARTING:
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
             psi = instant.sensitivities[axis].angle
-            total = add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
+            total = blocks.add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
         result.append(total)
     return result[0], result[1], result[2]
 
@@ -252,25 +240,33 @@ def _take_innovations(
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:
     """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
     values, compared = state.values, False
-    predictions = move_copies(state.predictions, values.now, plan.twin(plan.first_values), values.rival, plan)
+    predictions = prediction.move_copies(
+        state.predictions, values.now, plan.twin(plan.first_values), values.rival, plan
+    )
     if predictions.steps % plan.per_launch == 0:
         if state.mode != SUSPENDED and state.samples >= state.settled:
             seen = state.observer.instant.memory.state
-            predictions, compared = launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
+            predictions, compared = prediction.launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
         else:
-            predictions = drop_copies(predictions)
+            predictions = prediction.drop_copies(predictions)
     a, b, c = state.sums
-    return state._replace(predictions=predictions, sums=(add_products(a), add_products(b), add_products(c))), compared
+    return state._replace(
+        predictions=predictions, sums=(blocks.add_products(a), blocks.add_products(b), blocks.add_products(c))
+    ), compared
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
     a, b, c = state.sums
-    block = close_block(state.sums, state.noises)
+    block = blocks.close_block(state.sums, state.noises)
     if state.mode in (STARTING, FOLLOWING, WATCHED, ON_TRIAL):
         first, second, third = state.noises
-        state = state._replace(noises=(learn_noise(first, a), learn_noise(second, b), learn_noise(third, c)))
-    state = state._replace(sums=(start_sums(len(a.psi)), start_sums(len(b.psi)), start_sums(len(c.psi))))
+        state = state._replace(
+            noises=(blocks.learn_noise(first, a), blocks.learn_noise(second, b), blocks.learn_noise(third, c))
+        )
+    state = state._replace(
+        sums=(blocks.start_sums(len(a.psi)), blocks.start_sums(len(b.psi)), blocks.start_sums(len(c.psi)))
+    )
     if state.mode == STARTING:
         return state
     tested, baseline = allow_for_baseline(block, state.baseline, state.mode == FOLLOWING, plan.deviations)
@@ -290,8 +286,8 @@ def _output(
         compared=compared,
         predicted=predictions.predicted,
         predicted_alone=predictions.predicted_alone,
-        error=rms(predictions.used[-plan.window :]) if compared else nothing,
-        error_alone=rms(predictions.alone[-plan.window :]) if compared else nothing,
+        error=prediction.rms(predictions.used[-plan.window :]) if compared else nothing,
+        error_alone=prediction.rms(predictions.alone[-plan.window :]) if compared else nothing,
         observed=(*measured_angles(seen), seen.pitch_rate, seen.elevation_rate, seen.travel_rate),
         torque=instant.torque,
         values=state.values.now.values,

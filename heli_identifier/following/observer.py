@@ -216,24 +216,10 @@ def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
 
 
 def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: ObserverPlan) -> tuple[Instant, Voltages]:
-    """Return the twin one sampling interval later, and the voltages that arrived at its motors [V].
+    """Return the twin one sampling interval after ``time`` [s], and the voltages that arrived at its motors [V].
 
-    Parameters
-    ----------
-    now : Instant
-        At ``time`` [s], corrected if a sample came in.
-    voltages : tuple
-        Held from then on [V].
-    time : float
-    twin : Twin
-    plan : ObserverPlan
-
-    Returns
-    -------
-    instant : Instant
-        Not yet corrected: the sensitivities' ``angle`` is psi.
-    arrived : tuple
-        Front and rear, without the rotors' shares [V].
+    ``voltages`` [V] are held meanwhile. The sensitivities' ``angle`` is then psi; what arrived is without the rotors'
+    shares.
     """
     h, p, before = plan.sample_time, twin.parameters, now.memory.state
     front, rear = apply_shares(voltages, twin)
@@ -259,18 +245,8 @@ def advance_observer(
 ) -> tuple[Observer, Voltages]:
     """Return the observer at sample ``k``, before its correction, and the voltages that arrived since [V].
 
-    Parameters
-    ----------
-    observer : Observer
-        At sample ``k`` - 1.
-    voltages : tuple
-        Held from sample ``k`` on [V].
-    k : int
-    crosses : bool
-        Whether sample ``k`` came in after a gap, which is gone through once more. What arrived is then less by what the
-        twin had taken for it before.
-    twin : Twin
-    plan : ObserverPlan
+    ``voltages`` [V] are held from sample ``k`` on. Where ``k`` is the first sample after a gap it ``crosses`` the gap
+    once more; what arrived is then less by what the twin had taken for it before.
     """
     h, gap = plan.sample_time, observer.gap
     if not crosses:
@@ -365,15 +341,7 @@ def weigh_sample(
 ) -> Weight:
     """Return how much a sample counts that came in after ``unseen`` instants without one.
 
-    Parameters
-    ----------
-    observer : Observer
-        Before the correction by the sample.
-    unseen : int
-    noise : tuple
-        Standard deviations of the innovations of the axes in the steady state [rad].
-    p : PlantParameters
-    plan : ObserverPlan
+    ``noise``: standard deviations of the innovations of the axes in the steady state [rad].
     """
     known, rough, h = observer.covariances, observer.roughness, plan.sample_time
     if not known and unseen == 0:

@@ -94,18 +94,8 @@ def update_stream(
 ) -> Stream:
     """Return how the samples come in, after one more instant.
 
-    Parameters
-    ----------
-    stream : Stream
-    angles : tuple
-        Of the rig [rad].
-    fresh : bool
-        Whether they are of this instant.
-    state, torque : PlantState, Torque
-        As the observer predicts them.
-    noise : tuple
-        Standard deviations of the innovations [rad].
-    plan : FollowPlan
+    The ``angles`` of the rig [rad] are of this instant if they are ``fresh``; ``state`` and ``torque`` are those that
+    the observer predicts, ``noise`` the standard deviations of the innovations [rad].
     """
     if not fresh:
         unseen = stream.unseen + 1

@@ -16,22 +16,12 @@ explains it 100 times better goes on trial instead; else the size is ramped in. 
 soon as they predict better with t > 3, they are taken again.
 """
 
+from . import naming
 from .baseline import add_uncertainty, forget_latest
 from .blocks import deviations_of, is_noise_known, shift_block
 from .changes import Direction
 from .cusum import NOTHING, Finding, check_alarm, estimate_begin, estimate_size, update_cusum
-from .naming import (
-    LEAD,
-    SWINGING,
-    find_changes,
-    find_likelier,
-    find_thresholds,
-    is_contradicted,
-    learn_inflations,
-    project_blocks,
-    refine_size,
-    report_finding,
-)
+from .naming import LEAD
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors, drop_rival
 from .state import (
@@ -94,7 +84,7 @@ def judge_block(state: CorrectorState, report: IdentifierReport, plan: FollowPla
         return state, []
     time = state.samples * plan.settings.sample_time
     directions = plan.directions(state.values.end)
-    state = state._replace(inflations=learn_inflations(state, directions))
+    state = state._replace(inflations=naming.learn_inflations(state, directions))
     if report.scores:
         counts = [n + 1 if abs(score) > _SCORE else 0 for n, score in zip(state.scored, report.scores, strict=True)]
         state = state._replace(scored=tuple(counts))
@@ -116,11 +106,11 @@ def _update_cusums(
     state: CorrectorState, directions: tuple[Direction, ...], plan: FollowPlan
 ) -> tuple[CorrectorState, int]:
     """Take the newest block into the CUSUMs; return the blocks since the one that raises an alarm was zero, else 0."""
-    newest = project_blocks(state.tested[-1:], directions, state.inflations, common=False)
+    newest = naming.project_blocks(state.tested[-1:], directions, state.inflations, common=False)
     seen = newest[0] if newest else ((0.0, 0.0),) * len(directions)
     rows = zip(state.cusums, seen, plan.changes, strict=True)
     cusums = tuple([update_cusum(cusum, *of_block, change.size) for cusum, of_block, change in rows])
-    alarm, run = check_alarm(cusums, find_thresholds(state.inflations, plan))
+    alarm, run = check_alarm(cusums, naming.find_thresholds(state.inflations, plan))
     return state._replace(cusums=cusums, cusums_before=state.cusums, alarm=alarm), run
 
 
@@ -134,22 +124,24 @@ def look_for_change(
     if _is_worse_than_alone(state, plan):
         return take_back(state, plan.first_values, "worse than alone", time, plan)
     if run > 0 and not is_doubtful(state.stream, deviations_of(state.noises), plan):
-        found, _ = find_changes(state, directions, run + SWINGING, plan)
+        found, _ = naming.find_changes(state, directions, run + naming.SWINGING, plan)
         first = found[0] if found else NOTHING
         state = state.enter(ALARMED, finding=first, run=run, baseline=forget_latest(state.baseline))
-        return state, [report_finding(state, ALARM, "suspected", first, time, plan)]
+        return state, [naming.report_finding(state, ALARM, "suspected", first, time, plan)]
     for slot, blocks in enumerate(state.scored):
         if blocks >= _SCORE_TIME:
             one = _measure(state, directions, len(plan.changes) - len(state.scored) + slot, plan)
             if one.change >= 0 and abs(one.z) >= _LEAST_Z:
                 state = state._replace(scored=(0,) * len(state.scored), finding=one)
-                return _put_on_trial(state, one, time, plan, report_finding(state, ALARM, "scored", one, time, plan))
+                return _put_on_trial(
+                    state, one, time, plan, naming.report_finding(state, ALARM, "scored", one, time, plan)
+                )
     return state, []
 
 
 def _measure(state: CorrectorState, directions: tuple[Direction, ...], number: int, plan: FollowPlan) -> Finding:
     """Return the size of a change from all blocks that are kept."""
-    seen = project_blocks(state.blocks, directions, state.inflations, common=False)
+    seen = naming.project_blocks(state.blocks, directions, state.inflations, common=False)
     return estimate_size(seen, number, plan.changes[number].size, *plan.bounds(number, state.values.end))
 
 
@@ -158,10 +150,10 @@ def name_change(
 ) -> Judged:
     """Name the change as soon as it leads, or when patience is over."""
     elapsed = (state.samples - state.since) // (plan.block * plan.coarse)
-    found, measured = find_changes(state, directions, state.run + SWINGING + elapsed, plan)
+    found, measured = naming.find_changes(state, directions, state.run + naming.SWINGING + elapsed, plan)
     late = elapsed >= _PATIENCE
     if not found:
-        held = report_finding(state, HELD, "impossible", NOTHING, time, plan)
+        held = naming.report_finding(state, HELD, "impossible", NOTHING, time, plan)
         return (state.follow_again(), [held]) if late else (state, [])
     first = found[0]
     leads = len(found) == 1 or first.evidence - found[1].evidence >= LEAD
@@ -175,17 +167,17 @@ def name_change(
     elif abs(first.z) < _LEAST_Z:
         why = "insignificant"
     if not why and (leads or late):
-        event = report_finding(state, ALARM, "named" if leads else "ambiguous", first, time, plan)
+        event = naming.report_finding(state, ALARM, "named" if leads else "ambiguous", first, time, plan)
         return _put_on_trial(state, first, time, plan, event)
     if late:
-        return state.follow_again(), [report_finding(state, HELD, why, first, time, plan)]
+        return state.follow_again(), [naming.report_finding(state, HELD, why, first, time, plan)]
     return state, []
 
 
 def _put_on_trial(state: CorrectorState, finding: Finding, time: float, plan: FollowPlan, *events: Event) -> Judged:
     """Start a rival twin with the change; without corrections, hold. ``events`` are reported before."""
     if not plan.settings.correcting:
-        return state.follow_again(), [*events, report_finding(state, HELD, "off", finding, time, plan)]
+        return state.follow_again(), [*events, naming.report_finding(state, HELD, "off", finding, time, plan)]
     rival = plan.twin(plan.change_values(finding.change, finding.size, state.values.end))
     values = state.values._replace(rival=(rival,))
     predictions = drop_rival(state.predictions)
@@ -202,20 +194,20 @@ def try_change(
     difference, t = compare_errors(rival, state.predictions.against, plan.changes[state.finding.change].axes)
     if abs(t) < _SURELY and len(rival) < _TRIAL_WINDOWS * plan.window:
         return state, []
-    latest = refine_size(state, directions, state.finding, plan)
-    likelier = find_likelier(state, directions, latest, plan)
+    latest = naming.refine_size(state, directions, state.finding, plan)
+    likelier = naming.find_likelier(state, directions, latest, plan)
     if likelier.change >= 0:
-        held = report_finding(state, HELD, "outdone", latest, time, plan)
-        named = report_finding(state, ALARM, "named", likelier, time, plan)
+        held = naming.report_finding(state, HELD, "outdone", latest, time, plan)
+        named = naming.report_finding(state, ALARM, "named", likelier, time, plan)
         return _put_on_trial(state, likelier, time, plan, held, named)
     why = ""
     if difference >= 0.0 or t > -_SURELY:
         why = "not better"
-    elif is_contradicted(state, latest, report, plan):
+    elif naming.is_contradicted(state, latest, report, plan):
         why = "contradicted"
     if why:
-        return state.follow_again(), [report_finding(state, HELD, why, latest, time, plan)]
-    event = report_finding(state, ADOPTED, "better", latest, time, plan)
+        return state.follow_again(), [naming.report_finding(state, HELD, why, latest, time, plan)]
+    event = naming.report_finding(state, ADOPTED, "better", latest, time, plan)
     return _adopt(state, directions[latest.change], latest, event.standard_error, plan), [event]
 
 
@@ -258,7 +250,7 @@ def watch_change(state: CorrectorState, directions: tuple[Direction, ...], time:
     left = _measure(state, directions, number, plan)
     if left.change < 0 or abs(left.z) < _REFINING:
         # of a slow change the last part tells most
-        seen = project_blocks(state.blocks, directions, state.inflations, common=False)
+        seen = naming.project_blocks(state.blocks, directions, state.inflations, common=False)
         bounds = plan.bounds(number, state.values.end)
         left = estimate_begin(seen, number, len(seen), plan.changes[number].size, *bounds)
         if left.evidence < LEAD:
