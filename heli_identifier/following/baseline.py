@@ -51,7 +51,7 @@ _WANDERING = 1800.0
 _AGE = 20
 """Blocks after which what was learned counts as learned without a change."""
 
-Deviations = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+Deviations = tuple[tuple[float, ...], ...]
 """Square roots of P_0's diagonal for pitch, elevation and travel; the regressors are uncorrelated."""
 
 
@@ -62,7 +62,7 @@ class Coefficients(NamedTuple):
     covariance: tuple[float, ...]
 
 
-Axes = tuple[Coefficients, Coefficients, Coefficients]
+Axes = tuple[Coefficients, ...]
 
 
 class Baseline(NamedTuple):
@@ -91,18 +91,14 @@ def prior_deviations(p: PlantParameters, laws: Laws) -> Deviations:
         if axis in (PITCH, ELEVATION):
             own.append(_SHARE * abs(stiffnesses[axis]))
         found.append(tuple(own))
-    return found[0], found[1], found[2]
+    return tuple(found)
 
 
 def start_baseline(deviations: Deviations) -> Baseline:
     """Return the baseline before anything is known."""
-    a, b, c = [
-        Coefficients(
-            (0.0,) * len(own), tuple([x**2 if i == j else 0.0 for i, x in enumerate(own) for j in range(len(own))])
-        )
-        for own in deviations
-    ]
-    return Baseline((a, b, c), (a, b, c), (a, b, c), 0)
+    prior = [[[x * x if i == j else 0.0 for j in range(len(own))] for i, x in enumerate(own)] for own in deviations]
+    axes = tuple([Coefficients((0.0,) * len(rows), tuple([x for row in rows for x in row])) for rows in prior])
+    return Baseline(axes, axes, axes, 0)
 
 
 def allow_for_baseline(
@@ -116,10 +112,11 @@ def allow_for_baseline(
     tested = Block(tuple([w for w, _ in found]), tuple([u for _, u in found]))
     if not learns:
         return tested, baseline
-    a, b, c = [learn_coefficients(*found[axis], baseline.now[axis], deviations[axis]) for axis in range(3)]
+    rows = zip(found, baseline.now, deviations, strict=True)
+    axes = tuple([learn_coefficients(w, u, own, deviation) for (w, u), own, deviation in rows])
     if baseline.age + 1 < _AGE:
-        return tested, baseline._replace(now=(a, b, c), age=baseline.age + 1)
-    return tested, Baseline((a, b, c), (a, b, c), baseline.coming, 0)
+        return tested, baseline._replace(now=axes, age=baseline.age + 1)
+    return tested, Baseline(axes, axes, baseline.coming, 0)
 
 
 def forget_latest(baseline: Baseline) -> Baseline:
@@ -168,11 +165,13 @@ def add_uncertainty(baseline: Baseline, direction: Direction, error: float, size
     ``error`` is the standard error of what was adopted, ``size`` the smallest change that matters nu.
     """
     square = error * error + _OF_EFFECT * _OF_EFFECT * size * size
-    a, b, c = [
-        own._replace(covariance=tuple(map(add, own.covariance, [square * x * y for x in row for y in row])))
-        for own, row in zip(baseline.now, direction.rows, strict=True)
-    ]
-    return Baseline((a, b, c), (a, b, c), (a, b, c), 0)
+    axes = tuple(
+        [
+            own._replace(covariance=tuple(map(add, own.covariance, [square * x * y for x in row for y in row])))
+            for own, row in zip(baseline.now, direction.rows, strict=True)
+        ]
+    )
+    return Baseline(axes, axes, axes, 0)
 
 
 def _unpack(packed: Packed, n: int) -> list[list[float]]:

@@ -114,7 +114,7 @@ def add_products(s: Sums) -> Sums:
     return s._replace(psi=(0.0,) * len(s.psi), e=0.0, taken=0, products=tuple(map(add, s.products, new)))
 
 
-def close_block(sums: tuple[Sums, Sums, Sums], noises: tuple[Noise, Noise, Noise]) -> Block:
+def close_block(sums: tuple[Sums, ...], noises: tuple[Noise, ...]) -> Block:
     """Return the complete block, scaled by the noise."""
     information, response = [], []
     for s, noise in zip(sums, noises, strict=True):
@@ -138,13 +138,12 @@ def learn_noise(noise: Noise, s: Sums) -> Noise:
     return Noise(noise.variance + (mean - noise.variance) / blocks, blocks)
 
 
-def deviations_of(noises: tuple[Noise, Noise, Noise]) -> tuple[float, float, float]:
-    """Return the standard deviations of the innovations of the three axes [rad]."""
-    a, b, c = noises
-    return sqrt(a.variance), sqrt(b.variance), sqrt(c.variance)
+def deviations_of(noises: tuple[Noise, ...]) -> tuple[float, ...]:
+    """Return the standard deviations of the innovations of the axes [rad]."""
+    return tuple([sqrt(noise.variance) for noise in noises])
 
 
-def is_noise_known(noises: tuple[Noise, Noise, Noise]) -> bool:
+def is_noise_known(noises: tuple[Noise, ...]) -> bool:
     """Return whether enough blocks have told the noise; an axis that never moves tells none."""
     return max(noise.blocks for noise in noises) >= _LEARNED
 

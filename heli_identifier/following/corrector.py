@@ -79,7 +79,6 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     """Return the state at sample 0, the plant at rest in its angles."""
     voltages, angles = (now.v_front, now.v_rear), (now.pitch, now.elevation, now.travel)
     twin, count = plan.twin(plan.first_values), len(plan.changes)
-    a, b, c = plan.columns
     instant = start_instant(start_state(*angles, *voltages), twin.parameters, plan.columns)
     return CorrectorState(
         samples=0,
@@ -90,7 +89,7 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
         stream=start_stream(angles),
         values=Values(twin, twin.values, twin.values, 0, (), (0.0,) * len(twin.values)),
         predictions=Predictions(angles, angles),
-        sums=(blocks.start_sums(a), blocks.start_sums(b), blocks.start_sums(c)),
+        sums=tuple([blocks.start_sums(n) for n in plan.columns]),
         noises=(blocks.Noise(), blocks.Noise(), blocks.Noise()),
         baseline=start_baseline(plan.deviations),
         inflations=(blocks.Inflation(),) * count,
@@ -134,8 +133,7 @@ def correct(
     observer, arrived = advance_observer(state.observer, voltages, k, fresh and unseen > 0, values.now, plan.observer)
     noise = blocks.deviations_of(state.noises)
     weight = weigh_sample(observer, unseen, noise, p, plan.observer) if fresh else weigh_full(plan.observer)
-    a, b, c = weight.deviations
-    scatter = (a * noise[0], b * noise[1], c * noise[2])
+    scatter = tuple([a * b for a, b in zip(weight.deviations, noise, strict=True)])
     predicted = observer.instant
     stream = update_stream(state.stream, angles, fresh, predicted.memory.state, predicted.torque, scatter, plan)
     fresh = fresh and not stream.broken
@@ -214,8 +212,8 @@ def _withdraw_block(state: CorrectorState) -> CorrectorState:
 
 
 def _take_innovations(
-    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: Angles, plan: FollowPlan
-) -> tuple[Sums, Sums, Sums]:
+    state: CorrectorState, angles: Angles, fresh: bool, weight: Weight, noise: tuple[float, ...], plan: FollowPlan
+) -> tuple[Sums, ...]:
     """Return the sums with a sample's innovations; sums without them are spoiled."""
     instant, k = state.observer.instant, state.samples
     predicted = measured_angles(instant.memory.state)
@@ -234,7 +232,7 @@ def _take_innovations(
             psi = instant.sensitivities[axis].angle
             total = blocks.add_sample(total, psi if share == 1.0 else tuple([share * x for x in psi]), innovation)
         result.append(total)
-    return result[0], result[1], result[2]
+    return tuple(result)
 
 
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> tuple[CorrectorState, bool]:
@@ -249,24 +247,17 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
             predictions, compared = prediction.launch_copies(predictions, seen, angles, fresh, values.rival != (), plan)
         else:
             predictions = prediction.drop_copies(predictions)
-    a, b, c = state.sums
-    return state._replace(
-        predictions=predictions, sums=(blocks.add_products(a), blocks.add_products(b), blocks.add_products(c))
-    ), compared
+    sums = tuple([blocks.add_products(one) for one in state.sums])
+    return state._replace(predictions=predictions, sums=sums), compared
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
-    a, b, c = state.sums
     block = blocks.close_block(state.sums, state.noises)
     if state.mode in (STARTING, FOLLOWING, WATCHED, ON_TRIAL):
-        first, second, third = state.noises
-        state = state._replace(
-            noises=(blocks.learn_noise(first, a), blocks.learn_noise(second, b), blocks.learn_noise(third, c))
-        )
-    state = state._replace(
-        sums=(blocks.start_sums(len(a.psi)), blocks.start_sums(len(b.psi)), blocks.start_sums(len(c.psi)))
-    )
+        learned = [blocks.learn_noise(*own) for own in zip(state.noises, state.sums, strict=True)]
+        state = state._replace(noises=tuple(learned))
+    state = state._replace(sums=tuple([blocks.start_sums(n) for n in plan.columns]))
     if state.mode == STARTING:
         return state
     tested, baseline = allow_for_baseline(block, state.baseline, state.mode == FOLLOWING, plan.deviations)

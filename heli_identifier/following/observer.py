@@ -110,8 +110,8 @@ class ObserverPlan(NamedTuple):
     """
 
     sample_time: float
-    gains: tuple[ObserverGains, ObserverGains, ObserverGains]
-    steady: tuple[Steady, Steady, Steady]
+    gains: tuple[ObserverGains, ...]
+    steady: tuple[Steady, ...]
     remembered: int
     step: Callable
     arriving: Callable
@@ -125,7 +125,7 @@ class Instant(NamedTuple):
 
     memory: PlantMemory
     torque: Torque
-    sensitivities: tuple[Sensitivity, Sensitivity, Sensitivity]
+    sensitivities: tuple[Sensitivity, ...]
 
 
 class Gap(NamedTuple):
@@ -161,8 +161,8 @@ class Weight(NamedTuple):
     P of the axes after the correction; empty in the steady state.
     """
 
-    gains: tuple[ObserverGains, ObserverGains, ObserverGains]
-    deviations: tuple[float, float, float]
+    gains: tuple[ObserverGains, ...]
+    deviations: tuple[float, ...]
     covariances: tuple[Covariance, ...]
 
 
@@ -200,8 +200,7 @@ def prepare_observer(
 
 def start_instant(first: PlantState, p: PlantParameters, columns: tuple[int, int, int]) -> Instant:
     """Return the twin in the state ``first``, nothing having acted on the ``columns`` regressors of each axis."""
-    a, b, c = [Sensitivity((0.0,) * n, (0.0,) * n, (0.0,) * n) for n in columns]
-    return Instant(begin(first, p), Torque(), (a, b, c))
+    return Instant(begin(first, p), Torque(), tuple([Sensitivity((0.0,) * n, (0.0,) * n, (0.0,) * n) for n in columns]))
 
 
 def start_observer(instant: Instant, voltages: Voltages) -> Observer:
@@ -234,10 +233,10 @@ def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: Obs
     )
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)
     own = ((p.a_th * cos(before.pitch - p.theta0), p.a_wx), (p.a_e, p.a_wz), (0.0, p.a_wy))
-    a, b, c = [
+    sensitivities = [
         predict_sensitivity(now.sensitivities[axis], acting[axis], *own[axis], h, plan.gains[axis]) for axis in range(3)
     ]
-    return Instant(memory._replace(state=kept), torque, (a, b, c)), voltages
+    return Instant(memory._replace(state=kept), torque, tuple(sensitivities)), voltages
 
 
 def advance_observer(
@@ -276,8 +275,8 @@ def correct_observer(observer: Observer, angles: Angles, weight: Weight, plan: O
     """Return the observer after the correction by a sample of the ``angles`` [rad]."""
     before, voltages = observer.instant, observer.voltages
     kept, torque = measured_against(before.memory.state, before.torque, *angles, *weight.gains)
-    a, b, c = [correct_sensitivity(before.sensitivities[axis], weight.gains[axis]) for axis in range(3)]
-    instant = Instant(before.memory._replace(state=kept), torque, (a, b, c))
+    rows = [correct_sensitivity(*own) for own in zip(before.sensitivities, weight.gains, strict=True)]
+    instant = Instant(before.memory._replace(state=kept), torque, tuple(rows))
     roughness = learn_roughness(observer.roughness, voltages, observer.gap.unseen > 0, plan.sample_time)
     covariances = weight.covariances if roughness.in_a_row < plan.remembered else ()
     return Observer(instant, voltages, Gap(instant, voltages), roughness, covariances)
@@ -337,7 +336,7 @@ def weigh_full(plan: ObserverPlan) -> Weight:
 
 
 def weigh_sample(
-    observer: Observer, unseen: int, noise: tuple[float, float, float], p: PlantParameters, plan: ObserverPlan
+    observer: Observer, unseen: int, noise: tuple[float, ...], p: PlantParameters, plan: ObserverPlan
 ) -> Weight:
     """Return how much a sample counts that came in after ``unseen`` instants without one.
 
@@ -364,7 +363,7 @@ def weigh_sample(
         gains.append(kalman_gains(u, kept))
         deviations.append(sqrt((u.angle + 1.0) / steady.variance))
         after.append(correct_covariance(u))
-    return Weight((gains[0], gains[1], gains[2]), (deviations[0], deviations[1], deviations[2]), tuple(after))
+    return Weight(tuple(gains), tuple(deviations), tuple(after))
 
 
 def gap_memory(bandwidth: float, h: float) -> int:

@@ -154,8 +154,8 @@ class CorrectorState(NamedTuple):
     stream: Stream
     values: Values
     predictions: Predictions
-    sums: tuple[Sums, Sums, Sums]
-    noises: tuple[Noise, Noise, Noise]
+    sums: tuple[Sums, ...]
+    noises: tuple[Noise, ...]
     baseline: Baseline
     inflations: tuple[Inflation, ...]
     blocks: tuple[Block, ...]

@@ -58,15 +58,14 @@ class Encoder(NamedTuple):
 class Stream(NamedTuple):
     """Instants without a sample since the last one; the encoders of the axes; whether the stream is ``broken``."""
 
-    encoders: tuple[Encoder, Encoder, Encoder]
+    encoders: tuple[Encoder, ...]
     unseen: int = 0
     broken: bool = False
 
 
 def start_stream(angles: Angles) -> Stream:
     """Return how samples come in at sample 0 with its ``angles`` [rad]."""
-    a, b, c = angles
-    return Stream((Encoder(a), Encoder(b), Encoder(c)))
+    return Stream(tuple([Encoder(angle) for angle in angles]))
 
 
 def is_discounted(encoder: Encoder, plan: FollowPlan) -> bool:
@@ -80,7 +79,7 @@ def stood_in_last_block(stream: Stream, samples: int, plan: FollowPlan) -> bool:
     return within < plan.stuck and any(encoder.still == plan.stuck for encoder in stream.encoders)
 
 
-def is_doubtful(stream: Stream, noise: Angles, plan: FollowPlan) -> bool:
+def is_doubtful(stream: Stream, noise: tuple[float, ...], plan: FollowPlan) -> bool:
     """Return whether an encoder stands still that should have moved; ``noise`` of the innovations [rad]."""
     h = plan.settings.sample_time
     return any(
@@ -90,7 +89,13 @@ def is_doubtful(stream: Stream, noise: Angles, plan: FollowPlan) -> bool:
 
 
 def update_stream(
-    stream: Stream, angles: Angles, fresh: bool, state: PlantState, torque: Torque, noise: Angles, plan: FollowPlan
+    stream: Stream,
+    angles: Angles,
+    fresh: bool,
+    state: PlantState,
+    torque: Torque,
+    noise: tuple[float, ...],
+    plan: FollowPlan,
 ) -> Stream:
     """Return how the samples come in, after one more instant.
 
@@ -125,5 +130,4 @@ def update_stream(
                 unsettled=unsettled,
             )
         )
-    a, b, c = encoders
-    return Stream((a, b, c), 0, jumped or a.stuck or b.stuck or c.stuck)
+    return Stream(tuple(encoders), 0, jumped or any(one.stuck for one in encoders))
