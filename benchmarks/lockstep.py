@@ -62,21 +62,23 @@ def measured(steps: int) -> str:
             order = folder / "order.json"
             order.write_text(
                 json.dumps(
-                    {
-                        "parameters": parameters,
-                        "inputs": inputs,
-                        "steps": steps,
-                        "seed": 14,
-                        "longest": 0.01,
-                        "shortest": 0.001,
-                    }
-                )  # fmt: skip
+                    [
+                        {
+                            "parameters": parameters,
+                            "inputs": inputs,
+                            "steps": steps,
+                            "seed": 14,
+                            "longest": 0.01,
+                            "shortest": 0.001,
+                        }
+                    ]
+                )
             )
             done = subprocess.run(
                 [sys.executable, str(PROGRAM), *map(str, pairs[unit]), str(order)],
                 capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(PROGRAM.parent)},
             )  # fmt: skip
-            found = json.loads(done.stdout.strip().splitlines()[-1])
+            (found,) = json.loads(done.stdout.strip().splitlines()[-1])
             rows.append((unit, what, str(found["steps"]), str(found["different"])))
             print(*rows[-1], file=sys.stderr, flush=True)
     return "\n\n".join(

@@ -47,6 +47,14 @@ def fmus(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def twins(tmp_path_factory):
+    """Native units by name, or by name and version of FMI, built when they are asked for."""
+    from tests.native_builds import Twins
+
+    return Twins(tmp_path_factory.mktemp("native"))
+
+
+@pytest.fixture(scope="session")
 def in_host():
     """Run a script in a host process of its own; returns what it gives to ``answer``."""
 

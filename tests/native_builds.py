@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from fmu_src.native import build_native
 from fmu_src.native.toolchain import LINUX, compiler
 from fmu_src.native.translator import Translation, header, source
 
@@ -50,13 +51,27 @@ def library(folder, entries, more="", flags=("-O2",), translation=None):
     return ctypes.CDLL(str(folder / "model.so"))
 
 
-def lockstep(folder, first, second, program="lockstep.py", **order):
+def lockstep(folder, first, second, orders, program="lockstep.py"):
     """Run two FMUs side by side in a process of their own."""
     path = folder / "order.json"
-    path.write_text(json.dumps(order))
+    path.write_text(json.dumps(orders))
     done = subprocess.run(
         [sys.executable, str(HOSTS / program), str(first), str(second), str(path)],
         capture_output=True, text=True, timeout=600, check=False, env={**os.environ, "PYTHONPATH": str(HOSTS)},
     )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+class Twins(dict):
+    """Native units by (name, version of FMI), each built when it is first asked for; "X" is that of Model Exchange."""
+
+    def __init__(self, folder):
+        super().__init__()
+        self.folder = folder
+
+    def __missing__(self, key):
+        unit, fmi, *exchange = key if isinstance(key, tuple) else (key, 2)
+        needs_a_compiler()
+        self[key] = build_native(unit, self.folder / "".join(map(str, key)), fmi=fmi, model_exchange=bool(exchange))
+        return self[key]

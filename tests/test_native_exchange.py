@@ -1,16 +1,12 @@
 """The native plant for Model Exchange: an importer's solver finds the motion of the co-simulation, and its slopes."""
 
-import subprocess
-import sys
-import zipfile
-from xml.etree import ElementTree
-
 import fmpy
 import numpy as np
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model
+from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 from fmu_src import BuildError
@@ -19,7 +15,6 @@ from heli_plant.continuous import STATES, measured, rates_of_change
 from heli_plant.parameters import from_names
 from heli_plant.plant import rigid_start
 from heli_plant.state import start_state
-from tests.native_builds import needs_a_compiler
 
 OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
 VOLTAGES = (1.9, 1.6)
@@ -34,11 +29,9 @@ STEPPING_MASS = {"effects.moving_mass.elevation": 0.2, "effects.moving_mass.step
 BASE = {"initial.pitch": 0.2, "initial.elevation": -0.1, "initial.v_front": 1.0, "initial.v_rear": 1.0}
 
 
-@pytest.fixture(scope="module", params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
-def unit(request, tmp_path_factory):
-    needs_a_compiler()
-    folder = tmp_path_factory.mktemp("exchange")
-    return build_native("HelicopterPlant", folder, fmi=request.param, model_exchange=True)
+@pytest.fixture(params=[2, 3], ids=["FMI 2.0", "FMI 3.0"])
+def unit(request, twins):
+    return twins["HelicopterPlant", request.param, "X"]
 
 
 def simulated(path, kind, parameters, **settings):
@@ -213,24 +206,38 @@ def test_a_correction_before_the_initialisation_counts(unit):
     assert corrected.get(shown).tolist() == direct.get(shown).tolist()
 
 
-def test_fmpy_finds_no_problem_and_the_variables_of_the_other_build_come_first(unit, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "fmpy", "validate", str(unit)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0 and "No problems found" in done.stdout, done.stdout
+def test_fmpy_finds_no_problem_and_the_variables_of_the_other_build_come_first(unit, twins):
+    assert validate_fmu(str(unit)) == []
+    description = fmpy.read_model_description(str(unit))
+    fmi = 2 if description.fmiVersion == "2.0" else 3
+    plain = fmpy.read_model_description(str(twins["HelicopterPlant", fmi])).modelVariables
+    names, others = ([v.name for v in listed] for listed in (description.modelVariables, plain))
+    count = len(others) - (fmi == 3)  # the time stands last
+    assert names[:count] == others[:count]
+    assert len(names) == len(others) + 2 * len(STATES)
+    assert description.modelExchange is not None and description.coSimulation is not None
 
-    def listed(path):
-        with zipfile.ZipFile(path) as archive:
-            root = ElementTree.fromstring(archive.read("modelDescription.xml"))
-        return [node.get("name") for node in root.find("ModelVariables")], root
 
-    fmi = 2 if fmpy.read_model_description(str(unit)).fmiVersion == "2.0" else 3
-    names, root = listed(unit)
-    plain, _ = listed(build_native("HelicopterPlant", tmp_path, fmi=fmi))
-    count = len(plain) - (fmi == 3)  # the time stands last
-    assert names[:count] == plain[:count]
-    assert len(names) == len(plain) + 2 * len(STATES)
-    assert root.find("ModelExchange") is not None and root.find("CoSimulation") is not None
+def test_a_state_of_co_simulation_is_refused_in_model_exchange_and_changes_nothing(twins, in_host):
+    script = """
+from fmpy.fmi2 import FMU2Model
+path = sys.argv[1]
+source = Unit(path).instantiate("source").start({"effects.input_delay.rotors": 0.03})
+data = source.slave.serializeFMUstate(source.slave.getFMUstate())
+model = Unit(path)
+model.slave = FMU2Model(guid=model.description.guid, unzipDirectory=model.folder, instanceName="model",
+                        modelIdentifier="HelicopterPlant")
+model.slave.instantiate()
+model.start()
+before = model.get("effects.input_delay.rotors", "pitch")
+try:
+    model.slave.setFMUstate(model.slave.deSerializeFMUstate(data))
+    refused = False
+except Exception:
+    refused = True
+answer([refused, before == model.get("effects.input_delay.rotors", "pitch")])
+"""
+    assert in_host(script, twins["HelicopterPlant", 2, "X"]) == [True, True]
 
 
 def test_a_sampled_unit_has_no_model_exchange(tmp_path):

@@ -13,20 +13,12 @@ import pytest
 
 from fmu_src import CLOSED_LOOP, OPEN_LOOP, MasterError
 from fmu_src.master import run_apart
-from fmu_src.native import NATIVE_UNITS, build_native
+from fmu_src.native import build_native
 from fmu_src.ssp import write_ssp
 from tests.importing import IMPORTERS, PARAMETERS, STEP, STEPS, check_agreement, files_of, written_order
-from tests.native_builds import needs_a_compiler
 
 LONG = 100_000
 """Steps from which on the master's loop is compiled."""
-
-
-@pytest.fixture(scope="module")
-def twins(tmp_path_factory):
-    needs_a_compiler()
-    folder = tmp_path_factory.mktemp("native")
-    return {unit: build_native(unit, folder) for unit in NATIVE_UNITS}
 
 
 @pytest.fixture(scope="module")

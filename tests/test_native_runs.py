@@ -8,30 +8,26 @@ from typer.testing import CliRunner
 
 from fmu_src import OPEN_LOOP, MasterError
 from fmu_src.master import run_apart, run_many_apart
-from fmu_src.native import build_native
 from heli_identifier.cli.app import app
 from heli_identifier.online import Estimate
 from heli_identifier.results.parameters import ParameterSet, plant_values
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
-from tests.native_builds import needs_a_compiler
 
 RECORD = ["plant.pitch", "plant.elevation"]
 DURATION = 5.0
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory):
-    needs_a_compiler()
-    folder = tmp_path_factory.mktemp("native")
-    return {name: str(build_native(kind, folder)) for name, kind in OPEN_LOOP.units}
+def files(twins):
+    return {name: str(twins[kind]) for name, kind in OPEN_LOOP.units}
 
 
 def many(files, variations, **more):
     return run_many_apart(OPEN_LOOP, DURATION, 0.01, {}, variations, files, RECORD, **more)
 
 
-def test_every_run_begins_anew_and_has_the_bits_of_a_run_alone(files):
+def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
     """With two equal variations both ends of the band are that run: nothing is left of the runs before."""
     variation = {"plant.pitch.gain": 0.25, "plant.effects.dry_friction.pitch": 0.02}
     bands = many(files, [variation, variation])

@@ -17,6 +17,7 @@ from fmpy.fmi2 import (
     fmi2CallbackFunctions,
     fmi2CallbackLoggerTYPE,
 )
+from fmpy.fmi3 import FMU3Slave
 from fmpy.logging import addLoggerProxy
 
 _LOGS = {}
@@ -82,9 +83,68 @@ class Unit:
             return problem.status
         return 0
 
+    def saved(self, through_bytes=False):
+        """The state, or what is left of it after its way through bytes."""
+        state = self.slave.getFMUstate()
+        if through_bytes:
+            data = self.slave.serializeFMUstate(state)
+            self.slave.freeFMUstate(state)
+            state = self.slave.deSerializeFMUstate(data)
+        return state
+
+    def restore(self, state):
+        """Take a state back, and free it."""
+        self.slave.setFMUstate(state)
+        self.slave.freeFMUstate(state)
+
     def free(self):
         self.slave.terminate()
         self.slave.freeInstance()
+
+
+class Unit3(Unit):
+    """A unit of FMI 3.0 under the same names."""
+
+    SETTERS = {"Float64": "setFloat64", "Int32": "setInt32", "Boolean": "setBoolean", "String": "setString"}
+
+    def instantiate(self, name="unit"):
+        self.slave = FMU3Slave(
+            guid=self.description.guid, unzipDirectory=self.folder, instanceName=name,
+            modelIdentifier=self.description.coSimulation.modelIdentifier,
+        )  # fmt: skip
+        self.slave.instantiate(loggingOn=True, logMessage=lambda _, s, c, m: self.log.append((s, c, m.decode())))
+        return self
+
+    def start(self, parameters=None, inputs=None, at=0.0):
+        for name, value in (parameters or {}).items():
+            self.set(name, value)
+        self.slave.enterInitializationMode(startTime=at)
+        self.slave.exitInitializationMode()
+        return self
+
+    def set(self, name, value):
+        variable = self.variables[name]
+        getattr(self.slave, self.SETTERS[variable.type])([variable.valueReference], [value])
+
+    def get(self, *names):
+        return list(self.slave.getFloat64([self.variables[name].valueReference for name in names]))
+
+    def saved(self, through_bytes=False):
+        state = self.slave.getFMUState()
+        if through_bytes:
+            data = self.slave.serializeFMUState(state)
+            self.slave.freeFMUState(state)
+            state = self.slave.deserializeFMUState(data)
+        return state
+
+    def restore(self, state):
+        self.slave.setFMUState(state)
+        self.slave.freeFMUState(state)
+
+
+def opened(path):
+    """A unit of either version."""
+    return (Unit3 if fmpy.read_model_description(path).fmiVersion == "3.0" else Unit)(path)
 
 
 def answer(value):

@@ -474,8 +474,7 @@ def assign(body: Body, target: ast.expr, item: Expr, store: Callable[..., None] 
     elif store is not None and target.id not in body.loop_names:
         store(body, target, item)
     elif target.id != "_":
-        known = item.items is not None or item.constant is not UNKNOWN_VALUE
-        if not known and (not item.is_simple or (item.code in body.types and item.type in NUMBERS)):
+        if item.items is None and item.constant is UNKNOWN_VALUE and not item.is_simple:
             body.temporaries += 1
             item = body.kept(item, f"{c_name(target.id)}_{body.temporaries}")
         body.bind(target.id, item)

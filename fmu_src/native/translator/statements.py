@@ -6,7 +6,7 @@ import ast
 import re
 
 from .body import UNKNOWN_VALUE, Body, Expr, quoted, target_names, translates, unwrapped
-from .expressions import assign, condition, each, place_in, run
+from .expressions import Run, assign, collected, condition, each, place_in, run, runs_over
 from .types import FLOAT, INT, NOTHING, TEXT, Listing, NoType, annotated, element, joined
 
 
@@ -118,6 +118,10 @@ def repeat_for(body: Body, node: ast.For) -> None:
     over = run(body, node.iter)
     if over.loops is not None or any(isinstance(part, ast.Break | ast.Continue) for part in ast.walk(node)):
         over = over.indexed(body)
+    stored = set[str]().union(*map(target_names, node.body))
+    if any(isinstance(part, ast.Name) and part.id in stored for part in ast.walk(node.iter)):
+        # what the loop runs over does not change with variables that it assigns to
+        over = Run([body.kept(item) for item in over.items]) if over.items else runs_over(body, collected(body, over))
 
     def turn(item: Expr) -> None:
         assign(body, node.target, item, store)
