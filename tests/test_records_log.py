@@ -1,14 +1,29 @@
-"""A log as a value, and its round trip through a file."""
+"""A log as a value, its round trip through a file, and several logs as one data set."""
 
 import pickle
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fmu_src.units.signals import VOLTAGE_BOUND
 from heli_identifier.errors import LogError
-from heli_identifier.records import Log, read_log, write_log
+from heli_identifier.records import (
+    DEMO_RIGS,
+    Log,
+    check_excitation,
+    check_moving,
+    demo_logs,
+    named_apart,
+    read_data_set,
+    read_log,
+    read_logs,
+    write_log,
+)
+from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 
 
 def some_log(samples=600, rate_hz=100.0, seed=0):
@@ -18,33 +33,18 @@ def some_log(samples=600, rate_hz=100.0, seed=0):
     return Log("some", rate_hz, random.uniform(-5.0, 5.0, (samples, 2)), angles)
 
 
-def test_a_log_derives_step_samples_and_duration_from_its_rate():
-    log = some_log(samples=600, rate_hz=50.0)
-    assert log.step == 0.02
-    assert log.samples == 600
-    assert log.duration == 12.0
-
-
-def test_the_arrays_of_a_log_cannot_be_written_to():
-    log = some_log()
+def test_a_log_is_a_value_that_derives_step_samples_and_duration_from_its_rate():
+    angles = np.zeros((600, 3))
+    log = Log("some", 50.0, np.ones((600, 2)), angles)
+    angles[0, 0] = 1.0
+    assert (log.step, log.samples, log.duration, log.signal("pitch")[0]) == (0.02, 600, 12.0, 0.0)
+    assert repr(log) == "<Log some: 12 s, 600 samples at 50 Hz>"
     for array in (log.time, log.voltages, log.angles):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
-
-
-def test_a_log_does_not_follow_later_changes_of_the_arrays_it_was_made_from():
-    angles = np.zeros((600, 3))
-    log = Log("still", 100.0, np.zeros((600, 2)), angles)
-    angles[0, 0] = 1.0
-    assert log.angles[0, 0] == 0.0
-
-
-def test_signals_are_found_by_name():
-    log = some_log()
-    assert np.array_equal(log.signal("v_rear"), log.voltages[:, 1])
-    assert np.array_equal(log.signal("pitch"), log.angles[:, 0])
     with pytest.raises(LogError, match="yaw"):
         log.signal("yaw")
+    assert np.array_equal(pickle.loads(pickle.dumps(log)).angles, log.angles)
 
 
 @pytest.mark.parametrize(
@@ -52,47 +52,36 @@ def test_signals_are_found_by_name():
     [
         ({"voltages": np.zeros((600, 3))}, r"voltages has shape \(600, 3\), \(600, 2\)"),
         ({"angles": np.full((600, 3), np.nan)}, "angles is not finite at sample 0"),
+        ({"angles": np.full((600, 3), -1e6)}, r"angles reach 1e\+06 rad, which no rig can \(at most 10000\)"),
+        ({"voltages": np.full((600, 2), 31.0)}, r"voltages reach 31 V, which no rig can \(at most 30\)"),
         ({"rate_hz": 0.0}, "rate_hz = 0.0 Hz must be positive"),
         ({"voltages": np.zeros((1, 2)), "angles": np.zeros((1, 3))}, "it has 1 sample, 2 are needed"),
         ({"extra": {"current [A]": np.zeros(3)}}, r"'current \[A\]' has shape \(3,\)"),
+        ({"references": {"yaw": np.zeros(600)}}, "'yaw' is no axis"),
     ],
 )
 def test_a_log_that_contradicts_itself_is_refused(change, words):
-    good = some_log()
-    fields = {name: getattr(good, name) for name in Log.__dataclass_fields__}
     with pytest.raises(LogError, match=words):
-        Log(**fields | change)
+        replace(some_log(), **change)
 
 
-def test_a_log_travels_between_processes():
-    log = some_log()
-    twin = pickle.loads(pickle.dumps(log))
-    assert twin.rate_hz == log.rate_hz
-    assert np.array_equal(twin.angles, log.angles)
+def test_what_is_read_can_be_flown_by_the_units():
+    assert HIGHEST_VOLTAGE == VOLTAGE_BOUND
 
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), rate_hz=st.sampled_from([50.0, 62.5, 100.0, 300.0, 500.0, 2000.0]))
-def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
+def test_a_written_log_reads_back_as_it_was_with_what_was_kept_aside(tmp_path_factory, seed, rate_hz):
     log = some_log(samples=int(6 * rate_hz), rate_hz=rate_hz, seed=seed)
-    path = write_log(log, tmp_path_factory.mktemp("log") / "log.csv")
-    twin = read_log(path)
-    # Older pandas parses a decimal to within one unit in the last place, newer exactly.
-    assert np.allclose(twin.voltages, log.voltages, rtol=3e-16, atol=0.0)
-    assert np.allclose(twin.angles, log.angles, rtol=3e-16, atol=0.0)
+    current = np.where(np.arange(log.samples) == 7, np.nan, log.time)
+    log = replace(log, extra={"current, total [A]": current}, references={"pitch": 0.1 * log.time})
+    twin = read_log(write_log(log, tmp_path_factory.mktemp("log") / "log.csv"))
+    assert np.array_equal(twin.voltages, log.voltages)
+    assert np.array_equal(twin.angles, log.angles)
+    assert np.array_equal(twin.references["pitch"], log.references["pitch"])
+    assert np.array_equal(twin.extra["current, total [A]"], current, equal_nan=True)
     assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12)
     assert twin.notes == ()
-
-
-def test_columns_kept_aside_survive_the_round_trip_with_their_holes(tmp_path):
-    log = some_log()
-    current = np.linspace(0.0, 1.0, log.samples)
-    current[7] = np.nan
-    fields = {name: getattr(log, name) for name in Log.__dataclass_fields__}
-    path = write_log(Log(**fields | {"extra": {"current, total [A]": current}}), tmp_path / "log.csv")
-    twin = read_log(path).extra["current, total [A]"]
-    assert np.isnan(twin[7])
-    assert np.allclose(twin, current, rtol=3e-16, atol=0.0, equal_nan=True)
 
 
 def test_a_log_that_cannot_be_written_leaves_nothing_behind(tmp_path):
@@ -100,3 +89,66 @@ def test_a_log_that_cannot_be_written_leaves_nothing_behind(tmp_path):
     with pytest.raises(LogError, match="cannot be written"):
         write_log(some_log(), tmp_path / "taken")
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
+@pytest.mark.parametrize("rig", DEMO_RIGS)
+def test_a_demonstration_rig_reads_as_three_training_logs_and_a_held_out_one(rig):
+    training, held_out = read_data_set(*demo_logs(rig))
+    assert [log.name for log in (*training, *held_out)] == ["train1", "train2", "train3", "held"]
+    assert all((log.rate_hz, log.samples, log.notes) == (100.0, 9000, ()) for log in (*training, *held_out))
+
+
+def test_an_unknown_demonstration_rig_is_refused_with_the_known_ones():
+    with pytest.raises(LogError, match="rig-a, rig-b, rig-c"):
+        demo_logs("rig-z")
+
+
+def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
+    (a_train, *_), (a_held,) = demo_logs("rig-a")
+    _, (b_held,) = demo_logs("rig-b")
+    assert [log.name for log in read_logs([a_held, b_held, a_train])] == ["rig-a/held", "rig-b/held", "train1"]
+    assert [log.name for log in read_logs([a_train, a_train])] == ["train1", "train1 (2)"]
+    assert [log.name for log in named_apart([some_log(), some_log()])] == ["some", "some (2)"]
+    for folder, log in (("monday", a_train), ("tuesday", a_held)):
+        (tmp_path / folder / "logs").mkdir(parents=True)
+        shutil.copy(log, tmp_path / folder / "logs" / "run.csv")
+    paths = [tmp_path / folder / "logs" / "run.csv" for folder in ("monday", "tuesday")]
+    (seen,), (judge,) = read_data_set(paths[:1], paths[1:])
+    assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")
+
+
+STILL, MOVING = np.full(1000, 1.5), np.sin(np.arange(1000) / 50.0)
+
+
+def driven(front, rear):
+    return Log("run", 100.0, np.column_stack([front, rear]), np.zeros((1000, 3)))
+
+
+def test_a_voltage_that_is_constant_in_every_log_leaves_nothing_to_identify():
+    check_excitation([driven(MOVING, STILL), driven(STILL, MOVING)])
+    with pytest.raises(LogError, match="v_rear is constant in every log, so there is nothing to identify"):
+        check_excitation([driven(MOVING, STILL), driven(MOVING, STILL)])
+    with pytest.raises(LogError, match="v_front equals v_rear in every sample, so nothing drives the pitch"):
+        check_excitation([driven(MOVING, MOVING)])
+    with pytest.raises(LogError, match="name at least one file"):
+        read_data_set([])
+
+
+def test_a_log_in_which_an_axis_stands_still_can_serve_no_diagnosis():
+    moving = np.sin(np.outer(np.arange(1000) / 50.0, (1.0, 2.0, 3.0)))
+    still = np.column_stack((moving[:, 0], np.full((1000, 2), 0.25)))
+    fine, clamped = (Log(name, 100.0, moving[:, :2], a) for name, a in (("fine", moving), ("bad", still)))
+    check_moving([fine])
+    with pytest.raises(LogError, match="bad: elevation never changes and travel never changes: a clamped axis or"):
+        check_moving([fine, clamped])
+
+
+def test_no_log_may_count_twice_even_under_another_name(tmp_path):
+    training, held_out = demo_logs("rig-a")
+    seen, judge = (shutil.copy(log, tmp_path / f"copy-{log.name}") for log in (training[1], held_out[0]))
+    with pytest.raises(LogError, match=r"train2.csv is held out for validation but shares samples with .*train2.csv"):
+        read_data_set(training, [seen])
+    with pytest.raises(LogError, match="give each training log once"):
+        read_data_set([*training, training[0]], held_out)
+    with pytest.raises(LogError, match="held.csv holds the same samples as .*held.csv; give each held-out log once"):
+        read_data_set(training, [*held_out, judge])

@@ -91,8 +91,8 @@ LOGS = (
 )  # fmt: skip
 
 CONFIGURATIONS = (
-    Fault("a voltage limit of 1e-320 V", configured("[rig]\nvoltage_limit = 1e-320\n"), IDENTIFY, "must lie in [0.1, 100] V"),
-    Fault("a voltage limit of NaN", configured("[rig]\nvoltage_limit = nan\n"), IDENTIFY, "must lie in [0.1, 100] V"),
+    Fault("a voltage limit of 1e-320 V", configured("[rig]\nvoltage_limit = 1e-320\n"), IDENTIFY, "must lie in [0.1, 30] V"),
+    Fault("a voltage limit of NaN", configured("[rig]\nvoltage_limit = nan\n"), IDENTIFY, "must lie in [0.1, 30] V"),
     Fault("a largest file of infinite size", configured("[log]\nlargest_file = inf\n"), IDENTIFY, "written: out/parameters.json", 0, ("out",)),
     Fault("a largest file of NaN", configured("[log]\nlargest_file = nan\n"), IDENTIFY, "must be positive"),
     Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
