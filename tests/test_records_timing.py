@@ -13,31 +13,14 @@ def row(sample):
     return f"log.csv, row {sample + 2}"
 
 
-@pytest.mark.parametrize("rate_hz", [50.0, 62.5, 100.0, 500.0, 1000.0, 2000.0])
+@pytest.mark.parametrize("rate_hz", [50.0, 62.5, 99.5, 100.0, 2000.0])
 def test_an_even_time_keeps_its_samples_and_is_not_commented_on(rate_hz):
     sampling = find_sampling(3.0 + np.arange(2000) / rate_hz, row)
     assert (sampling.samples, sampling.resample, sampling.notes) == (2000, False, ())
     assert sampling.rate_hz == pytest.approx(rate_hz, rel=1e-12)
 
 
-def test_whole_rates_come_out_whole_in_spite_of_rounding():
-    assert find_sampling(np.arange(9000) * 0.01, row).rate_hz == 100.0
-
-
-def test_a_rate_that_is_no_whole_number_is_kept():
-    assert find_sampling(np.arange(9000) / 99.5, row).rate_hz == pytest.approx(99.5, rel=1e-12)
-
-
-@pytest.mark.parametrize("rate_hz", [300, 400, 128, 256, 60])
-def test_a_time_printed_too_coarsely_is_even_and_said_to_be(rate_hz):
-    printed = np.round(np.arange(6000) / rate_hz, 3)
-    sampling = find_sampling(printed, row)
-    assert sampling.rate_hz == rate_hz
-    assert not sampling.resample
-    assert "printed to 1 ms" in sampling.notes[0]
-
-
-@pytest.mark.parametrize("rate_hz", [700, 2000 / 3, 800, 333])
+@pytest.mark.parametrize("rate_hz", [60, 256, 300, 333, 2000 / 3, 700, 800])
 @pytest.mark.parametrize("printed", [np.round, np.floor], ids=["rounded", "cut off"])
 def test_neighbouring_multiples_of_the_printed_digit_in_turns_are_an_even_clock(rate_hz, printed):
     sampling = find_sampling(printed(1e3 * np.arange(7000) / rate_hz) / 1e3, row)
@@ -94,14 +77,6 @@ def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):
     assert sampling.rate_hz == 100.0
 
 
-def test_lost_samples_do_not_change_the_rate():
-    time = np.delete(np.arange(2000) / 100.0, [100, 101, 700])
-    sampling = find_sampling(time, row)
-    assert sampling.rate_hz == 100.0
-    assert sampling.samples == 2000
-    assert sampling.resample
-
-
 @pytest.mark.parametrize("every", [3, 7, 50])
 def test_samples_lost_in_a_regular_pattern_are_lost_and_no_coarse_print(every):
     time = np.delete(np.arange(2000) / 100.0, slice(4, 1990, every))
@@ -141,12 +116,6 @@ def test_resampling_a_held_voltage_keeps_its_impulse(seed):
     # Up to the last instant of the log the impulse is a sum of rectangles, exact to rounding.
     assert step * resampled[:-1].sum() == pytest.approx(np.sum(voltage[:-1] * np.diff(time)), abs=1e-10)
     assert np.abs(resampled).max() <= np.abs(voltage).max() + 1e-9
-
-
-def test_a_constant_voltage_stays_constant_when_resampled():
-    time = np.array([0.0, 0.012, 0.019, 0.031, 0.04])
-    resampled = mean_of_held(time, np.full(5, 1.7), np.arange(5) * 0.01)
-    assert np.allclose(resampled, 1.7, rtol=1e-13)
 
 
 @pytest.mark.parametrize(
