@@ -26,8 +26,8 @@ from heli_identifier.tools.loop import (
     step_response,
     unit_step,
 )
-from heli_identifier.tools.pid import PEAK, design_pid, drawn_plants, retuned, weighted_error
-from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_identifier.tools.pid import PEAK, control_advice, design_pid, drawn_plants, retuned, weighted_error
+from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from tests.diagnosis_example import AFTER, example
@@ -281,8 +281,17 @@ def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(
             read_parameters(file)
 
 
-def test_frequencies_end_below_the_nyquist_frequency():
-    assert frequencies(H)[-1] < np.pi / H
+def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_offered_gains():
+    calm = PID._replace(elevation=AxisGains(10.0, 5.0, 8.0))
+    kept = control_advice(TABLE_2, {"pitch.gain": 0.005}, settings=calm)
+    assert (kept.sentence, kept.gains) == ("", None)
+    for peak in kept.document["sensitivity"].values():
+        assert peak["interval"][0] <= peak["value"] <= peak["interval"][1] <= PEAK
+    twice = TABLE_2._replace(k_x=2.0 * TABLE_2.k_x, k_z=2.0 * TABLE_2.k_z)
+    advice = control_advice(twice, {"pitch.gain": 0.005})
+    assert "offered, not applied" in advice.sentence
+    assert 0.0 < advice.gains.start_values["elevation.proportional"] < PID.elevation.proportional
+    assert advice.document["gains"] == advice.gains.start_values
 
 
 def parameter_set():

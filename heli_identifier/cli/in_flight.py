@@ -337,17 +337,11 @@ def _end_with_parent() -> None:
 
 def _write_advice(advice: "Advice", folder: Path) -> None:
     """Write how the margins stand, and the gains if any are offered."""
-    from fmu_src import unit_class
-    from heli_identifier import ParameterSet
-    from heli_identifier.online import Estimate
     from heli_identifier.results import from_command_line
 
-    document = advice.document
-    write_atomically(folder / ADVICE, json.dumps(document, indent=1) + "\n")
-    if advice.gains:
-        units = {variable.name: variable.unit or "1" for variable in unit_class(document["unit"]).variables}
-        values = {name: Estimate(value, None, units[name]) for name, value in advice.gains.items()}
-        ParameterSet(document["unit"], values, provenance=from_command_line()).write(folder / GAINS)
+    write_atomically(folder / ADVICE, json.dumps(advice.document, indent=1) + "\n")
+    if advice.gains is not None:
+        replace(advice.gains, provenance=from_command_line()).write(folder / GAINS)
 
 
 def controller_of(path: Path | None) -> "PidSettings | None":

@@ -325,32 +325,13 @@ def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> floa
 class Advice:
     """What is to be said about the controller of a changed plant.
 
-    Attributes
-    ----------
-    sentence : str
-        Empty where the margins are kept.
-    gains : mapping of str to float
-        Parameters of the PidController that would keep them; empty where they are kept.
-    sensitivity : mapping of str to (value, low, high)
-        Peak of the sensitivity of each loop with the present gains, with its 95 % interval.
+    The ``sentence`` is empty and there are no ``gains``, parameters of the PidController, where the margins are kept.
+    ``document`` holds the same for JSON, and the peak of each loop's sensitivity with the present gains.
     """
 
     sentence: str
-    gains: Mapping[str, float]
-    sensitivity: Mapping[str, tuple[float, float, float]]
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """The same for a JSON file."""
-        return {
-            "sentence": self.sentence,
-            "unit": CONTROLLER,
-            "gains": dict(self.gains),
-            "largest_sensitivity": PEAK,
-            "sensitivity": {
-                axis: {"value": value, "interval": [low, high]} for axis, (value, low, high) in self.sensitivity.items()
-            },
-        }
+    document: dict[str, Any]
+    gains: ParameterSet | None
 
 
 def control_advice(
@@ -384,16 +365,24 @@ def control_advice(
         for row in PARAMETERS
     }
     made = design_pid(ParameterSet(PLANT, values), pitch, elevation, settings)
-    now = made.before
-    peaks = {
-        axis: (now.margins[axis].sensitivity, now.low[axis].sensitivity, now.high[axis].sensitivity) for axis in LOOPS
+    now, beyond, peaks = made.before, [], {}
+    for axis in LOOPS:
+        value, low, high = (one[axis].sensitivity for one in (now.margins, now.low, now.high))
+        peaks[axis] = {"value": value, "interval": [low, high]}
+        if high > PEAK:
+            beyond.append(f"{axis} {value:.2f} ({low:.2f} to {high:.2f})")
+    sentence, gains = "", None
+    if beyond:
+        gains = made.controller_parameters({})
+        sentence = (
+            "The PID does not keep its margins with the changed plant: peak of the sensitivity on "
+            f"{', '.join(beyond)}, stated are at most {PEAK:g}. Gains that would keep them are offered, not applied."
+        )
+    document = {
+        "sentence": sentence,
+        "unit": CONTROLLER,
+        "gains": gains.start_values if gains else {},
+        "largest_sensitivity": PEAK,
+        "sensitivity": peaks,
     }
-    beyond = [axis for axis in LOOPS if peaks[axis][2] > PEAK]
-    if not beyond:
-        return Advice("", {}, peaks)
-    parts = [f"{axis} {peaks[axis][0]:.2f} ({peaks[axis][1]:.2f} to {peaks[axis][2]:.2f})" for axis in beyond]
-    sentence = (
-        f"The PID does not keep its margins with the changed plant: peak of the sensitivity on {', '.join(parts)}, "
-        f"stated are at most {PEAK:g}. Gains that would keep them are offered, not applied."
-    )
-    return Advice(sentence, made.controller_parameters({}).start_values, peaks)
+    return Advice(sentence, document, gains)
