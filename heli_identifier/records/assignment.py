@@ -10,12 +10,11 @@ other two are the voltages. Encoders turn in steps, so an angle that does is pre
 """
 
 from itertools import combinations, permutations
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.records.response import Gain, coarse, encoder_step, filtered, find_responses, radians_of
+from heli_identifier.records.response import coarse, encoder_step, filtered, radians_of
 from heli_identifier.records.units import ANGLES, COMBINED, VOLTAGES
 
 _Key = tuple[str, int, int]
@@ -32,14 +31,7 @@ _ALIKE = 0.95  # correlation of a column with the derivative of another that mak
 _IN_STEPS = 0.3  # by which an angle that an encoder measured is preferred
 
 
-class Assignment(NamedTuple):
-    """A choice of columns: the index of each signal's, and the responses of the angles with the signs of the file."""
-
-    columns: dict[str, int]
-    gains: tuple[Gain, Gain, Gain]
-
-
-def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]) -> Assignment | None:
+def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str, int]) -> dict[str, int] | None:
     """Choose the columns that respond to each other as pitch, elevation, travel and voltages do.
 
     Parameters
@@ -51,8 +43,9 @@ def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str
 
     Returns
     -------
-    Assignment or None
-        None if there are too few or too many candidates.
+    dict or None
+        Index of the column of each signal, with v_front and v_rear or v_sum and v_difference; None if there are too
+        few or too many candidates.
     """
     count = columns.shape[1]
     if not 5 <= count <= MOST_COLUMNS:
@@ -70,7 +63,7 @@ def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str
     free = {angle: [known[angle]] if angle in known else moving for angle in ANGLES}
     taken = set(known.values())
     free = {a: [i for i in those if a in known or i not in taken] for a, those in free.items()}
-    best: tuple[float, Assignment] | None = None
+    best: tuple[float, dict[str, int]] | None = None
     shares = _Shares(values, step, {key for pair in pairs for key in pair[1:]})
     in_steps = {index: encoder_step(columns[:, index]) is not None for index in moving + list(known.values())}
     for names, total, difference in pairs:
@@ -89,8 +82,7 @@ def assign_columns(columns: NDArray[np.float64], rate_hz: float, known: dict[str
                 turning = sum(_IN_STEPS * in_steps[angle] for angle in (p, e, t))
                 score = 2.0 * travel + pitch[p] + lift[e] + turning + (_BOTH if "v_front" in names else 0.0)
                 if best is None or score > best[0] + 1e-6:
-                    chosen = {**names, "pitch": p, "elevation": e, "travel": t}
-                    best = score, Assignment(chosen, find_responses(values, step, chosen))
+                    best = score, {**names, "pitch": p, "elevation": e, "travel": t}
     return best[1] if best else None
 
 

@@ -6,11 +6,11 @@ which are those of an encoder, or from its range.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from heli_identifier.records.response import (
 from heli_identifier.records.table import Table, read_stamps
 from heli_identifier.records.text import NUMBERED
 from heli_identifier.records.timing import check_extent
-from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES, understood
+from heli_identifier.records.units import ANGLES, COMBINED, STAMP, VOLTAGES, understood
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -53,6 +53,7 @@ _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well: compare with the rig"
 )
+_Columns = dict[int, NDArray[np.float64]]
 _ANYTHING = 1e9  # columns may hold anything; nothing of a rig is larger
 _RATES_HZ = (45.0, 2100.0)  # rates that make a unit of the time probable
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
@@ -86,91 +87,65 @@ def guess(path: str | PathLike[str]) -> Guess:
         It is no table, or too little of it is understood to guess.
     """
     table, decimal = _table(Path(path))
-    columns = {
+    numbers = {
         i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
     }
-    known = _by_name(table.headers)
+    # a name to the letter outranks those that are alike
+    known = _find_names(table.headers, _NAMES) | _find_names(table.headers, {signal: signal for signal in _NAMES})
+    known = {signal: known[signal] for signal in _NAMES if signal in known}
     reasons = {f"columns.{signal}": f"called {table.headers[index]!r}" for signal, index in known.items()}
-    time, unit, rate_hz, reasons_of_time = _time_column(table, columns, known)
+    time, unit, rate_hz, reasons_of_time = _time_column(table, numbers, known)
     reasons |= reasons_of_time
     length = len(table.columns[time])
     check_extent(rate_hz, length, table.file)
-    others = [i for i, v in columns.items() if i != time and len(v) == length and not _is_clock(v)]
-    if len(others) < 5:
-        raise LogError(
-            f"{table.file} holds {len(others)} columns of numbers beside the time, found "
-            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
-        )
-    values = np.clip(np.nan_to_num(np.column_stack([columns[i] for i in others])), -_ANYTHING, _ANYTHING)
-    place = {index: number for number, index in enumerate(others)}
-    named = {signal: place[index] for signal, index in known.items() if index in place}
-    for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
-        if all(signal in named for signal in pair):
-            named = {signal: index for signal, index in named.items() if signal not in other}
-            break
-    found = assign_columns(values, rate_hz, named)
-    if found is None:
-        raise LogError(
-            f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
-            "[log.columns]: `heli init` writes a heli.toml with every key explained."
-        )
-    chosen = {"time": time} | {signal: others[index] for signal, index in found.columns.items()}
-    begins, start, why = _take_off(table.columns[time], unit, columns[others[found.columns["elevation"]]])
-    gains = _flown(values[begins:], rate_hz, found.columns)
-    pitch, elevation, travel = gains
-    doubts = [] if travel.share >= CERTAIN else [
-        f"the voltages explain {100.0 * travel.share:.0f} % of the travel's acceleration only: look at every column"
-    ]  # fmt: skip
-    if abs(pitch.score) <= PITCH_SURE:
-        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
-    if not known.keys() & {*VOLTAGES, "v_difference"}:
-        doubts.append(_MIRRORED)
-    shares = {"pitch": pitch.share, "elevation": elevation.share, "travel": travel.share}
-    by_physics = [signal for signal in chosen if signal != "time" and f"columns.{signal}" not in reasons]
-    for signal in by_physics:
-        axis = {"v_front": "travel", "v_rear": "travel", "v_sum": "travel", "v_difference": "pitch"}.get(signal, signal)
-        share = f"{100.0 * shares[axis]:.0f} %"
-        reasons[f"columns.{signal}"] = (
-            f"the voltages explain {share} of its acceleration"
-            if signal in ANGLES
-            else f"explains {share} of the {axis}'s acceleration"
-        )
-    units = {"time": unit}
-    counts = list(CONTRACT.encoder_counts)
-    for signal, index in chosen.items():
-        if signal == "time":
-            continue
-        stated = name_and_unit(table.headers[index])[1]
-        plain = understood(signal, stated) if stated else None
-        if plain:
-            units[signal], reasons[f"units.{signal}"] = plain, f"its header says [{stated}]"
-        elif SI_UNIT[signal] == "V":
-            most = float(np.abs(values[:, place[index]]).max())
-            units[signal] = "mV" if 200.0 < most < 5e4 and np.median(np.abs(values[:, place[index]])) > 100.0 else "V"
-            reasons[f"units.{signal}"] = f"reaches {most:.3g}"
+    others = [i for i, v in numbers.items() if i != time and len(v) == length and not _is_clock(v)]
+    chosen = {"time": time} | _choose(table, numbers, others, known, rate_hz)
+    values = {signal: _cleaned(numbers[index]) for signal, index in chosen.items() if signal != "time"}
+
+    flying, start = (0, None) if unit == STAMP else _take_off(table.columns[time] * _SECONDS[unit], values["elevation"])
+    gains = _responses({signal: column[flying:] for signal, column in values.items()}, rate_hz)
+    for key, why in _reasons_of_response(values, gains).items():
+        reasons.setdefault(key, why)
+    units, counts = {"time": unit}, list(CONTRACT.encoder_counts)
+    for signal, column in values.items():
+        stated, turn = name_and_unit(table.headers[chosen[signal]])[1], None
+        if plain := understood(signal, stated) if stated else None:
+            units[signal], why = plain, f"its header says [{stated}]"
+        elif signal in ANGLES:
+            units[signal], why, turn = _angle_unit(column)
         else:
-            units[signal], reasons[f"units.{signal}"], turn = _angle_unit(columns[index])
-            if turn is not None:
-                counts[ANGLES.index(signal)] = turn
-    signs, swap, said = _signs(found.columns, gains)
-    reasons |= said
-    front, rear = _voltages(values, found.columns, units)
+            most = float(np.abs(column).max())
+            units[signal] = "mV" if 200.0 < most < 5e4 and np.median(np.abs(column)) > 100.0 else "V"
+            why = f"reaches {most:.3g}"
+        reasons[f"units.{signal}"] = why
+        if turn is not None:
+            counts[ANGLES.index(signal)] = turn
+    signs, swap, reasons_of_signs = _signs(chosen, gains)
+    reasons |= reasons_of_signs
     limit = CONTRACT.voltage_limit
-    clip = bool(max(np.abs(front).max(), np.abs(rear).max()) > 1.001 * limit)
+    clip = bool(np.abs(_voltages(values, units)).max() > 1.001 * limit)
     if clip:
         reasons["clip"] = f"the voltages exceed {limit:g} V, so they are commands before the amplifiers limit them"
     if start is not None:
-        reasons["start"] = why
+        reasons["start"] = f"the arm rests until {start.lifted:.3g} s and is then given 4 s to take off"
     if decimal == ",":
         reasons["decimal"] = "cells hold decimal commas"
-    headers = {signal: table.headers[index] for signal, index in chosen.items()}
-    references = _references([table.headers[i] for i in others if i not in chosen.values()])
-    reasons |= {f"references.{axis}": f"called {header!r}" for axis, header in references.items()}
-    form = LogFormat(
-        columns=headers, references=references, units=units, signs=signs, swap_rotors=swap, start=start,
-        decimal=decimal, clip=clip, encoder_counts=(counts[0], counts[1], counts[2]),
-    )  # fmt: skip
-    return Guess(form, reasons, tuple(doubts))
+    free = [text if i in others and i not in chosen.values() else "" for i, text in enumerate(table.headers)]
+    asked = {axis: rf"({_ASKED})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_ASKED})" for axis in ANGLES}
+    references = {axis: table.headers[index] for axis, index in _find_names(free, asked).items()}
+    reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
+    format = LogFormat(
+        columns={signal: table.headers[index] for signal, index in chosen.items()},
+        references=references,
+        units=units,
+        signs=signs,
+        swap_rotors=swap,
+        start=None if start is None else start.instant,
+        decimal=decimal,
+        clip=clip,
+        encoder_counts=(counts[0], counts[1], counts[2]),
+    )
+    return Guess(format, reasons, _doubts(known, gains))
 
 
 def _table(path: Path) -> tuple[Table, str]:
@@ -184,16 +159,8 @@ def _table(path: Path) -> tuple[Table, str]:
     return open_table(path, LogFormat(columns=columns, decimal=","))[0], ","
 
 
-def _time_column(
-    table: Table, columns: dict[int, NDArray[np.float64]], known: dict[str, int]
-) -> tuple[int, str, float, dict[str, str]]:
-    """Column and unit of the time, the rate [Hz], and why.
-
-    Raises
-    ------
-    LogError
-        No column increases evenly.
-    """
+def _time_column(table: Table, columns: _Columns, known: dict[str, int]) -> tuple[int, str, float, dict[str, str]]:
+    """Column and unit of the time, the rate [Hz], and why; a LogError says that no column increases evenly."""
     stamps = known.get("time")
     if stamps is not None and table.columns[stamps].dtype.kind in "OM":
         seconds = read_stamps(table.columns[stamps])
@@ -227,50 +194,96 @@ def _is_clock(values: NDArray[np.float64]) -> bool:
     return len(steps) > 0 and bool(steps.min() > 0.0 and steps.max() < 20.0 * np.median(steps))
 
 
-def _take_off(time: NDArray[Any], unit: str, elevation: NDArray[np.float64]) -> tuple[int, float | None, str]:
-    """Give row and instant [s] at which take-off is over and why, if the log begins with the arm at rest."""
-    if unit == STAMP:
-        return 0, None, ""
-    seconds = time * _SECONDS[unit]
+class _Start(NamedTuple):
+    """When the arm lifts, and when take-off is over [s]."""
+
+    lifted: float
+    instant: float
+
+
+def _take_off(seconds: NDArray[Any], elevation: NDArray[np.float64]) -> tuple[int, _Start | None]:
+    """Give row and instant at which take-off is over, if the log begins with the arm at rest."""
     extent = float(np.ptp(elevation))
     away = np.abs(elevation - elevation[0]) > 0.05 * extent
     lifted = int(away.argmax())
-    resting = seconds[lifted] - seconds[0]
     at_the_end_of_its_range = min(elevation[0] - elevation.min(), elevation.max() - elevation[0]) < 0.02 * extent
-    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or seconds[-1] - seconds[lifted] < 12.0:
-        return 0, None, ""
+    resting, flying = seconds[lifted] - seconds[0], seconds[-1] - seconds[lifted]
+    if resting < 0.1 or not at_the_end_of_its_range or not away.any() or flying < 12.0:
+        return 0, None
     start = float(np.ceil(seconds[lifted] + 4.0))
-    return (
-        int((seconds >= start).argmax()),
-        start,
-        f"the arm rests until {seconds[lifted]:.3g} s and is then given 4 s to take off",
-    )
+    return int((seconds >= start).argmax()), _Start(float(seconds[lifted]), start)
 
 
-def _by_name(headers: Sequence[str]) -> dict[str, int]:
-    """Signals by plain names; a name that two columns share decides nothing."""
+def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
+    """Find the column whose name matches, by what it is called; a name that two columns share decides nothing."""
     names = [re.sub(r"[\s-]+", "_", name_and_unit(text)[0].lower()) for text in headers]
-    found = {}
-    for signal, pattern in _NAMES.items():
-        exact = [i for i, name in enumerate(names) if name == signal]
-        alike = exact or [i for i, name in enumerate(names) if re.fullmatch(pattern, name)]
-        if len(alike) == 1:
-            found[signal] = alike[0]
-    return found
+    places = {what: [i for i, name in enumerate(names) if re.fullmatch(p, name)] for what, p in patterns.items()}
+    return {what: found[0] for what, found in places.items() if len(found) == 1}
 
 
-def _references(headers: Sequence[str]) -> dict[str, str]:
-    """Headers of the columns that hold what was asked of an axis, by axis; two for one axis decide nothing."""
-    found = {}
-    for axis in ANGLES:
-        name = rf"({_NAMES[axis]})"
-        pattern = rf"({_ASKED})_?{name}|{name}_?({_ASKED})"
-        alike = [
-            text for text in headers if re.fullmatch(pattern, re.sub(r"[\s-]+", "_", name_and_unit(text)[0].lower()))
-        ]
-        if len(alike) == 1:
-            found[axis] = alike[0]
-    return found
+def _cleaned(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.clip(np.nan_to_num(values), -_ANYTHING, _ANYTHING)
+
+
+def _choose(
+    table: Table, numbers: _Columns, others: Sequence[int], known: Mapping[str, int], rate_hz: float
+) -> dict[str, int]:
+    """Choose the columns of voltages and angles by what they do to each other; those of plain names are known."""
+    if len(others) < 5:
+        raise LogError(
+            f"{table.file} holds {len(others)} columns of numbers beside the time, found "
+            f"{', '.join(map(repr, table.headers[:20]))}; two voltages and three angles are needed."
+        )
+    named = {signal: others.index(index) for signal, index in known.items() if index in others}
+    for pair, other in ((VOLTAGES, COMBINED), (COMBINED, VOLTAGES)):  # one pair is enough
+        if all(signal in named for signal in pair):
+            named = {signal: index for signal, index in named.items() if signal not in other}
+            break
+    found = assign_columns(np.column_stack([_cleaned(numbers[i]) for i in others]), rate_hz, named)
+    if found is None:
+        raise LogError(
+            f"{table.file} holds {len(others)} columns, among which those of the rig are not found; name them under "
+            "[log.columns]: `heli init` writes a heli.toml with every key explained."
+        )
+    return {signal: others[index] for signal, index in found.items()}
+
+
+def _responses(values: Mapping[str, NDArray[np.float64]], rate_hz: float) -> tuple[Gain, Gain, Gain]:
+    """Responses of the angles to the voltages as the amplifiers limit them, with the signs of the file."""
+    voltages = _voltages(values, {})
+    limit = CONTRACT.voltage_limit * (1e3 if np.median(np.abs(voltages).sum(axis=0)) > 200.0 else 1.0)
+    limited = np.clip(voltages, -limit, limit)
+    flown, step = coarse(np.column_stack((*limited, *(values[angle] for angle in ANGLES))), rate_hz)
+    return find_responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
+
+
+def _voltages(values: Mapping[str, NDArray[np.float64]], units: Mapping[str, str]) -> NDArray[np.float64]:
+    """Front and rear voltage [V], shape (2, N)."""
+    pair = VOLTAGES if "v_front" in values else COMBINED
+    one, other = (values[s] * (1e-3 if units.get(s) == "mV" else 1.0) for s in pair)
+    return np.stack((one, other) if pair == VOLTAGES else (0.5 * (one + other), 0.5 * (one - other)))
+
+
+def _reasons_of_response(signals: Iterable[str], gains: tuple[Gain, Gain, Gain]) -> dict[str, str]:
+    shares = {axis: f"{100.0 * found.share:.0f} %" for axis, found in zip(ANGLES, gains, strict=True)}
+    reasons = {}
+    for signal in signals:
+        axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
+        of_voltage = f"explains {shares[axis]} of the {axis}'s acceleration"
+        of_angle = f"the voltages explain {shares[axis]} of its acceleration"
+        reasons[f"columns.{signal}"] = of_angle if signal in ANGLES else of_voltage
+    return reasons
+
+
+def _doubts(known: Mapping[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[str, ...]:
+    pitch, _, travel = gains
+    weak = f"the voltages explain {100.0 * travel.share:.0f} % of the travel's acceleration only: look at every column"
+    doubts = [weak] if travel.share < CERTAIN else []
+    if abs(pitch.score) <= PITCH_SURE:
+        doubts.append("the pitch responds too weakly to tell its sign: compare with another log of this rig")
+    if not known.keys() & {*VOLTAGES, "v_difference"}:
+        doubts.append(_MIRRORED)
+    return tuple(doubts)
 
 
 def _angle_unit(values: NDArray[np.float64]) -> tuple[str, str, int | None]:
@@ -313,22 +326,3 @@ def _signs(columns: dict[str, int], gains: tuple[Gain, Gain, Gain]) -> tuple[dic
         signs["travel"] = -1
         reasons["signs.travel"] = "a positive pitch with both rotors lifting makes it increase; a convention"
     return signs, swap, reasons
-
-
-def _voltages(
-    values: NDArray[np.float64], columns: dict[str, int], units: dict[str, str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Front and rear voltage [V], shape (N,) each."""
-    pair = VOLTAGES if "v_front" in columns else COMBINED
-    one, other = (values[:, columns[s]] * (1e-3 if units.get(s) == "mV" else 1.0) for s in pair)
-    return (one, other) if pair == VOLTAGES else (0.5 * (one + other), 0.5 * (one - other))
-
-
-def _flown(values: NDArray[np.float64], rate_hz: float, columns: dict[str, int]) -> tuple[Gain, Gain, Gain]:
-    """Responses of the angles to the voltages as the amplifiers limit them, with the signs of the file."""
-    front, rear = _voltages(values, columns, {})
-    millivolts = 1e3 if np.median(np.abs(front) + np.abs(rear)) > 200.0 else 1.0
-    limit = millivolts * CONTRACT.voltage_limit
-    limited = np.clip(np.column_stack((front, rear)), -limit, limit)
-    flown, step = coarse(np.column_stack((limited, *(values[:, columns[angle]] for angle in ANGLES))), rate_hz)
-    return find_responses(flown, step, {name: index for index, name in enumerate((*VOLTAGES, *ANGLES))})
