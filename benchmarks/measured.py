@@ -21,7 +21,7 @@ from benchmarks.measured_download import PUBLIC, DownloadError, download
 from benchmarks.page import PAGE, ROOT, write_section
 from benchmarks.tables import table
 from heli_identifier.records import read_logs
-from heli_identifier.results.rounding import is_known
+from heli_identifier.results.words import is_known
 from heli_identifier.tools import Fleet, fleet_of, fleet_sentence, rig_folder
 from heli_identifier.tools import fleet_tables as fleet_tables_of
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, NamedShape, diagnose

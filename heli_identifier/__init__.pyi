@@ -25,21 +25,9 @@ __all__ = [
     "simulate",
 ]
 
+from .provenance import __version__
 from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
-from .results import (
-    Check,
-    Diagnosis,
-    Look,
-    ParameterSet,
-    Simulation,
-    __version__,
-    build,
-    check,
-    diagnose,
-    look,
-    read_parameters,
-    simulate,
-)
+from .results import Check, Look, ParameterSet, Simulation, build, check, look, read_parameters, simulate
 from .tools.identification import Identification, identify
 from .tools.linearisation import linearise
-from .tracing import DiagnosisSettings
+from .tracing import Diagnosis, DiagnosisSettings, diagnose

@@ -6,8 +6,8 @@ import numpy as np
 
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
-from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.simulation import started
 from heli_identifier.tracing import (
     Agreement,
@@ -17,6 +17,7 @@ from heli_identifier.tracing import (
     CurveShape,
     DataEntry,
     Determination,
+    Diagnosis,
     EffectCurve,
     ErrorFigure,
     FoundEffect,
@@ -226,6 +227,7 @@ def example(logs=None):
         },
         notes=("voltages reach 5.10 V",),
         seconds=12.3,
+        provenance=provenance("heli", "diagnose", "a b.csv"),
     )  # fmt: skip
 
 

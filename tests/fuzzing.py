@@ -25,7 +25,7 @@ from fmu_src.ssp import read_parameter_set, write_parameter_set
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.template import template_text
-from heli_identifier.results.parameter_file import read_parameters
+from heli_identifier.results.parameters import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document, plant_unit
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()

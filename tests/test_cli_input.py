@@ -18,8 +18,7 @@ from heli_identifier.cli.guard import guarded, is_of_memory
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_logs
-from heli_identifier.results.parameter_file import read_parameters
-from heli_identifier.results.parameters import SCHEMA
+from heli_identifier.results.parameters import read_parameters
 from heli_plant.parameter_table import BY_FIELD
 from tests.test_cli_app import _refused as refused
 
@@ -201,7 +200,7 @@ def parameter_file(folder, unit="HelicopterPlant", change=lambda document: None)
     values = {row.name: {"value": 0.1, "standard_error": 0.01, "unit": row.unit} for row in rows}
     figures = {"prediction_1s_rad": {"value": 1e-3, "low": 9e-4, "high": 2e-3}, "noise_floor_rad": 1e-3}
     expected = {axis: dict(figures) for axis in ("pitch", "elevation", "travel")}
-    document = {"schema": SCHEMA, "unit": unit, "values": values, "expected": expected, "provenance": {}}
+    document = {"schema": "heli-parameters/1", "unit": unit, "values": values, "expected": expected, "provenance": {}}
     change(document)
     path = folder / "parameters.json"
     path.write_text(json.dumps(document))

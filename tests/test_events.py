@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import Log
-from heli_identifier.results.schema import diagnosis_document
 from heli_identifier.tracing import DiagnosisSettings, Event, RigVerdict, diagnose, find_events
 from heli_identifier.tracing.events import passages, seconds_used
 from heli_identifier.tracing.settings import SETTLING
@@ -120,7 +119,7 @@ def test_a_diagnosis_cuts_events_out_lists_them_and_keeps_them_if_asked():
     assert (found.verdict, found.effects) == (RigVerdict.MODEL_ADEQUATE, ())
     assert [series.log.name for series in found.series] == [held_out[0].name]
     assert all(series.events for series in found.series)
-    assert [row["axis"] for row in diagnosis_document(found, {})["events"]] == [axis for _, axis in put_in]
+    assert [row["axis"] for row in found.to_dict()["events"]] == [axis for _, axis in put_in]
     kept = diagnose(training, held_out=held_out, settings=DiagnosisSettings(keep_events=True))
     assert kept.events == found.events
     assert [series.log.name for series in kept.series] == [held_out[0].name]

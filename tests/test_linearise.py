@@ -12,8 +12,13 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
-from heli_identifier.results.parameter_file import read_parameters
-from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
+from heli_identifier.results.parameters import (
+    Covariance,
+    ParameterSet,
+    corrected_parameters,
+    plant_values,
+    read_parameters,
+)
 from heli_identifier.results.schema import document_text
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import (

@@ -49,7 +49,6 @@ SCRIPT = """
     from heli_identifier.online import WATCHABLE
     from heli_identifier.records import Log
     from heli_identifier.tracing import DiagnosisSettings, diagnose
-    from heli_identifier.results.provenance import from_python
     from heli_identifier.results.report import report_page
     from heli_plant.compiled import compiled, parameter_record
     from heli_plant.laws import added_travel
@@ -83,7 +82,7 @@ SCRIPT = """
     assert (found.name, found.axis) == ("table_tilt", "travel"), diagnosis.effects
     assert abs(found.coefficient.value - 0.15) < 0.01
     print("traced")
-    page = report_page(diagnosis, from_python("diagnose"), "rig")
+    page = report_page(diagnosis, "rig")
     assert "Table tilt on the travel" in page
     assert "c sin(λ)" in page
     print("reported")

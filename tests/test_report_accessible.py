@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from heli_identifier.results.provenance import provenance
 from heli_identifier.results.report import report_page
 from tests.chromium import CHROMIUM, Chromium
 from tests.diagnosis_example import adequate, example
@@ -37,13 +36,13 @@ class Outline(HTMLParser):
 
 @pytest.fixture(scope="module", params=[example, adequate], ids=["effects", "clean"])
 def outline(request):
-    return Outline(report_page(request.param(), provenance(["heli"]), "rig"))
+    return Outline(report_page(request.param(), "rig"))
 
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(report_page(example(), provenance(["heli"]), "rig"), encoding="utf-8")
+    file.write_text(report_page(example(), "rig"), encoding="utf-8")
     return file
 
 

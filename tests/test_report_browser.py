@@ -2,7 +2,6 @@
 
 import pytest
 
-from heli_identifier.results.provenance import provenance
 from heli_identifier.results.report import report_page
 from tests.chromium import CHROMIUM, Chromium
 from tests.diagnosis_example import example
@@ -45,7 +44,7 @@ CONTRAST = """
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(report_page(example(), provenance(["heli"]), "rig"), encoding="utf-8")
+    file.write_text(report_page(example(), "rig"), encoding="utf-8")
     return file
 
 

@@ -7,20 +7,16 @@ import pytest
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
-from heli_identifier.results.parameter_file import read_parameters
-from heli_identifier.results.parameters import corrected_parameters
-from heli_identifier.results.provenance import provenance
-from heli_identifier.results.schema import diagnosis_document, document_text, plain
+from heli_identifier.results.parameters import corrected_parameters, read_parameters
+from heli_identifier.results.schema import document_text, plain
 from heli_plant.parameter_table import BY_NAME
 from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
 
-ORIGIN = provenance(["heli", "diagnose", "a b.csv"])
-
 
 @pytest.fixture(scope="module")
 def document():
-    return json.loads(document_text(diagnosis_document(example(), ORIGIN)))
+    return json.loads(document_text(example().to_dict()))
 
 
 def test_the_document_has_the_keys_of_the_contract(document):
@@ -61,7 +57,7 @@ def test_a_table_of_the_plant_is_part_of_its_parameters_and_an_axis_without_one_
     plant = AFTER._replace(table_variable_travel=3.0, table_spacing_travel=0.3, **table)
     torque = Estimate(0.02, 0.001, "rad/s^2")
     found = replace(example(), plant_after=plant, effects_after={"table_torque_2_travel": torque})
-    path = corrected_parameters(found, ORIGIN).write(tmp_path / "parameters.json")
+    path = corrected_parameters(found).write(tmp_path / "parameters.json")
     read = read_parameters(path)
     assert {name.split(".")[1] for name in read.values if name.startswith("table.")} == {"travel"}
     assert read.values["table.travel.torque_2"] == torque
@@ -107,25 +103,25 @@ def test_an_axis_that_is_not_stable_has_no_free_run(document):
 def test_a_number_that_is_not_finite_becomes_null():
     # json would write Infinity, which no other parser takes
     assert plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
-    entries = diagnosis_document(example(), ORIGIN)["catalogue"]
+    entries = example().to_dict()["catalogue"]
     blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
     assert blind["standard_error"] is None
 
 
 def test_a_clean_rig_has_an_empty_list_of_effects():
-    document = diagnosis_document(adequate(), ORIGIN)
+    document = adequate().to_dict()
     assert document["verdict"] == "model adequate"
     assert document["effects"] == []
 
 
 def test_the_provenance_quotes_the_command_so_that_it_can_be_run_again():
-    assert ORIGIN["command"] == "heli diagnose 'a b.csv'"
-    assert ORIGIN["versions"]["numpy"]
+    assert example().provenance["command"] == "heli diagnose 'a b.csv'"
+    assert example().provenance["versions"]["numpy"]
 
 
 def test_parameters_read_back_are_the_corrected_plant_to_the_last_bit(tmp_path):
     file = tmp_path / "parameters.json"
-    written = corrected_parameters(_named_effects_only(), ORIGIN)
+    written = corrected_parameters(_named_effects_only())
     file.write_text(document_text(written.to_dict()), encoding="utf-8")
     read = read_parameters(file)
     assert read.plant() == AFTER
@@ -134,7 +130,7 @@ def test_parameters_read_back_are_the_corrected_plant_to_the_last_bit(tmp_path):
 
 
 def test_parameters_carry_structured_names_units_and_standard_errors():
-    values = corrected_parameters(_named_effects_only(), ORIGIN).values
+    values = corrected_parameters(_named_effects_only()).values
     assert values["effects.dry_friction.pitch"] == FRICTION
     assert values["motor.time_constant"] == Estimate(0.08, None, "s")
     assert all(estimate.unit == BY_NAME[name].unit for name, estimate in values.items())
@@ -148,11 +144,11 @@ def test_parameters_are_those_of_the_corrected_plant_also_where_they_imitate_an_
         _named_effects_only(), effects_after={"dry_friction_pitch": imitating},
         plant_after=AFTER._replace(dry_friction_pitch=imitating.value),
     )  # fmt: skip
-    assert corrected_parameters(found, ORIGIN).values["effects.dry_friction.pitch"] == imitating
+    assert corrected_parameters(found).values["effects.dry_friction.pitch"] == imitating
 
 
 def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():
-    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    parameters = corrected_parameters(_named_effects_only())
     expected = parameters.expected["pitch"]
     assert parameters.limits(1.5)["pitch"] == 1.5 * expected.prediction.value
     quiet = replace(parameters, expected={**parameters.expected, "pitch": replace(expected, noise_floor=1.0)})
@@ -167,7 +163,7 @@ def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_flo
         ("[]", "its schema is None"),
         ('{"schema": "heli-diagnosis/1"}', "schema is 'heli-diagnosis/1'"),
         ('{"schema": "heli-parameters/1", "unit": "HelicopterPlant"}', "missing required field `values`"),
-        ('{"schema": "heli-parameters/1", "unit": "X", "values": {"a": 1}, "expected": {}}', "field `provenance`"),
+        ('{"schema": "heli-parameters/1", "unit": "X", "values": {}, "expected": {}}', "field `provenance`"),
     ],
 )
 def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, text, said):
@@ -181,20 +177,20 @@ def test_a_file_that_is_no_parameter_set_is_refused_in_one_sentence(tmp_path, te
 
 
 def test_parameters_of_another_unit_make_no_plant():
-    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    parameters = corrected_parameters(_named_effects_only())
     with pytest.raises(ConfigurationError, match="PidController"):
         replace(parameters, unit="PidController").plant()
 
 
 def test_a_parameter_that_is_missing_is_not_made_up():
-    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    parameters = corrected_parameters(_named_effects_only())
     fewer = {name: value for name, value in parameters.values.items() if name != "pitch.stiffness"}
     with pytest.raises(ConfigurationError, match=r"lack pitch\.stiffness; values of another rig"):
         replace(parameters, values=fewer).plant()
 
 
 def test_parameters_that_no_held_out_log_has_judged_give_no_limit():
-    parameters = corrected_parameters(_named_effects_only(), ORIGIN)
+    parameters = corrected_parameters(_named_effects_only())
     with pytest.raises(ConfigurationError, match="no error on held-out logs"):
         replace(parameters, expected={}).limits(1.3)
 

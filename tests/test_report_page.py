@@ -11,19 +11,24 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.results.figure_held_out import autocorrelation, free_run_figure, residual_figure
 from heli_identifier.results.figure_intervals import parameter_figure
-from heli_identifier.results.provenance import provenance
 from heli_identifier.results.report import report_page
 from heli_identifier.results.residuals import residual_text
-from heli_identifier.results.rounding import power_text, significant, unit_text, with_interval
-from heli_identifier.results.schema import diagnosis_document
 from heli_identifier.results.style import COLOURS, thinned
 from heli_identifier.results.tables import error_rows, gain_rows
-from heli_identifier.results.words import held_out_sentence, law_text, possible_sentence, verdict_sentence
+from heli_identifier.results.words import (
+    held_out_sentence,
+    law_text,
+    possible_sentence,
+    power_text,
+    significant,
+    unit_text,
+    verdict_sentence,
+    with_interval,
+)
 from heli_identifier.tracing import AxisError, Determination, ErrorFigure, Verdict
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import adequate, example, made_log
 
-ORIGIN = provenance(["heli", "diagnose", "run.csv"])
 LARGEST = 3_000_000
 """Bytes that a page may have."""
 
@@ -52,7 +57,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def text():
-    return report_page(example(), ORIGIN, "the <rig>")
+    return report_page(example(), "the <rig>")
 
 
 def test_the_page_is_below_three_megabytes(text):
@@ -84,8 +89,8 @@ def test_no_colour_of_the_light_theme_is_left_in_a_figure(text):
 
 
 def test_each_held_out_log_has_four_figures_for_each_axis():
-    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), ORIGIN, "rig")
-    shown = len(re.findall('<svg class="figure"', report_page(example(), ORIGIN, "rig")))
+    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), "rig")
+    shown = len(re.findall('<svg class="figure"', report_page(example(), "rig")))
     assert len(re.findall('<svg class="figure"', two)) == shown + 12
 
 
@@ -106,7 +111,7 @@ def test_the_page_names_the_experiments_that_would_settle_something(text):
 
 
 def test_a_clean_rig_gets_a_page_without_an_effect():
-    page = report_page(adequate(), ORIGIN, "rig")
+    page = report_page(adequate(), "rig")
     assert "these logs do not refute the simplified model" in page
     assert "No effect of the catalogue scores more than 8.0 nats" in page
 
@@ -115,10 +120,10 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_with_its_reason():
     whole = example()
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
-    page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), ORIGIN, "rig")
+    page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), "rig")
     assert "A dash stands for a noise floor that could not be computed" in page
     assert 'data-label="noise floor">0 ' not in page
-    assert diagnosis_document(replace(whole, axes={"pitch": pitch}), ORIGIN)["error"]["pitch"]["noise_floor"] == {
+    assert replace(whole, axes={"pitch": pitch}).to_dict()["error"]["pitch"]["noise_floor"] == {
         "ahead_100ms_rad": None, "ahead_200ms_rad": None, "prediction_1s_rad": None, "prediction_2s_rad": None,
         "free_run_rad": None, "closed_loop_3s_rad": None,
     }  # fmt: skip
@@ -165,7 +170,7 @@ def test_every_term_that_a_reader_may_not_know_is_explained_on_the_page(text):
 
 
 def test_the_same_diagnosis_gives_the_same_page(text):
-    assert report_page(example(), ORIGIN, "the <rig>") == text
+    assert report_page(example(), "the <rig>") == text
 
 
 def test_the_sentence_names_the_effect_its_size_and_what_it_brings():

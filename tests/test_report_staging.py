@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.results.staging import whole_folder
+from heli_identifier.results.folder import whole_folder
 
 
 def names(folder):

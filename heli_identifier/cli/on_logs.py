@@ -44,9 +44,9 @@ from heli_identifier.files import write_atomically
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.results import Diagnosis
     from heli_identifier.tools import Progress as CampaignProgress
     from heli_identifier.tools import Row, Source, Summary
+    from heli_identifier.tracing import Diagnosis
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -111,9 +111,10 @@ def diagnosed(
 ) -> "Diagnosis":
     """Diagnose a rig and write the results into ``folder``."""
     from fmu_src.master import waiting_child
-    from heli_identifier.results import diagnose as diagnose_logs
-    from heli_identifier.results import from_command_line, write_results
+    from heli_identifier.provenance import from_command_line
+    from heli_identifier.results import write_results
     from heli_identifier.tracing import DiagnosisSettings
+    from heli_identifier.tracing import diagnose as diagnose_logs
 
     with waiting_child() as child:  # what runs units takes half a second to import
         found = diagnose_logs(
@@ -124,7 +125,7 @@ def diagnosed(
         )
         diagnosis = replace(found, provenance=from_command_line())
         progress("building and running the corrected unit", 0.9)
-        write_results(diagnosis, diagnosis.provenance, configuration.name, folder, child)
+        write_results(diagnosis, configuration.name, folder, child)
     return diagnosis
 
 
@@ -182,7 +183,8 @@ def identify(
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     from heli_identifier import identify as identify_logs
-    from heli_identifier.results import from_command_line, whole_folder
+    from heli_identifier.provenance import from_command_line
+    from heli_identifier.results import whole_folder
 
     with whole_folder(output) as draft:
         recorded, configuration = logs_of(logs, config, start, end)
@@ -269,7 +271,8 @@ def fleet(
     Writes fleet.json and fleet.html, with a forest plot of every effect. All logs are read before the first diagnosis;
     a rig whose logs cannot be used is left out and named. Exit 1 if there was one.
     """
-    from heli_identifier.results import document_text, from_command_line, whole_folder
+    from heli_identifier.provenance import from_command_line
+    from heli_identifier.results import document_text, whole_folder
     from heli_identifier.tools import diagnose_rigs, fleet_html, fleet_sentence, fleet_tables, rig_folders
 
     rigs, failures = {}, {}

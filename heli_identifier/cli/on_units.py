@@ -521,7 +521,8 @@ def linearise(
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     from heli_identifier import read_parameters
-    from heli_identifier.results import document_text, from_command_line, significant, whole_folder, write_figure
+    from heli_identifier.provenance import from_command_line
+    from heli_identifier.results import document_text, significant, whole_folder, write_figure
     from heli_identifier.tools import design_pid, step_figure
 
     with whole_folder(output) as draft:

@@ -11,17 +11,19 @@ __all__ = [
     "START",
     "THIRD",
     "Check",
-    "Diagnosis",
+    "DiagnosisFile",
     "Look",
     "ParameterSet",
+    "ParametersFile",
     "Simulation",
     "Tabular",
-    "__version__",
     "build",
     "canvas",
     "check",
     "check_free_run",
-    "diagnose",
+    "corrected_parameters",
+    "diagnosis_file",
+    "diagnosis_summary",
     "document_text",
     "drawn_values",
     "effect_name",
@@ -30,8 +32,6 @@ __all__ = [
     "estimate_entry",
     "figure_text",
     "floor_missing",
-    "from_command_line",
-    "from_python",
     "gain_rows",
     "grid",
     "held_out_sentence",
@@ -42,11 +42,13 @@ __all__ = [
     "look",
     "meaning",
     "meaning_of",
+    "notebook_view",
     "p_text",
     "parameter_rows",
     "plain",
     "plant_values",
     "possible_rows",
+    "read_document",
     "read_parameters",
     "run_figure",
     "several",
@@ -66,18 +68,13 @@ __all__ = [
 ]
 
 from .checking import Check, check
-from .diagnosis import RESULTS, Diagnosis, diagnose
-from .draws import drawn_values
 from .figure_over_time import run_figure
-from .folder import START, check_free_run, write_results
+from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
 from .looking import Look, look
-from .parameter_file import read_parameters
-from .parameters import PLANT, ParameterSet, plant_values
-from .provenance import __version__, from_command_line, from_python
-from .rounding import p_text, significant, unit_text, with_interval
-from .schema import document_text, estimate_entry, plain
+from .parameters import PLANT, ParameterSet, corrected_parameters, drawn_values, plant_values, read_parameters
+from .report import notebook_view
+from .schema import DiagnosisFile, ParametersFile, diagnosis_file, document_text, estimate_entry, plain, read_document
 from .simulation import Simulation, several, simulate, started
-from .staging import whole_folder
 from .style import (
     AFTER,
     BEFORE,
@@ -95,9 +92,17 @@ from .style import (
     thinned,
     write_figure,
 )
-from .tables import ERROR_COLUMNS, GAIN_COLUMNS, error_rows, floor_missing, gain_rows, parameter_rows, possible_rows
-from .tabular import Tabular
-from .units import build
+from .tables import (
+    ERROR_COLUMNS,
+    GAIN_COLUMNS,
+    Tabular,
+    diagnosis_summary,
+    error_rows,
+    floor_missing,
+    gain_rows,
+    parameter_rows,
+    possible_rows,
+)
 from .words import (
     effect_name,
     effect_title,
@@ -106,6 +111,10 @@ from .words import (
     listed,
     meaning,
     meaning_of,
+    p_text,
+    significant,
     tabled_sentence,
+    unit_text,
     verdict_sentence,
+    with_interval,
 )

@@ -7,9 +7,9 @@ from xml.etree import ElementTree
 
 from heli_identifier.records import Log
 from heli_identifier.results.parameters import ParameterSet
-from heli_identifier.results.rounding import angle_text, significant
 from heli_identifier.results.simulation import several
-from heli_identifier.results.tabular import Tabular
+from heli_identifier.results.tables import Tabular
+from heli_identifier.results.words import angle_text, significant
 from heli_identifier.tracing import Outcome, hold_to
 
 

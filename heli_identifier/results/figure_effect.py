@@ -3,9 +3,8 @@
 from matplotlib.figure import Figure
 
 from heli_identifier.results.figure_held_out import power_density
-from heli_identifier.results.rounding import power_text, significant, unit_text
 from heli_identifier.results.style import AFTER, BAND, MEASURED, canvas, key, styled
-from heli_identifier.results.words import variable_name
+from heli_identifier.results.words import power_text, significant, unit_text, variable_name
 from heli_identifier.tracing import EffectCurve, HeldOutSeries
 from heli_plant.effects import AXES
 

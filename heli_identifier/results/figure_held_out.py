@@ -6,7 +6,6 @@ from matplotlib.figure import Figure
 from matplotlib.mlab import psd
 from numpy.typing import NDArray
 
-from heli_identifier.results.rounding import power_text
 from heli_identifier.results.style import (
     AFTER,
     BAND,
@@ -18,6 +17,7 @@ from heli_identifier.results.style import (
     styled,
     thinned,
 )
+from heli_identifier.results.words import power_text
 from heli_identifier.tracing import HeldOutSeries
 from heli_plant.effects import AXES
 

@@ -5,9 +5,8 @@ from collections.abc import Mapping
 from matplotlib.figure import Figure
 
 from heli_identifier.online import Estimate
-from heli_identifier.results.rounding import is_known
 from heli_identifier.results.style import AFTER, BEFORE, THIRD, canvas, key, styled
-from heli_identifier.results.words import meaning
+from heli_identifier.results.words import is_known, meaning
 from heli_identifier.tracing import AxisReport, ErrorFigure
 
 FARTHEST = 12.0

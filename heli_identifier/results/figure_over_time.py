@@ -6,7 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from heli_identifier.results.rounding import unit_text
 from heli_identifier.results.style import (
     AFTER,
     BEFORE,
@@ -16,6 +15,7 @@ from heli_identifier.results.style import (
     styled,
     thinned,
 )
+from heli_identifier.results.words import unit_text
 from heli_plant.effects import AXES
 
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 from heli_identifier.results.figure_effect import effect_figure, line_figure
-from heli_identifier.results.rounding import significant, with_interval
 from heli_identifier.results.style import inline_svg
 from heli_identifier.results.tables import KINDS
 from heli_identifier.results.words import (
@@ -11,7 +10,9 @@ from heli_identifier.results.words import (
     effect_title,
     law_text,
     listed,
+    significant,
     variable_name,
+    with_interval,
 )
 from heli_identifier.tracing import CurveShape, Diagnosis, EffectCurve, FoundEffect, NamedShape, PeriodicShape
 from heli_plant.effects import effect as catalogue_effect

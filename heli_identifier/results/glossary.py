@@ -1,6 +1,6 @@
 """The words of a report, each in a sentence or two: a page on paper has no tooltips."""
 
-from heli_identifier.results.rounding import significant
+from heli_identifier.results.words import significant
 from heli_identifier.tracing import Diagnosis
 
 

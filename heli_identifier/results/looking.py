@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results.rounding import significant, with_interval
 from heli_identifier.results.simulation import several
-from heli_identifier.results.tabular import Tabular
+from heli_identifier.results.tables import Tabular
+from heli_identifier.results.words import significant, with_interval
 from heli_identifier.tracing import DiagnosisSettings, Identification, ParameterReport, identify_plant
 
 

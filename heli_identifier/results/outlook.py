@@ -3,8 +3,7 @@
 import numpy as np
 
 from heli_identifier.results.figure_ambiguity_map import CONFUSED, ambiguity_map
-from heli_identifier.results.rounding import significant
-from heli_identifier.results.words import effect_name, effect_title, listed, meaning
+from heli_identifier.results.words import effect_name, effect_title, listed, meaning, significant
 from heli_identifier.tracing import CatalogueVerdict, Determination, Diagnosis, Verdict
 from heli_plant.effects import effect as catalogue_effect
 

@@ -1,17 +1,12 @@
 """parameters.json: parameters of a unit by structured name, and the error that is expected of them.
 
-    {"schema": "heli-parameters/1", "unit": "HelicopterPlant",
-     "values": {"pitch.damping": {"value", "standard_error", "unit"}, ...},
-     "expected": {"pitch": {"prediction_1s_rad": {"value", "low", "high"}, "noise_floor_rad"}, ...},
-     "covariance": {"names": [...], "logarithms": [...], "operating_point_v", "matrix": [[...], ...]} or null,
-     "provenance": {...}}
-
-``heli build --parameters`` takes the values as start values of the unit, ``heli check`` compares a new log's
-prediction error with what is expected, and what draws plants draws them with the covariance.
+``heli build --parameters`` takes the values as start values of the unit, ``heli check`` compares a new log's prediction
+error with what is expected, and what draws plants draws them with the covariance.
 """
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import exp
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -22,16 +17,24 @@ from numpy.typing import NDArray
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results.rounding import unit_text, with_interval
-from heli_identifier.results.schema import document_text, plain
-from heli_identifier.results.tabular import Tabular
-from heli_identifier.tracing import Diagnosis, ErrorFigure
+from heli_identifier.results.schema import (
+    CovarianceEntry,
+    Expected,
+    ExpectedFigure,
+    ParametersFile,
+    ParameterValue,
+    document_text,
+    plain,
+    read_document,
+)
+from heli_identifier.results.tables import Tabular
+from heli_identifier.results.words import unit_text, with_interval
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, ErrorFigure, Use, helicopter
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import ParameterError
 from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters, from_names
 
-SCHEMA = "heli-parameters/1"
 PLANT = "HelicopterPlant"
 
 GAINS = ("k_x", "k_z", "k_y")
@@ -49,10 +52,15 @@ REQUIRED = (*IDENTIFIED, "motor.time_constant", "motor.voltage_limit")
 
 @dataclass(frozen=True)
 class Expectation:
-    """Root-mean-square error [rad] of the 1 s prediction of one axis: on the held-out logs, and of a perfect model."""
+    """What to expect of one axis.
+
+    Root-mean-square error [rad] of the 1 s prediction on the held-out logs and of a perfect model, and what the axis
+    may be used for; None where no diagnosis says it.
+    """
 
     prediction: ErrorFigure
     noise_floor: float
+    use: Use | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,22 +189,15 @@ class ParameterSet(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
-        return plain(
-            {
-                "schema": SCHEMA,
-                "unit": self.unit,
-                "values": {name: asdict(value) for name, value in self.values.items()},
-                "expected": {
-                    axis: {
-                        "prediction_1s_rad": asdict(expected.prediction),
-                        "noise_floor_rad": expected.noise_floor,
-                    }
-                    for axis, expected in self.expected.items()
-                },
-                "covariance": asdict(self.covariance) if self.covariance else None,
-                "provenance": self.provenance,
-            }
-        )
+        values = {name: ParameterValue(own.value, own.standard_error, own.unit) for name, own in self.values.items()}
+        expected = {}
+        for axis, one in self.expected.items():
+            error = ExpectedFigure(one.prediction.value, one.prediction.low, one.prediction.high)
+            expected[axis] = Expected(error, one.noise_floor, one.use)
+        own = self.covariance
+        covariance = own and CovarianceEntry(own.names, own.logarithms, own.operating_point_v, own.matrix.tolist())
+        origin = dict(self.provenance)
+        return plain(ParametersFile("heli-parameters/1", self.unit, values, expected, origin, covariance))
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a parameters.json; gives its path."""
@@ -237,15 +238,15 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
     return values
 
 
-def corrected_parameters(diagnosis: Diagnosis, provenance: Mapping[str, Any]) -> ParameterSet:
+def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
     """Give the parameters after a diagnosis, with the errors that its held-out logs found."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
     expected = {
-        axis: Expectation(report.after.prediction_1s, report.noise_floor.prediction_1s.value)
+        axis: Expectation(report.after.prediction_1s, report.noise_floor.prediction_1s.value, report.use)
         for axis, report in diagnosis.axes.items()
     }
     values = plant_values(diagnosis.plant_after, estimates)
-    return ParameterSet(PLANT, values, expected, provenance, _covariance(diagnosis, values))
+    return ParameterSet(PLANT, values, expected, diagnosis.provenance, _covariance(diagnosis, values))
 
 
 def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covariance:
@@ -261,3 +262,135 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
         float(diagnosis.settings["operating_point"]),
         diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
     )
+
+
+def read_parameters(path: str | PathLike[str]) -> ParameterSet:
+    """Read a parameters.json, and check that its values are parameters of the unit that it names.
+
+    Parameters
+    ----------
+    path : path
+        As `heli diagnose`, `heli identify` or `heli linearise` writes it.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read, is no JSON or not of the schema, an entry is missing, there twice, of the wrong type or
+        not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
+        not take its value; file and entry are named.
+    """
+    found = read_document(path, ParametersFile)
+    if fault := next(_inconsistent(found), None):
+        raise ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose`.")
+    values = {name: Estimate(own.value, own.standard_error, own.unit) for name, own in found.values.items()}
+    expected = {}
+    for axis, own in found.expected.items():
+        error = own.prediction_1s_rad
+        expected[axis] = Expectation(ErrorFigure(error.value, error.low, error.high), own.noise_floor_rad, own.use)
+    covariance = None
+    if joint := found.covariance:
+        matrix = np.array(joint.matrix).reshape(len(joint.names), -1)
+        covariance = Covariance(joint.names, joint.logarithms, joint.operating_point_v, matrix)
+    parameters = ParameterSet(found.unit, values, expected, found.provenance, covariance)
+    _check_unit(Path(path), parameters)
+    return parameters
+
+
+def _inconsistent(found: ParametersFile) -> Iterator[str]:
+    """Name what is of the right type, but does not fit the rest of the file."""
+    for axis in found.expected:
+        if axis not in AXES:
+            yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
+    if joint := found.covariance:
+        for name in joint.names:
+            if name not in found.values:
+                yield f"covariance.names has {name!r}, which is none of the values"
+        for name in joint.logarithms:
+            if name not in joint.names or found.values[name].value == 0.0:
+                yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
+        count = len(joint.names)
+        if len(joint.matrix) != count or any(len(row) != count for row in joint.matrix):
+            yield f"covariance.matrix must have {count} rows of {count} numbers"
+
+
+def _check_unit(file: Path, parameters: ParameterSet) -> None:
+    """Refuse values that are not parameters of the unit that the file names, or that the unit does not take.
+
+    Raises
+    ------
+    ConfigurationError
+        The first value that is not, and the unit that has them if there is one; or its bounds and unit.
+    """
+    from fmu_src import UNITS, problem_with, unit_class
+
+    if parameters.unit not in UNITS:
+        raise ConfigurationError(f"{file} names the unit {parameters.unit!r}; there are {', '.join(UNITS)}.")
+    names = {name: {v.name: v for v in unit_class(name).variables if v.causality == "parameter"} for name in UNITS}
+    own = names[parameters.unit]
+    foreign = [name for name in parameters.values if name not in own]
+    if not foreign:
+        for name, value in parameters.values.items():
+            unit = own[name].unit or "1"
+            if (value.unit or "1") != unit:
+                raise ConfigurationError(
+                    f"{file}: {name} is stated in {value.unit!r}, the {parameters.unit} takes it in {unit!r}; convert "
+                    "value and standard error."
+                )
+            if problem := problem_with(own[name], value.value):
+                raise ConfigurationError(f"{file}: {problem}.")
+        try:
+            parameters.check_complete()
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{file}: {error}") from error
+        return
+    owners = [unit for unit in UNITS if parameters.values.keys() <= names[unit].keys()]
+    whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
+    raise ConfigurationError(f"{file} is of the unit {parameters.unit}, which has no parameter {foreign[0]!r}{whose}.")
+
+
+def drawn_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:
+    """Draw the parameters of a plant from a normal law, kept in their ranges.
+
+    Parameters of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its
+    operating point. Others are drawn independently, so that intervals of figures that depend on several of them may be
+    too wide or too narrow.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        Of the plant; a parameter without a standard error is not drawn.
+    count : int
+    seed : int
+
+    Returns
+    -------
+    list of dict
+        ``count`` draws: the drawn parameters by structured name.
+
+    Raises
+    ------
+    ConfigurationError
+        They are another unit's.
+    """
+    plant, known, random = parameters.plant(), parameters.covariance, np.random.default_rng(seed)
+    if known is None:
+        errors = {name: e.standard_error for name, e in parameters.values.items() if e.standard_error}
+        moves = random.standard_normal((count, len(errors))) * list(errors.values())
+        return [_kept({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
+    rig = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.full((1, 2), known.operating_point_v)])
+    variances, axes = np.linalg.eigh(known.matrix)
+    moves = random.standard_normal((count, len(known.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
+    drawn = []
+    for move in moves.tolist():
+        values = {}
+        for name, d in zip(known.names, move, strict=True):
+            value = rig.read(plant, BY_NAME[name].field)
+            values[BY_NAME[name].field] = value * exp(d) if name in known.logarithms else value + d
+        own = rig.assign(plant, values)
+        drawn.append(_kept({name: getattr(own, BY_NAME[name].field) for name in known.names}))
+    return drawn
+
+
+def _kept(values: dict[str, float]) -> dict[str, float]:
+    """Keep parameters in their ranges."""
+    return {n: float(min(max(v, BY_NAME[n].minimum), BY_NAME[n].maximum)) for n, v in values.items()}

@@ -1,6 +1,5 @@
 """A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
 
-from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -18,7 +17,6 @@ from heli_identifier.results.found import effect_entries
 from heli_identifier.results.glossary import glossary
 from heli_identifier.results.outlook import confused_lines, experiment_entries, map_svg
 from heli_identifier.results.residuals import residual_text
-from heli_identifier.results.rounding import significant
 from heli_identifier.results.style import COLOURS, inline_svg
 from heli_identifier.results.tables import (
     ERROR_COLUMNS,
@@ -36,7 +34,7 @@ from heli_identifier.results.tables import (
     setting_rows,
     summary_cards,
 )
-from heli_identifier.results.words import LEADING, agreement_sentence, held_out_sentence, verdict_sentence
+from heli_identifier.results.words import LEADING, agreement_sentence, held_out_sentence, significant, verdict_sentence
 from heli_identifier.tracing import Diagnosis, Verdict
 
 _TEMPLATES = files("heli_identifier.results") / "templates"
@@ -63,14 +61,12 @@ _CAPTIONS = (
 )
 
 
-def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -> str:
+def report_page(diagnosis: Diagnosis, rig: str) -> str:
     """Give the text of report.html.
 
     Parameters
     ----------
     diagnosis : Diagnosis
-    provenance : mapping
-        From :func:`heli_identifier.results.provenance.provenance`.
     rig : str
         What to call the rig.
     """
@@ -109,7 +105,7 @@ def report_page(diagnosis: Diagnosis, provenance: Mapping[str, Any], rig: str) -
         data=data_rows(diagnosis),
         remarks=diagnosis.notes,
         notes=[f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes],
-        provenance=provenance,
+        provenance=diagnosis.provenance,
         settings=setting_rows(diagnosis),
         words=glossary(diagnosis),
         seconds=significant(diagnosis.seconds, 2),

@@ -1,6 +1,6 @@
 """The test of an axis's innovations in words: are they white, and what does it cost if not."""
 
-from heli_identifier.results.rounding import is_known, p_text, significant
+from heli_identifier.results.words import is_known, p_text, significant
 from heli_identifier.tracing import AxisReport
 from heli_plant.parameters import PlantParameters
 

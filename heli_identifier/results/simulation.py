@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.records import Log
 from heli_identifier.results.parameters import ParameterSet
-from heli_identifier.results.rounding import significant
 from heli_identifier.results.schema import plain
-from heli_identifier.results.tabular import Tabular
+from heli_identifier.results.tables import Tabular
+from heli_identifier.results.words import significant
 from heli_identifier.tracing import record_start
 from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate as simulate_plant

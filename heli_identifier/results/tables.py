@@ -1,19 +1,78 @@
-"""The rows of the report's tables, without any markup."""
+"""Tables: values that show themselves as one, plain text and HTML of any, and the rows of a diagnosis."""
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from html import escape
 from typing import Any
 
-from heli_identifier.results.rounding import (
+from heli_identifier.results.words import (
     angle_text,
+    effect_name,
+    held_out_sentence,
     is_known,
+    listed,
+    meaning_of,
+    possible_sentence,
     significant,
     unit_text,
     value_text,
+    verdict_sentence,
     with_interval,
 )
-from heli_identifier.results.words import effect_name, listed, meaning_of
 from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, Verdict
 from heli_plant.parameter_table import BY_FIELD
+
+Rows = Sequence[Sequence[str]]
+
+
+class Tabular(ABC):
+    """A value with a title, a table and remarks below it."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """One line above the table."""
+
+    @property
+    @abstractmethod
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+
+    @property
+    @abstractmethod
+    def rows(self) -> Rows:
+        """Cells of the table, one sequence per row."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences below the table."""
+        return ()
+
+    def summary(self) -> str:
+        """Give the table as plain text."""
+        return "\n".join([self.title, text_table(self.columns, self.rows), *self.remarks])
+
+    def _repr_html_(self) -> str:
+        """Show the table in a notebook."""
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
+        return f"<p>{escape(self.title)}</p>{html_table(self.columns, self.rows)}{remarks}"
+
+
+def text_table(columns: Sequence[str], rows: Rows) -> str:
+    """Give a table as lines of plain text, its columns aligned at the left."""
+    table = [columns, *rows]
+    widths = [max(len(row[index]) for row in table) for index in range(len(columns))]
+    return "\n".join(
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
+    )
+
+
+def html_table(columns: Sequence[str], rows: Rows) -> str:
+    """Give a table as a ``<table>`` element without style, which a notebook shows in its own theme."""
+    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in columns)
+    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
 
 KINDS = {
     Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.POSSIBLE: "open",
@@ -219,3 +278,17 @@ def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
     return rows
+
+
+def diagnosis_summary(diagnosis: Diagnosis) -> str:
+    """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
+    return "\n".join(
+        [
+            verdict_sentence(diagnosis),
+            *filter(None, [possible_sentence(diagnosis)]),
+            text_table(GAIN_COLUMNS, [tuple(row.values()) for row in gain_rows(diagnosis)]),
+            held_out_sentence(diagnosis),
+            text_table(ERROR_COLUMNS, [tuple(row.values()) for row in error_rows(diagnosis)]),
+            *diagnosis.notes,
+        ]
+    )

@@ -95,7 +95,12 @@ class Coefficient:
             "alike": self.mean.alike if self.mean else None,
             "pooled": asdict(self.mean) if self.mean else None,
             "rigs": [
-                {"rig": one.rig, **estimate_entry(one.estimate), "verdict": one.verdict, "left_out": one.left_out}
+                {
+                    "rig": one.rig,
+                    **plain(estimate_entry(one.estimate)),
+                    "verdict": one.verdict,
+                    "left_out": one.left_out,
+                }
                 for one in self.rigs
             ],
         }

@@ -30,7 +30,7 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
     ----------
     fleet : Fleet
     provenance : mapping
-        From :func:`heli_identifier.results.provenance.provenance`.
+        From :func:`heli_identifier.provenance.provenance`.
     """
     environment = Environment(autoescape=True, undefined=StrictUndefined)
     template = environment.from_string((_TEMPLATES / "fleet.html.j2").read_text(encoding="utf-8"))

@@ -46,12 +46,12 @@ from heli_identifier.online import (
     start,
     step,
 )
+from heli_identifier.provenance import from_python
 from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
 from heli_identifier.results import (
     PLANT,
     ParameterSet,
     Tabular,
-    from_python,
     meaning_of,
     plant_values,
     several,

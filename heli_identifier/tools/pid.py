@@ -181,7 +181,7 @@ class PidDesign:
 
 
 def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.results.draws.drawn_values`)."""
+    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
     plant = parameters.plant()
     return [
         plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()})

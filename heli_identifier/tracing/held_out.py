@@ -147,12 +147,14 @@ def compare(
     white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
     p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
              for i in range(len(rig.axes))] for n in models}  # fmt: skip
+    change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
     air, noise, axes = after.air(), models["after"].encoder_noise, {}
     for i, axis in enumerate(rig.axes):
         use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), errors["after"][i], stays[0][i], stays[1][i])
         axes[axis] = AxisReport(
             errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i],
             {name: own[i] for name, own in p.items()}, float(air[0, i]), float(air[1, i]), float(noise[i]), use, why,
+            {name: own[i] for name, own in change.items()},
         )  # fmt: skip
     judged = {} if judge is None else {name: judge(m.parameters) for name, m in models.items()}
     series = tuple(
@@ -185,6 +187,25 @@ def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[Axi
         rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
     ]
     return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
+
+
+def _changes(before: Sequence[Run], after: Sequence[Run]) -> dict[str, list[ErrorFigure]]:
+    """Figures by axis of the errors ahead of one model over those of another, less 1, on the same segments."""
+    pairs = [(old.errors(tuple(HORIZONS)), new.errors(tuple(HORIZONS))) for old, new in zip(before, after, strict=True)]
+    found = {}
+    for name in HORIZONS:
+        squares = [np.hstack((old[name], new[name])) ** 2 for old, new in pairs]
+        squares = [own[np.isfinite(own).all(1)] for own in squares]
+        ends = np.quantile(_ratio(segment_means(squares, [SPACING] * len(squares))), (0.025, 0.975), axis=0)
+        columns = np.vstack((_ratio(np.concatenate(squares).mean(0)), ends)).T
+        found[name] = [ErrorFigure(*map(float, column)) for column in columns]
+    return found
+
+
+def _ratio(squares: Array) -> Array:
+    """Root mean square of the second half of the columns over that of the first, less 1."""
+    a = squares.shape[-1] // 2
+    return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
 
 
 def _free(model: Model, measured: Sequence[Array], runs: Sequence[Array], steps: Sequence[float]) -> list:

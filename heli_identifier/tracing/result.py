@@ -3,12 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
+from os import PathLike
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
+from heli_identifier.provenance import from_python
 from heli_identifier.records import Log
 
 Array = NDArray[np.float64]
@@ -100,13 +104,6 @@ class NamedShape:
 
     parameters: Mapping[str, Estimate] = field(default_factory=dict)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the shape as it stands in diagnosis.json."""
-        return {
-            name: {"value": value.value, "standard_error": value.standard_error, "unit": value.unit}
-            for name, value in self.parameters.items()
-        }
-
 
 @dataclass(frozen=True, eq=False)
 class CurveShape:
@@ -130,16 +127,6 @@ class CurveShape:
     curve: Array
     band: Array
 
-    def to_dict(self) -> dict[str, Any]:
-        """Give the shape as it stands in diagnosis.json."""
-        return {
-            "variable": self.variable,
-            "unit": self.unit,
-            "description": self.description,
-            "curve": self.curve.tolist(),
-            "band": self.band.tolist(),
-        }
-
 
 @dataclass(frozen=True)
 class PeriodicShape:
@@ -151,17 +138,6 @@ class PeriodicShape:
     description: str
     variable: str = field(default="time", init=False)
     unit: str = field(default="s", init=False)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Give the shape as it stands in diagnosis.json."""
-        return {
-            "variable": self.variable,
-            "unit": self.unit,
-            "description": self.description,
-            "frequency_hz": self.frequency_hz,
-            "amplitude": self.amplitude,
-            "amplitude_standard_error": self.amplitude_standard_error,
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -305,11 +281,16 @@ class ParameterReport:
 
 @dataclass(frozen=True)
 class ErrorFigure:
-    """A root-mean-square error with its 95 % interval from a bootstrap over segments."""
+    """A figure with its 95 % interval from a bootstrap over segments."""
 
     value: float
     low: float
     high: float
+
+    @property
+    def is_known(self) -> bool:
+        """Whether there is an error: zero stands for a noise floor that could not be computed."""
+        return self.high > 0.0
 
 
 @dataclass(frozen=True)
@@ -351,6 +332,8 @@ class AxisReport:
     use : Use
     why : str
         What the use rests on, in a clause.
+    change : mapping of str to ErrorFigure
+        By the names of errors ahead: error after over error before, less 1, over the same segments for both.
     """
 
     before: AxisError
@@ -364,6 +347,7 @@ class AxisReport:
     encoder_noise: float
     use: Use
     why: str
+    change: Mapping[str, ErrorFigure] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -496,6 +480,8 @@ class Diagnosis:
     seconds : float
     events : tuple of Event
         Passages in which something other than the plant acts, in training and held-out logs.
+    provenance : mapping
+        Command, date, system and versions of the packages that took part.
     """
 
     verdict: RigVerdict
@@ -525,7 +511,53 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     events: tuple[Event, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=partial(from_python, "diagnose"))
+
+    def summary(self) -> str:
+        """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
+        return _results().diagnosis_summary(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the content of diagnosis.json; docs/reference/files.md describes it."""
+        return _results().plain(_results().diagnosis_file(self))
+
+    def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
+        """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
+
+        Parameters
+        ----------
+        folder : path
+            Made if it does not exist.
+        rig : str
+            What the report calls the rig.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        ConfigurationError
+            The folder cannot be written to.
+        IdentifierError
+            The free run of the corrected unit is not the one that the diagnosis reports.
+        """
+        with _results().whole_folder(folder) as draft:
+            _results().write_results(self, rig, draft)
+        return Path(folder)
+
+    def _repr_html_(self) -> str:
+        """Show the diagnosis in a notebook."""
+        return _results().notebook_view(self)
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
         return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
+
+
+def _results() -> Any:
+    """Give the room that shows and writes results: it knows these values, and they know it only here."""
+    import heli_identifier.results
+
+    return heli_identifier.results

@@ -9,7 +9,7 @@ from scipy.io import savemat
 
 from fmu_src import build
 from heli_identifier.records import demo_logs
-from heli_identifier.results.parameters import SCHEMA, plant_values
+from heli_identifier.results.parameters import plant_values
 from heli_plant.parameters import TABLE_2
 
 _LINES = demo_logs("rig-c")[1][0].read_text().splitlines()[:2001]
@@ -90,7 +90,7 @@ def document(change=lambda d: None):
     }
     figures = {"prediction_1s_rad": {"value": 1e-2, "low": 9e-3, "high": 2e-2}, "noise_floor_rad": 1e-3}
     expected = {axis: dict(figures) for axis in ("pitch", "elevation", "travel")}
-    found = {"schema": SCHEMA, "unit": "HelicopterPlant", "values": values, "expected": expected, "provenance": {}}
+    found = {"schema": "heli-parameters/1", "unit": "HelicopterPlant", "values": values, "expected": expected, "provenance": {}}
     change(found)
     return found
 

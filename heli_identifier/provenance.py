@@ -3,7 +3,6 @@
 import platform
 import shlex
 import sys
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
@@ -24,32 +23,21 @@ __version__ = installed("heli-twin")
 """Version of this program."""
 
 
-def versions() -> dict[str, str]:
-    """Give the version of Python and of every package that takes part."""
-    return {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}}
-
-
-def provenance(command: Sequence[str]) -> dict[str, Any]:
-    """Give the provenance of what ``command`` computes now.
-
-    Parameters
-    ----------
-    command : sequence of str
-        Words of the command line.
-    """
+def provenance(*command: str) -> dict[str, Any]:
+    """Give the provenance of what a command line, given word by word, computes now."""
     return {
         "command": shlex.join(command),
         "date": datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         "system": f"{platform.system()} {platform.machine()}",
-        "versions": versions(),
+        "versions": {"Python": platform.python_version(), **{name: installed(name) for name in PACKAGES}},
     }
 
 
 def from_python(function: str) -> dict[str, Any]:
-    """Give the provenance of what a function of the interface computes now."""
-    return provenance([f"heli_identifier.{function}"])
+    """Give the provenance of what a function of the package computes now."""
+    return provenance(f"heli_identifier.{function}")
 
 
 def from_command_line() -> dict[str, Any]:
     """Give the provenance of what this command of the command line computes now."""
-    return provenance(["heli", *sys.argv[1:]])
+    return provenance("heli", *sys.argv[1:])
