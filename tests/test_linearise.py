@@ -273,7 +273,7 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_the_sign_of_a_ga
 
 def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(tmp_path):
     found = replace(example(), covariance=np.diag([4e-6, 1e-4]), covariance_fields=("k_x", "motor_lag_rotors"))
-    written, file = corrected_parameters(found, {}), tmp_path / "parameters.json"
+    written, file = corrected_parameters(found), tmp_path / "parameters.json"
     covariance = read_parameters(written.write(file)).covariance
     # a lag that is no finding is part of the time constant; a gain counts with its logarithm
     assert (covariance.names, covariance.logarithms) == (("pitch.gain", "motor.time_constant"), ("pitch.gain",))

@@ -194,8 +194,9 @@ class ParameterSet(Tabular):
         for axis, one in self.expected.items():
             error = ExpectedFigure(one.prediction.value, one.prediction.low, one.prediction.high)
             expected[axis] = Expected(error, one.noise_floor, one.use)
-        own = self.covariance
-        covariance = own and CovarianceEntry(own.names, own.logarithms, own.operating_point_v, own.matrix.tolist())
+        covariance, own = None, self.covariance
+        if own:
+            covariance = CovarianceEntry(own.names, own.logarithms, own.operating_point_v, own.matrix.tolist())
         origin = dict(self.provenance)
         return plain(ParametersFile("heli-parameters/1", self.unit, values, expected, origin, covariance))
 
