@@ -27,6 +27,7 @@ from heli_identifier.tracing import (
     Diagnosis,
     ErrorFigure,
     FoundEffect,
+    LogFault,
     NamedShape,
     ParameterReport,
     PeriodicShape,
@@ -271,6 +272,18 @@ class EventEntry(Entry):
     to_s: Number
 
 
+class FaultEntry(Entry):
+    """Something wrong with the logs; what can be undone is undone before anything else is said."""
+
+    name: str
+    channel: str
+    words: Annotated[str, "what it is"]
+    size: EstimateEntry | None
+    score: Annotated[Number, "what the likelihood of the training logs loses if it is not undone [nats]"]
+    alternatives: Annotated[list[EffectKey], "effects and other faults that explain the logs about as well"]
+    advice: Annotated[str, "what to do in the laboratory"]
+
+
 class DiagnosisFile(Entry):
     """diagnosis.json: what a diagnosis found."""
 
@@ -312,6 +325,7 @@ class DiagnosisFile(Entry):
     provenance: Annotated[
         dict[str, Any], "command, date, system, and the version of everything that can change a result"
     ]
+    faults: Annotated[list[FaultEntry], "what is wrong with the logs"] = field(default_factory=list)
 
 
 class ParameterValue(Entry):
@@ -399,6 +413,7 @@ def diagnosis_file(diagnosis: Diagnosis) -> DiagnosisFile:
         events=[EventEntry(e.log, e.axis, e.start_in_file, e.end_in_file) for e in diagnosis.events],
         notes=list(diagnosis.notes),
         provenance=dict(diagnosis.provenance),
+        faults=[_fault_entry(fault) for fault in diagnosis.faults],
     )  # fmt: skip
 
 
@@ -479,6 +494,13 @@ def _intervals(error: AxisError) -> ErrorIntervals:
 def _catalogue_entry(entry: CatalogueVerdict) -> CatalogueEntry:
     own = entry.estimate
     return _like(entry, CatalogueEntry, coefficient=own.value, standard_error=own.standard_error, unit=own.unit)
+
+
+def _fault_entry(fault: LogFault) -> FaultEntry:
+    return _like(
+        fault, FaultEntry, size=estimate_entry(fault.size) if fault.size else None,
+        alternatives=[EffectKey(name, axis) for name, axis in fault.alternatives],
+    )  # fmt: skip
 
 
 def plain(value: Any) -> Any:

@@ -43,7 +43,7 @@ def diagnose(
     held_out : Log or sequence of Log
         Further logs of the same rig, which decide nothing; errors are computed on them.
     settings : DiagnosisSettings, optional
-        What is given of the rig; :meth:`DiagnosisSettings.from_rig` makes them from its configuration.
+        What is given of the rig; by default the configuration that all training logs were read with says it.
     progress : callable, optional
         Called with what is being done and the share that is done.
 
@@ -58,6 +58,9 @@ def diagnose(
         short.
     """
     began = perf_counter()
+    given = [log.configuration for log in ((logs,) if isinstance(logs, Log) else logs)]
+    if settings is None and given and given[0] and given.count(given[0]) == len(given):
+        settings = DiagnosisSettings.from_rig(given[0])
     settings, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
     training, kept = _checked(logs, held_out)
     found = identify_plant(training, settings, kept, progress)

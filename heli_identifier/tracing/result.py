@@ -485,7 +485,6 @@ class Diagnosis:
     """
 
     verdict: RigVerdict
-    faults: tuple[LogFault, ...]
     effects: tuple[FoundEffect, ...]
     possible: tuple[FoundEffect, ...]
     catalogue: tuple[CatalogueVerdict, ...]
@@ -511,6 +510,7 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     events: tuple[Event, ...] = ()
+    faults: tuple[LogFault, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=partial(from_python, "diagnose"))
 
     def summary(self) -> str:
