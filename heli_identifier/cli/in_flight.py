@@ -337,7 +337,7 @@ def _end_with_parent() -> None:
 
 def _write_advice(advice: "Advice", folder: Path) -> None:
     """Write how the margins stand, and the gains if any are offered."""
-    from heli_identifier.results import from_command_line
+    from heli_identifier.provenance import from_command_line
 
     write_atomically(folder / ADVICE, json.dumps(advice.document, indent=1) + "\n")
     if advice.gains is not None:
