@@ -192,8 +192,11 @@ def test_where_the_rigs_clock_stands_still_or_steps_back_its_numbers_say_when(cl
 @pytest.mark.parametrize("unit", [1.0, 1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("rate", [50.0, 100.0, 2000.0])
 def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate(unit, rate):
-    assert find_unit([1e3 / unit + k / rate / unit for k in (0, 1, 2, 3, 5, 4, 7, 8)]) == unit
-    assert find_unit([0.1 * k for k in range(8)]) == 1.0  # 10 Hz are no usual rate in any
+    times = [1e3 / unit + k / rate / unit for k in (0, 1, 2, 3, 5, 4, 7, 8)]
+    for pace in (1.0, 12.0, 1e3):  # a log may be sent faster than it was flown
+        assert find_unit(times, 8.0 / rate / pace) == unit
+    assert find_unit([0.1 * k for k in range(8)], 0.7) == 1.0  # 10 Hz are no usual rate in any unit
+    assert find_unit([0.5 * k for k in range(8)], 3.5) == 1.0  # 2 Hz, and no 2000 Hz in milliseconds
 
 
 # --- the clock of a co-simulation ------------------------------------------------------------------------------------

@@ -165,20 +165,22 @@ def test_a_rigs_clock_that_lies_loses_no_sample_and_is_said(clock, rate, note):
     assert listening.rate == 100.0 and note in "; ".join(listening.status.notes) in stream_line(listening.status)
 
 
-def test_the_rate_of_a_rig_whose_clock_stands_still_is_taken_from_what_comes_in_and_said():
-    seen, kept, listening = heard(
-        [datagram(k, 5.0) for k in range(60)], lambda seen, kept: len(kept) == 60, pauses=[(k, H) for k in range(60)]
-    )
+@pytest.mark.parametrize("layout", [USUAL_LAYOUT, "time v_front v_rear pitch elevation travel"])
+def test_the_rate_of_a_rig_whose_clock_stands_still_is_taken_from_what_comes_in_and_said(layout):
+    form = read_layout(layout)
+    contents, pauses = [datagram(k, 5.0, form) for k in range(60)], [(k, H) for k in range(60)]
+    _, kept, listening = heard(contents, lambda seen, kept: len(kept) == 60, pauses, layout=form)
     assert [row[0] for row in kept] == pytest.approx([k / listening.rate for k in range(60)])
     assert f"the rate is taken for {listening.rate:g} Hz" in listening.status.notes[0]
 
 
-def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out():
+def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(monkeypatch):
+    monkeypatch.setattr("heli_identifier.live.datagrams.FORSAKEN", 0.2)
     others = [encode(Datagram(7, 99.0, (0.0,) * 5), LAYOUT)]
     contents = [datagram(k) for k in range(120)]
-    # what the rig sends before the stray one has been silent for 2 s is lost: a connected socket does not hear it
-    seen, kept, listening = heard(contents, lambda seen, kept: len(kept) > 60, pauses=[(60, 3.0)], others=others)
-    assert {row[3] for row in kept[1:]} <= {0.001 * k for k in range(60, 120)}
+    # what the rig sends before the stray one has been silent for long is lost: a connected socket does not hear it
+    _, kept, listening = heard(contents, lambda seen, kept: len(kept) >= 60, pauses=[(60, 1.0)], others=others)
+    assert [row[3] for row in kept] == [0.001 * k for k in range(60, 120)]
     assert re.search(r"127.0.0.1:\d+ fell silent; the rig is 127.0.0.1:\d+ since", stream_line(listening.status))
 
 

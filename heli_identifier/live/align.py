@@ -54,6 +54,7 @@ _NEAR = 0.01
 rounded to .1 us."""
 
 _STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
+_FAR = 0.03  # share of what a clock says in which samples come in if its unit is a thousandth
 _SHORTEST = 1e-300  # [s] a shorter step has no finite rate
 
 
@@ -272,15 +273,17 @@ def find_rate(times: list[float]) -> float:
     return float(round(rate)) if rate >= 1.0 and abs(rate - round(rate)) <= 0.005 * rate else rate
 
 
-def find_unit(times: list[float]) -> float:
-    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth if only that is a usual rate."""
-    step = _median_step(sorted(times)) if len(times) > 1 else 0.0
-    fits = [
-        unit
-        for unit in (1.0, 1e-3, 1e-6, 1e-9)
-        if RATES[0] * 0.999 <= 1.0 / max(step * unit, _SHORTEST) <= RATES[1] * 1.001
-    ]
-    return fits[0] if fits else 1.0
+def find_unit(times: list[float], seconds: float) -> float:
+    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth.
+
+    It is less than 1 only if that makes a usual rate of the ``times``, and they came in within far fewer ``seconds``.
+    """
+    times = sorted(times)
+    step = _median_step(times)
+    for unit in (1e-3, 1e-6, 1e-9):
+        if step > 0.0 and RATES[0] <= 1.001 / (step * unit) and 0.999 / (step * unit) <= RATES[1]:
+            return unit if seconds < _FAR * (times[-1] - times[0]) else 1.0
+    return 1.0
 
 
 def _median_step(times: list[float]) -> float:

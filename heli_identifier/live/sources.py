@@ -39,7 +39,7 @@ SPEEDS = (1e-3, 1e6)
 """How many times faster than the rig a log is sent or played, at least and at most."""
 
 _LEARNED = 50  # samples from which the rate is found, half a second at 100 Hz
-_LOOKED_AT = 8  # samples from which the unit of the rig's clock is found, less than a tenth of a second at 100 Hz
+_LOOKED_AT, _NEEDED = 8, 3  # samples from which the unit of the rig's clock is found, and at least
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
 _MOST = 4096  # datagrams that are read at once
 _WAIT = 0.05  # [s] the longest that a caller waits for the next instant or for None
@@ -92,7 +92,7 @@ class Listening:
         self.learning: list[Timed] = []
         self.grid: Grid | None = None
         self.heard = monotonic()
-        self.counted = 0  # of a stream without numbers and times
+        self.counted, self.counted_at = 0, 0.0  # of a stream without numbers and times, and when [s]
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.origin = 0.0  # time of the first sample that was learned from
         self.kept = -1.0  # time of the last sample that was kept
@@ -143,40 +143,47 @@ class Listening:
             if self.port.elections > self.elections:  # somebody else is the rig: it has another clock
                 self.order = restart(self.order) if self.elections else self.order
                 self.elections, self.unit, self.unread = self.port.elections, None, []
-            if not self.is_stamped and self.rate is not None:
-                # Counted as they come in; a pause moves the count on.
-                pause = now - self.heard if self.counted else 0.0
-                self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
-                datagram = datagram._replace(sequence=self.counted)
             self.heard = now
             self.unread.append((datagram, now))
         if self.unit is None and (len(self.unread) >= _LOOKED_AT or monotonic() - self.heard > OVERTAKEN):
             self._find_clock()
         if self.unit is not None:
             for datagram, arrived in self.unread:
-                time = None if datagram.time is None else datagram.time * self.unit
-                sample = time_sample(datagram._replace(time=time), arrived, self._step)
-                self.order = take(self.order, sample, self._step)
+                if self.is_stamped and datagram.time is not None:
+                    datagram = datagram._replace(time=datagram.time * self.unit)
+                elif not self.is_stamped and self.rate is not None:
+                    # Counted as they come in; a pause moves the count on.
+                    pause, self.counted_at = arrived - self.counted_at if self.counted else 0.0, arrived
+                    self.counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
+                    datagram = datagram._replace(sequence=self.counted, time=None)
+                self.order = take(self.order, time_sample(datagram, arrived, self._step), self._step)
             self.unread = []
 
     def _find_clock(self) -> None:
         """Find the unit of the rig's clock, and the rate of a rig whose clock stands still."""
         times = [datagram.time for datagram, _ in self.unread if datagram.time is not None]
-        if not self.unread or (len(times) > 1 and len(set(times)) == 1 and not self._guess_rate()):
+        if len(times) > 1 and len(set(times)) == 1:
+            if self.rate is None and not self._guess_rate():
+                return
+            if self.unread[0][0].sequence is None:
+                self.is_stamped = False
+                self.notes.append("the rig's clock stands still; samples are counted as they come in")
+        if self.is_stamped and len(self.unread) < _NEEDED:
             return
-        self.unit = find_unit(times)
+        self.unit = find_unit(times, self.unread[-1][1] - self.unread[0][1]) if times else 1.0
         if self.unit in _CLOCKS:
             self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
 
     def _guess_rate(self) -> bool:
         """Take the usual rate that is nearest to that at which samples come in; wait until there are enough."""
-        if self.rate is None and len(self.unread) >= _LEARNED:
-            (first, begin), (last, end) = self.unread[0], self.unread[-1]
-            steps = (last.sequence or 0) - (first.sequence or 0)
-            if steps > 0:
-                self.rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
-                self.notes.append(f"the rate is taken for {self.rate:g} Hz; name it with --rate if it is another")
-        return self.rate is not None
+        if len(self.unread) < _LEARNED:
+            return False
+        (first, begin), (last, end) = self.unread[0], self.unread[-1]
+        numbered = first.sequence is not None and last.sequence is not None and last.sequence > first.sequence
+        steps = last.sequence - first.sequence if numbered else len(self.unread) - 1  # type: ignore[operator]
+        self.rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
+        self.notes.append(f"the rate is taken for {self.rate:g} Hz; name it with --rate if it is another")
+        return True
 
     def _until(self) -> float:
         """Return the rig's time up to which samples are released.
