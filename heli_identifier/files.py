@@ -101,7 +101,7 @@ def regular_bytes(path: Path, largest: float) -> bytes:
     """
     size = regular_size(path, largest)
     with open(path, "rb") as file:
-        return file.read(size or 1 << 20)  # a file that grows is read as far as it went; one of /proc has no size
+        return file.read(size)  # a file that grows is read as far as it went, one of /proc without a size not at all
 
 
 def regular_size(path: Path, largest: float) -> int:

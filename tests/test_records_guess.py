@@ -9,7 +9,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.errors import LogError
 from heli_identifier.records import demo_logs, guess, read_configuration, read_log, suspicions
 
-TRUE = read_log(demo_logs("rig-b")[0][0])
+TRUE = read_log(demo_logs("rig-b")[0][0], end=45.0)
 RNG = np.random.default_rng(7)
 
 
@@ -29,7 +29,7 @@ def rate(angle):
 
 def references():
     """Steps that a controller was asked to follow, which nothing of this log did."""
-    return [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000), np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)]
+    return [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples], np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples]]
 
 
 def angles(scale=1.0):

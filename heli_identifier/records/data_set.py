@@ -29,20 +29,7 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Read several logs of one rig and make their names unique, as :func:`named_apart` does.
-
-    Parameters
-    ----------
-    paths : Sequence
-        Files, each as for `read_log`.
-    format, start, end
-        As for `read_log`, the same for each file.
-
-    Raises
-    ------
-    LogError
-        As `read_log`.
-    """
+    """Read several logs of one rig, each as `read_log` does, and make their names unique as `named_apart` does."""
     return named_apart([read_log(path, format, start, end) for path in paths])
 
 
@@ -55,17 +42,10 @@ def read_data_set(
 ) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
     """Read training logs and held-out logs, and check that they can serve a diagnosis.
 
-    Parameters
-    ----------
-    training, held_out : Sequence
-        Files, each as for `read_log`.
-    format, start, end
-        As for `read_log`, the same for each file.
-
     Returns
     -------
     tuple
-        Training logs and held-out logs.
+        Training logs and held-out logs, each read as `read_log` does.
 
     Raises
     ------
@@ -92,12 +72,7 @@ def demo_logs(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     Returns
     -------
     tuple
-        Training logs and held-out logs.
-
-    Raises
-    ------
-    LogError
-        If there is no such rig, or its files are missing from the installation.
+        Paths of the training logs and of the held-out logs.
     """
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
@@ -129,41 +104,27 @@ def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Refuse a data set in which a voltage never moves, or never differs from the other: it identifies nothing.
-
-    Raises
-    ------
-    LogError
-        If there is no log, one of the voltages is constant within a millivolt in each log, or both are the same in
-        each.
-    """
+    """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
+    given = ", ".join(log.path or log.name for log in logs)
     for index, name in enumerate(VOLTAGES):
         if all(np.ptp(log.voltages[:, index]) < CONSTANT_V for log in logs):
             raise LogError(
-                f"{', '.join(log.path or log.name for log in logs)}: {name} is constant in every log, so "
-                "there is nothing to identify; excite the rig, for instance with the Exciter's square and chirp."
+                f"{given}: {name} is constant in every log, so there is nothing to identify; excite the rig, for "
+                "instance with the Exciter's square and chirp."
             )
     if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
         raise LogError(
-            f"{', '.join(log.path or log.name for log in logs)}: v_front equals v_rear in every sample, so nothing "
-            "drives the pitch; check whether one column was taken for both, or add a log in which they differ."
+            f"{given}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
+            "was taken for both, or add a log in which they differ."
         )
 
 
 def check_moving(logs: Sequence[Log]) -> None:
-    """Refuse a log in which an axis stands still, since it cannot judge a model of three free axes.
-
-    Raises
-    ------
-    LogError
-        If an angle is constant throughout one of the logs, moves by less than an encoder resolves, or holds nothing but
-        noise.
-    """
+    """Refuse, with a LogError, a log in which an axis stands still: it cannot judge a model of three free axes."""
     for log in logs:
-        found = [(name, still(angle)) for name, angle in zip(ANGLES, log.angles.T, strict=True)]
-        said = [f"{name} {why}" for name, why in found if why]
+        said = [f"{name} {why}" for name, angle in zip(ANGLES, log.angles.T, strict=True) if (why := still(angle))]
         if said:
             raise LogError(
                 f"{log.path or log.name}: {' and '.join(said)}: {STANDING_STILL}, and a diagnosis needs all three axes "

@@ -4,104 +4,13 @@ import json
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
+from string import Template
 
 from heli_identifier.errors import ConfigurationError, printable
 from heli_identifier.files import write_atomically
 from heli_identifier.records.configuration import CONTRACT, RigConfiguration
 from heli_identifier.records.guess import Guess
 from heli_identifier.records.units import ANGLES, NAMED, header, known_units
-
-
-def _lines(entries: Sequence[tuple[str, object, str]]) -> str:
-    """Align key, value and comment of each entry."""
-    settings = [f"{key} = {value}" for key, value, _ in entries]
-    width = max(map(len, settings))
-    comments = [printable(comment) for _, _, comment in entries]
-    return "\n".join(f"{setting:<{width}}  # {said}" for setting, said in zip(settings, comments, strict=True))
-
-
-def _quoted(text: str) -> str:
-    """Give a text as a string of TOML: JSON's, which lets the control character DEL stand."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def template_text(found: Guess | None = None) -> str:
-    """Give a configuration with every key explained: of what was found in a log, else of the contract."""
-    rig, form = RigConfiguration(), found.format if found else CONTRACT
-    reasons = found.reasons if found else {}
-
-    def entry(section: str, signal: str, example: str, given: object, comment: str) -> tuple[str, object, str]:
-        if given is None:
-            return f"# {signal}", example, comment
-        text = reasons.get(f"{section}.{signal}", comment)
-        return signal, _quoted(given) if isinstance(given, str) else given, text
-
-    columns = _lines([entry("columns", s, json.dumps(header(s)), form.columns.get(s), _MEANINGS[s]) for s in NAMED])
-    units = _lines(
-        [entry("units", s, json.dumps(known_units(s)[1]), form.units.get(s), ", ".join(known_units(s))) for s in NAMED]
-    )
-    signs = _lines([entry("signs", s, "-1", form.signs.get(s), _SIGNS[s]) for s in NAMED[1:]])
-    references = _lines(
-        [
-            entry("references", a, json.dumps(f"{a}_reference [rad]"), form.references.get(a), "asked for")
-            for a in ANGLES
-        ]
-    )
-    counts = _lines([(angle, form.counts_per_turn(angle), "counts per turn") for angle in ANGLES])
-    start = f"start = {form.start}" if form.start is not None else "# start = 6.0"
-    why = {key: f"\n# {key}: {printable(text)}" for key, text in reasons.items()}
-    swap, clip = str(form.swap_rotors).lower(), str(form.clip).lower()
-    guessed = (
-        "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.\n" if found else ""
-    )
-    guessed += "".join(f"# NOT CERTAIN: {printable(text)}.\n" for text in (found.doubts if found else ()))
-    return f"""\
-# Configuration of one rig. Every key may be left out; a line that begins with # is an example.
-{guessed}\
-
-[rig]
-name = "{rig.name}"
-motor_time_constant = {rig.motor_time_constant}  # lag of motor and propeller [s]; a wrong one shows as motor_lag
-voltage_limit = {CONTRACT.voltage_limit}  # limit of the amplifiers [V]; a log that exceeds it is read with a note
-# rest_pitch = -0.14  # pitch at which gravity exerts no torque [rad]; without it, it is estimated
-# elevation_gain = 0.15  # elevation's acceleration per volt on both rotors' sum [rad/s^2/V], if geometry gives it
-# horizontal = 0.52  # what the elevation's encoder reads where the arm is horizontal [rad]; without it, it is estimated
-
-[rig.encoder_counts]
-{counts}
-
-# Effects that theory demands: the coefficient and its standard deviation. They belong to the model before.
-[rig.effects]
-# inertial_coupling_elevation = [1.0, 0.1]  # 1 is the torque of a rigid arm
-# inertial_coupling_travel = [1.0, 0.1]
-
-[log]
-{start}  # first instant kept [s] in the file's own time, to cut off take-off; --from overrides it{why.get("start", "")}
-# end = 60.0  # last instant kept [s] (--to overrides it)
-decimal = "{form.decimal}"  # decimal mark; columns may be separated by comma, semicolon, tab or blanks
-swap_rotors = {swap}  # true if what the file calls front is the rear rotor{why.get("swap_rotors", "")}
-clip = {clip}  # true if the file holds voltages before the amplifiers limit them{why.get("clip", "")}
-largest_file = {CONTRACT.largest_file}  # size up to which a file is read [MB]
-
-# Header of each signal's column, where it is not the one shown here; "ans(4,:)" is row 4 of the matrix ans of a MATLAB
-# file, "column 4" that of a text file without headers. `heli init LOG` looks into a log and fills this in.
-[log.columns]
-{columns}
-
-# Unit of a column whose header states none, or a wrong one.
-[log.units]
-{units}
-
-# Header of the column that holds what the pilot or a plan asked of an axis, if the log has it: references determine
-# gains that a controller hides. Columns called pitch_reference [rad] and alike are found without an entry.
-[log.references]
-{references}
-
-# -1 changes the sign, 1 keeps it. In the model a larger front voltage raises pitch, a larger sum raises elevation.
-[log.signs]
-{signs}
-"""
-
 
 _MEANINGS = {
     "time": "increases from row to row, 50 Hz to 2 kHz",
@@ -122,6 +31,7 @@ _SIGNS = {
     "v_sum": "positive lifts",
     "v_difference": "positive raises the front rotor",
 }
+_EXPLAINED = ("start", "swap_rotors", "clip")
 
 
 def write_template(path: str | PathLike[str], found: Guess | None = None) -> Path:
@@ -145,3 +55,50 @@ def write_template(path: str | PathLike[str], found: Guess | None = None) -> Pat
         return write_atomically(path, template_text(found))
     except OSError as error:
         raise ConfigurationError(f"{path} cannot be written: {error.strerror}.") from error
+
+
+def template_text(found: Guess | None = None) -> str:
+    """Give a configuration with every key explained: of what was found in a log, else of the contract."""
+    form, reasons = (found.format, found.reasons) if found else (CONTRACT, {})
+    form_of = {"columns": form.columns, "units": form.units, "references": form.references, "signs": form.signs}
+
+    def section(name: str, keys: Sequence[str], examples: Sequence[object], comments: Sequence[str]) -> str:
+        entries = []
+        for key, example, comment in zip(keys, examples, comments, strict=True):
+            given = form_of[name].get(key)
+            value = _quoted(example if given is None else given)
+            said = comment if given is None else reasons.get(f"{name}.{key}", comment)
+            entries.append((f"{'# ' if given is None else ''}{key} = {value}", printable(said)))
+        return _aligned(entries)
+
+    doubts = [f"# NOT CERTAIN: {printable(text)}.\n" for text in (found.doubts if found else ())]
+    guessed = "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.\n"
+    why = {f"why_{key}": f"\n# {key}: {printable(reasons[key])}" if key in reasons else "" for key in _EXPLAINED}
+    counts = [(f"{angle} = {form.counts_per_turn(angle)}", "counts per turn") for angle in ANGLES]
+    return Template(Path(__file__).with_name("heli.toml.template").read_text("utf-8")).substitute(
+        why,
+        guessed="".join((guessed, *doubts)) if found else "",
+        name=RigConfiguration.name,
+        motor_time_constant=RigConfiguration.motor_time_constant,
+        voltage_limit=CONTRACT.voltage_limit,
+        counts=_aligned(counts),
+        start=f"start = {form.start}" if form.start is not None else "# start = 6.0",
+        decimal=form.decimal,
+        swap_rotors=str(form.swap_rotors).lower(),
+        clip=str(form.clip).lower(),
+        largest_file=CONTRACT.largest_file,
+        columns=section("columns", NAMED, [header(s) for s in NAMED], [_MEANINGS[s] for s in NAMED]),
+        units=section("units", NAMED, [known_units(s)[1] for s in NAMED], [", ".join(known_units(s)) for s in NAMED]),
+        references=section("references", ANGLES, [f"{a}_reference [rad]" for a in ANGLES], ["asked for"] * 3),
+        signs=section("signs", NAMED[1:], [-1] * 7, [_SIGNS[s] for s in NAMED[1:]]),
+    )
+
+
+def _aligned(entries: Sequence[tuple[str, str]]) -> str:
+    width = max(len(setting) for setting, _ in entries)
+    return "\n".join(f"{setting:<{width}}  # {comment}" for setting, comment in entries)
+
+
+def _quoted(value: object) -> str:
+    """Give a value of TOML: a text is that of JSON, which lets the control character DEL stand."""
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
