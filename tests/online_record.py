@@ -1,11 +1,11 @@
 """A record of the paper's plant, Table 2, for the tests of the on-line identifier."""
 
-from math import cos
+from math import cos, pi
 
 import numpy as np
 
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
-from heli_plant.encoders import EncoderCounts, quantise
+from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
@@ -35,6 +35,6 @@ def record(seconds, excitation, parameters=TABLE_2, encoders=True, h=H):
 
 
 def read(angles):
-    """``angles`` (N, 3) as the rig's encoders give them [rad]."""
-    columns = [np.array([quantise(x, n) for x in c]) for c, n in zip(angles.T, EncoderCounts(), strict=True)]
-    return np.column_stack(columns)
+    """``angles`` (N, 3) as the rig's encoders give them [rad], by the formula of ``heli_plant.encoders.quantise``."""
+    width = 2.0 * pi / np.array(EncoderCounts())
+    return np.floor(angles / width + 0.5) * width

@@ -11,8 +11,19 @@ from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop, drive, noisy
 
 
-def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals():
-    found = hi.identify([closed_loop(TABLE_2, 30.0, seed, f"flight {seed}") for seed in (1, 2)])
+@pytest.fixture(scope="module")
+def flown():
+    """Two flights under a controller."""
+    return hi.identify([closed_loop(TABLE_2, 25.0, seed, f"flight {seed}") for seed in (1, 2)])
+
+
+@pytest.fixture(scope="module")
+def in_open_loop():
+    return hi.identify(noisy(TABLE_2, drive(30.0), 1))
+
+
+def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals(flown):
+    found = flown
     assert found.choice.method == PREDICTION_ERROR
     assert "a controller flew the rig" in found.notes[0]
     assert "T_m" in found.estimates
@@ -22,35 +33,34 @@ def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_with
         assert abs(estimate.value - getattr(TABLE_2, name)) < 3.5 * estimate.standard_error
 
 
-def test_logs_in_open_loop_are_identified_by_the_papers_adaptation():
-    found = hi.identify(noisy(TABLE_2, drive(40.0), 1))
+def test_logs_in_open_loop_are_identified_by_the_papers_adaptation(in_open_loop):
+    found = in_open_loop
     assert found.choice.method == ADAPTATION
     assert "no controller flew the rig" in found.notes[0]
     assert "T_m" not in found.estimates
 
 
-def test_what_a_given_lag_means_for_the_parameters_is_said():
+def test_what_a_given_lag_means_for_the_parameters_is_said(in_open_loop, flown):
     """A lag T in front of a motion of frequency w costs the gain a factor 1/sqrt(1 + (w T)^2); a longer one, more."""
-    found = hi.identify(noisy(TABLE_2, drive(40.0), 1))
+    found = in_open_loop
     longer = RigConfiguration(motor_time_constant=found.given_lag.lag + LONGER)
-    again = hi.identify(noisy(TABLE_2, drive(40.0), 1), configuration=longer, method=ADAPTATION)
+    again = hi.identify(noisy(TABLE_2, drive(30.0), 1), configuration=longer, method=ADAPTATION)
     for name, change in found.given_lag.changes.items():
         assert again.estimates[name].value == pytest.approx(found.estimates[name].value * (1.0 + change), rel=1e-12)
     assert found.given_lag.changes["k_x"] > 0.0
     assert "the motors' lag was taken for 0.08 s" in " ".join(found.notes)
-    assert hi.identify(closed_loop(TABLE_2, 12.0, 1), method=PREDICTION_ERROR).given_lag is None  # estimated along
+    assert flown.given_lag is None  # estimated along
 
 
 def test_the_adaptation_in_closed_loop_is_a_warning():
-    found = hi.identify(closed_loop(TABLE_2, 30.0, 1), method=ADAPTATION)
+    found = hi.identify(closed_loop(TABLE_2, 25.0, 1), method=ADAPTATION)
     assert "wrong there by more than its intervals say" in found.warnings[0]
 
 
-def test_what_the_logs_do_not_determine_is_named():
-    found = hi.identify(closed_loop(TABLE_2, 30.0, 1))
-    hidden = [name for name, estimate in found.estimates.items() if not estimate.is_determined]
+def test_what_the_logs_do_not_determine_is_named(flown):
+    hidden = [name for name, estimate in flown.estimates.items() if not estimate.is_determined]
     assert hidden
-    assert all(name in found.notes[1] for name in hidden)
+    assert all(name in flown.notes[1] for name in hidden)
 
 
 def test_one_closed_loop_among_several_open_ones_is_found():

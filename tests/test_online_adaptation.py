@@ -2,9 +2,10 @@
 
 from math import exp, inf
 
-import numba
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from heli_identifier.online.adaptation import (
@@ -14,7 +15,6 @@ from heli_identifier.online.adaptation import (
     initial_factor,
     measure,
 )
-from heli_plant.compiled import compiled
 
 H = 0.01
 
@@ -35,8 +35,8 @@ def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
     return np.array(gain_matrix(factor, n)), np.array(omega)
 
 
-@pytest.mark.parametrize("n", [2, 3, 4, 5])
-@pytest.mark.parametrize("alpha", [0.0, 0.001, 0.5])
+@settings(max_examples=12, deadline=None)
+@given(st.integers(1, 6), st.sampled_from([0.0, 0.001, 0.5]))
 def test_the_recursion_ends_at_weighted_least_squares_in_closed_form(n, alpha):
     phi, y = data(n, 500)
     gain, omega_0 = 1e3, np.full(n, 0.3)
@@ -112,7 +112,7 @@ def test_restoring_information_never_moves_the_estimate():
     for row, value in zip(phi.tolist(), y.tolist(), strict=True):
         adapt(factor, omega, row, value, 500, coefficients, [0.0] * 3)
     before = list(omega)
-    for k in range(100_000):
+    for k in range(20_000):
         adapt(factor, omega, (0.0, 0.0, 0.0), 0.0, k, coefficients, [0.0] * 3)
     assert omega == before
 
@@ -130,47 +130,22 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
     assert limit * 0.98 < gain[1, 1] < limit * 1.011
 
 
-def test_the_gain_stays_positive_definite_and_bounded_through_ten_million_steps():
-    steps, every, limit = 10_000_000, 997, 1e3
-    snapshots = np.zeros((steps // every + 1, 15))
-    fast = compiled(adapt)
-
-    @numba.njit
-    def long_run(factor, omega, direction, coefficients, snapshots):
-        """In turns of 1000 s: excited; silent for two hours; noise at the level of an encoder for an hour."""
-        seed = 1
-        phi = np.zeros(5)
-        for k in range(steps):
-            phase = (k // 100_000) % 12
-            scale = 1.0 if phase == 0 else (1e-4 if phase > 8 else 0.0)
-            for i in range(5):
-                seed = (seed * 1103515245 + 12345) % 2147483648
-                phi[i] = scale * (seed / 1073741824.0 - 1.0)
-            phi[2] = -1.0
-            y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
-            fast(factor, omega, phi, y, k, coefficients, direction)
-            if k % every == 0:
-                snapshots[k // every] = factor
-
-    coefficients = adaptation_coefficients(0.001, H, limit)
-    long_run(np.array(initial_factor(5, limit)), np.zeros(5), np.zeros(5), coefficients, snapshots)
-    eigenvalues = np.linalg.eigvalsh([gain_matrix(row.tolist(), 5) for row in snapshots])
+def test_the_gain_stays_positive_definite_and_bounded_through_excitation_silence_and_noise():
+    """In turns: 100 s excited, 800 s silent, 300 s of noise at the level of an encoder; Gamma forgets in 10 s."""
+    limit, alpha, rng = 1e3, 0.1, np.random.default_rng(1)
+    coefficients = adaptation_coefficients(alpha, H, limit)
+    factor, omega, direction, snapshots = initial_factor(5, limit), [0.0] * 5, [0.0] * 5, []
+    for k in range(120_000):
+        phase = (k // 10_000) % 12
+        phi = (rng.uniform(-1.0, 1.0, 5) * (1.0 if phase == 0 else 1e-4 if phase > 8 else 0.0)).tolist()
+        phi[2] = -1.0
+        y = 0.3 * phi[0] - 0.2 * phi[1] + phi[2] + 2.0 * phi[3] - phi[4] + 1e-4 * phi[0]
+        adapt(factor, omega, phi, y, k, coefficients, direction)
+        if k % 97 == 0:
+            snapshots.append(list(factor))
+    eigenvalues = np.linalg.eigvalsh([gain_matrix(row, 5) for row in snapshots])
     # Positive as found by an eigenvalue routine that knows the largest to 1e-16 of itself: 1e-13 here. Bounded but for
     # the 1 % that may be forgotten before information is restored.
-    assert snapshots[:, [0, 2, 5, 9, 14]].min() > 0.0
+    assert np.array(snapshots)[:, [0, 2, 5, 9, 14]].min() > 0.0
     assert eigenvalues.min() > 1e-12
     assert limit * 0.9 < eigenvalues.max() < limit * 1.011
-
-
-def test_the_compiled_step_and_the_interpreted_one_agree():
-    phi, y = data(5, 3000, seed=8)
-    coefficients = adaptation_coefficients(0.001, H, 1e3)
-    plain, omega = initial_factor(5, 1e3), [0.0] * 5
-    packed, omega_c, scratch = np.array(plain), np.zeros(5), np.zeros(5)
-    fast = compiled(adapt)
-    for k in range(3000):
-        adapt(plain, omega, phi[k].tolist(), float(y[k]), k, coefficients, [0.0] * 5)
-        fast(packed, omega_c, phi[k], y[k], k, coefficients, scratch)
-    # The compiler may contract a product and a sum into one rounding.
-    np.testing.assert_allclose(packed, plain, rtol=1e-9)
-    np.testing.assert_allclose(omega_c, omega, rtol=1e-11)

@@ -13,12 +13,13 @@ from benchmarks.replay import replay
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierSettings,
+    IdentifierState,
     ModelParameters,
     output_of,
     prepare,
-    restored,
     start,
     step,
+    thawed_state,
 )
 from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2
@@ -53,15 +54,15 @@ def minute():
 def test_table_2_is_recovered_within_a_thousandth_through_encoders():
     # With the paper's gain, forgetting and filter. The weakest parameter is a_lt: at a travel rate of .6 rad/s its term
     # .026 theta' lambda' has some 5e-3 rad/s^2, and the standard error that encoder noise causes is .1 % in 300 s of
-    # it. 4000 s and a memory of 1000 s bring it to .03 %; six seeds of the phases stayed below .05 %.
-    held, angles, _ = record(4000.0, multisines(seed=1, period=4000.0, base=2.5))
+    # it. 2000 s and a memory of 1000 s bring it to .04 %.
+    held, angles, _ = record(2000.0, multisines(seed=1, period=2000.0, base=2.5))
     for settings in (KNOWN, IdentifierSettings()):
         assert np.abs(relative(replay(held, angles, settings).final)).max() < 1e-3
 
 
-@pytest.mark.parametrize("omega", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize("omega", [1.0, 4.0])
 def test_without_encoders_the_error_is_that_of_the_discretisation_alone(omega):
-    held, angles, _ = record(600.0, multisines(seed=2, period=600.0), encoders=False)
+    held, angles, _ = record(300.0, multisines(seed=2, period=300.0), encoders=False)
     # No pull of Omega(0) = 0: a gain of 1e9. Left: straight lines between samples, some (h^2/12) omega^2 of each term,
     # 1e-5 at omega = 1, on damping ratios of .01 to .08 ten times that.
     found = replay(held, angles, replace(KNOWN, filter_frequency=omega, initial_gain=1e9, gain_limit=inf)).final
@@ -85,13 +86,6 @@ def test_an_unknown_rest_angle_is_estimated_along():
     assert found.k_x == pytest.approx(TRUTH.k_x, rel=2e-3)
 
 
-def test_a_rest_angle_taken_for_known_but_wrong_moves_the_pitch_gain():
-    held, angles, _ = record(200.0, multisines(seed=3, period=200.0))
-    wrong = IdentifierSettings(rest_angle=TABLE_2.theta0 + radians(1.0))
-    assert abs(replay(held, angles, wrong).final.k_x / TRUTH.k_x - 1.0) > 5e-4
-    assert abs(replay(held, angles, IdentifierSettings()).final.k_x / TRUTH.k_x - 1.0) < 5e-4
-
-
 def test_the_replay_agrees_with_the_step(minute):
     held, angles, _ = minute
     for settings in (KNOWN, IdentifierSettings()):
@@ -109,8 +103,9 @@ def test_a_state_restored_from_json_goes_on_bit_for_bit(minute):
     settings = replace(KNOWN, watched=(("dry_friction", "pitch"), ("quadratic_thrust", "travel")))
     middle, _ = run(held[:3333], angles[:3333], settings)
     straight = run(held[3333:], angles[3333:], settings, first=0, state=middle)
-    copied = run(held[3333:], angles[3333:], settings, first=0, state=restored(json.loads(json.dumps(middle))))
-    assert restored(json.loads(json.dumps(middle))) == middle
+    again = thawed_state(json.loads(json.dumps(middle)), IdentifierState)
+    assert again == middle
+    copied = run(held[3333:], angles[3333:], settings, first=0, state=again)
     assert copied == straight
 
 
@@ -148,16 +143,16 @@ def test_a_start_in_motion_biases_nothing_once_the_hold_is_over():
         assert usual.a_th == pytest.approx(longer.a_th, rel=1e-3)
 
 
-def test_hours_at_rest_leave_the_estimate_usable_and_recover_within_a_minute():
-    excited, _, _ = record(600.0, multisines(seed=5, period=600.0))
-    pause = np.tile([1.0, 1.0], (3 * 360_000, 1))
+def test_an_hour_at_rest_leaves_the_estimate_usable_and_recovers_within_a_minute():
+    excited, _, _ = record(300.0, multisines(seed=5, period=300.0))
+    pause = np.tile([1.0, 1.0], (360_000, 1))
     held = np.vstack([excited, pause, excited])
     _, angles = simulate(held, 0.01, start_state(TABLE_2.theta0, 0.17, 0.0, *held[0]), TABLE_2)
     history = replay(held, read(angles), KNOWN, every=6000)
     errors = np.abs(history.parameters / np.array(TRUTH) - 1.0)
-    before, at_end_of_pause, minute_later = errors[10], errors[10 + 180], errors[10 + 180 + 1]
+    before, at_end_of_pause, minute_later = errors[5], errors[5 + 60], errors[5 + 60 + 1]
     assert np.all(np.isfinite(history.parameters))
-    # Three hours of counts that stand still ask for a_th sin(half a count) = 0 and the like. The bounded gain lets
+    # Counts that stand still for an hour ask for a_th sin(half a count) = 0 and the like. The bounded gain lets
     # that move a parameter by some ten per cent where it would forget altogether, and new motion mends it at once.
     assert before.max() < 0.02
     assert at_end_of_pause.max() < 0.5
@@ -165,7 +160,7 @@ def test_hours_at_rest_leave_the_estimate_usable_and_recover_within_a_minute():
 
 
 def test_standard_errors_cover_the_error_that_encoders_cause():
-    held, angles, _ = record(400.0, multisines(seed=6, period=400.0))
+    held, angles, _ = record(200.0, multisines(seed=6, period=200.0))
     # A gain of 1e6 takes the pull of Omega(0) out, which no standard error knows of.
     _, estimate = run(held, angles, IdentifierSettings(initial_gain=1e6, gain_limit=1e6))
     ratio = (np.array(estimate.parameters) - np.array(TRUTH)) / np.array(estimate.standard_errors)
@@ -178,9 +173,10 @@ def test_standard_errors_cover_the_error_that_encoders_cause():
 def test_the_excitation_level_falls_when_the_rig_comes_to_rest(minute):
     held, angles, _ = minute
     _, busy = run(held, angles, KNOWN)
-    rest_held, rest_angles = np.tile([1.0, 1.0], (30_000, 1)), np.tile(angles[-1], (30_000, 1))
-    _, idle = run(np.vstack([held, rest_held]), np.vstack([angles, rest_angles]), KNOWN)
-    # 300 s of rest are fifteen times the window: exp(-15) of the motion counts, (3e-4)^2 against a silence of 1e-2^2.
+    rest_held, rest_angles = np.tile([1.0, 1.0], (6_000, 1)), np.tile(angles[-1], (6_000, 1))
+    short = replace(KNOWN, excitation_window=4.0)
+    _, idle = run(np.vstack([held, rest_held]), np.vstack([angles, rest_angles]), short)
+    # 60 s of rest are fifteen times the window: exp(-15) of the motion counts, (3e-4)^2 against a silence of 1e-2^2.
     assert min(busy.excitation) > 0.005
     assert max(idle.excitation) < 2e-3
 
@@ -209,7 +205,7 @@ def test_impossible_settings_are_refused_with_name_value_and_bound(change, messa
 
 def test_importing_the_identifier_needs_the_standard_library_only():
     code = (
-        "import sys, heli_identifier.online\n"
+        "import sys, heli_identifier.online, heli_identifier.online.excitation\n"
         "print(sorted({m.split('.')[0] for m in sys.modules} & {'numpy', 'scipy', 'numba', 'pandas'}))"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=True)

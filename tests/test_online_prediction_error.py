@@ -10,17 +10,28 @@ import pytest
 from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online import ADAPTATION, CLOSED, PREDICTION_ERROR, IdentifierSettings, prepare, restored
-from heli_identifier.online import start as start_identifier
-from heli_identifier.online import step as identifier_step
-from heli_identifier.online.adaptation import gain_matrix, initial_factor, kept_early, loosen, measure
+from heli_identifier.online import (
+    ADAPTATION,
+    CLOSED,
+    PREDICTION_ERROR,
+    IdentifierSettings,
+    IdentifierState,
+    Noise,
+    determined,
+    frozen_state,
+    gain_matrix,
+    noise_of,
+    prepare,
+    start,
+    step,
+    thawed_state,
+)
+from heli_identifier.online.adaptation import initial_factor, kept_early, loosen, measure
 from heli_identifier.online.axis import initial_axis
-from heli_identifier.online.estimate import determined
-from heli_identifier.online.prediction_error import first_predictor, noise_of, predict_axis, with_noise
+from heli_identifier.online.prediction_error import first_predictor, predict_axis, with_noise
 from heli_identifier.online.whitening import (
     BANDWIDTH_PRIOR,
     CORNER_PRIOR,
-    Noise,
     bandwidth_slope,
     filter_polynomial,
     first_noise,
@@ -35,28 +46,23 @@ from tests.online_record import H, multisines, record
 from tests.simulated import closed_loop
 
 F1, F2 = filter_polynomial(1.0, 0.7, H)
+USUAL = whitening(log(7.0), log(0.8), F1, F2, H)
 
 
 def run(log_, method, samples=None, **settings):
     """Return state and output of the identifier after a log, standard errors evaluated near its end."""
     plan = prepare(IdentifierSettings(method=method, report_interval=0.5, **settings))
     rows = np.column_stack((log_.voltages, log_.angles)).tolist()[:samples]
-    state = start_identifier(plan, *rows[0])
-    output = None
+    state, output = start(plan, *rows[0]), None
     for row in rows[1:]:
-        state, output = identifier_step(state, *row, plan)
+        state, output = step(state, *row, plan)
     return state, output
 
 
 @cache
-def flight(seed):
-    """40 s under the PID with a period of delay, torques of .003 rad/s^2, encoders."""
-    return closed_loop(TABLE_2, 40.0, seed)
-
-
-@cache
 def flown(seed, method):
-    return run(flight(seed), method)
+    """40 s under the PID with a period of delay, torques of .003 rad/s^2, encoders."""
+    return run(closed_loop(TABLE_2, 40.0, seed), method)
 
 
 def whitened(x, w):
@@ -67,60 +73,47 @@ def whitened(x, w):
     return np.array(values)
 
 
-def zeros_of(w):
-    """The polynomial A_F D."""
-    return np.convolve([1.0, w.f1, w.f2], [1.0, -w.kept])
-
-
-def test_whitening_is_its_transfer_function():
-    w = whitening(log(7.0), log(0.8), F1, F2, H)
+def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros_of_the_state_filter():
     x = np.random.default_rng(0).standard_normal(400)
     x[0] = 0.0  # settled at zero
-    a = np.convolve([1.0, w.o1, w.o2, w.o3], [1.0, -2.0 / 13.0, 1.0 / 13.0])
+    zeros = np.convolve([1.0, F1, F2], [1.0, -USUAL.kept])
+    poles = [1.0, USUAL.o1, USUAL.o2, USUAL.o3]
     # Two realisations of the same recursion differ by rounding alone.
-    assert whitened(x, w) == pytest.approx(lfilter(zeros_of(w), a, x), abs=1e-9)
-
-
-def test_the_observer_has_butterworth_poles_and_the_zeros_cancel_the_state_filter():
-    w = whitening(log(7.0), log(0.8), F1, F2, H)
-    poles = np.exp(7.0 * H * np.array([-1.0, -0.5 + 0.75**0.5 * 1j, -0.5 - 0.75**0.5 * 1j]))
-    assert np.poly(poles)[1:] == pytest.approx([w.o1, w.o2, w.o3], abs=1e-12)
-    zeros = np.exp(H * np.append(np.roots([1.0, 1.4, 1.0]), -0.8))
-    assert np.poly(zeros) == pytest.approx(zeros_of(w), abs=1e-12)
+    reference = lfilter(zeros, np.convolve(poles, [1.0, -2.0 / 13.0, 1.0 / 13.0]), x)
+    assert whitened(x, USUAL) == pytest.approx(reference, abs=1e-9)
+    butterworth = np.exp(7.0 * H * np.array([-1.0, -0.5 + 0.75**0.5 * 1j, -0.5 - 0.75**0.5 * 1j]))
+    assert np.poly(butterworth) == pytest.approx(poles, abs=1e-12)
+    assert np.poly(np.exp(H * np.append(np.roots([1.0, 1.4, 1.0]), -0.8))) == pytest.approx(zeros, abs=1e-12)
 
 
 def test_a_constant_signal_is_settled_from_the_first_sample_on():
-    w = whitening(log(7.0), log(0.8), F1, F2, H)
-    values = whitened(np.full(300, 2.5), w)
+    values = whitened(np.full(300, 2.5), USUAL)
     # Rounding of 2.5, 3e-16, is amplified by 1/A_o at frequency zero, 1/(7 h)^3 = 3e3, and little more.
     assert values == pytest.approx(values[-1], abs=1e-11)
 
 
 def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
-    w, c = whitening(log(7.0), log(0.8), F1, F2, H), noise_coefficients(H, 1.0)
-    noise, memory, found = first_noise(c), [settled_memory(x[0], w)], []
+    c, memory, found = noise_coefficients(H, 1.0), [settled_memory(x[0], USUAL)], []
+    noise = first_noise(c)
     for value in x:
-        found.append((bandwidth_slope(noise, w), memory[0][5]))
-        memory, (e,) = whiten(memory, (value,), w)
+        found.append((bandwidth_slope(noise, USUAL), memory[0].corner_slope))
+        memory, (e,) = whiten(memory, (value,), USUAL)
         noise = remember(noise, e, 1.0, found[-1][0], c)
-    step = 1e-5
-    by_bandwidth = whitened(x, whitening(log(7.0) + step, log(0.8), F1, F2, H))
-    by_bandwidth -= whitened(x, whitening(log(7.0) - step, log(0.8), F1, F2, H))
-    by_corner = whitened(x, whitening(log(7.0), log(0.8) + step, F1, F2, H))
-    by_corner -= whitened(x, whitening(log(7.0), log(0.8) - step, F1, F2, H))
-    # The first samples differ by the settled start, which depends on nu; it has faded after 2 s and more.
-    assert np.array(found)[400:, 0] == pytest.approx(by_bandwidth[400:] / (2.0 * step), abs=1e-5)
-    assert np.array(found)[400:, 1] == pytest.approx(by_corner[400:] / (2.0 * step), abs=2e-3)
+    d = 1e-5
+    for column, tolerance, (b, g) in ((0, 1e-5, (d, 0.0)), (1, 2e-3, (0.0, d))):
+        above, below = (whitened(x, whitening(log(7.0) + s * b, log(0.8) + s * g, F1, F2, H)) for s in (1.0, -1.0))
+        # The first samples differ by the settled start, which depends on nu; it has faded after 2 s and more.
+        assert np.array(found)[400:, column] == pytest.approx((above - below)[400:] / (2.0 * d), abs=tolerance)
 
 
 def test_a_new_corner_does_not_disturb_the_forecasts():
     """Their gains on the newest innovation change by exp(-.002) - exp(-.01) of it, and nothing else does."""
     x = 50.0 + np.cumsum(np.random.default_rng(3).standard_normal(300)) * 1e-3
     old, new = (whitening(log(7.0), log(corner), F1, F2, H) for corner in (1.0, 0.2))
-    memory, v = [settled_memory(x[0], old)], [0.0]
+    memory = [settled_memory(x[0], old)]
     for value in x[:-1]:
-        memory, v = whiten(memory, (value,), old)
+        memory, _ = whiten(memory, (value,), old)
     by_old, by_new = (whiten(memory, (x[-1],), w) for w in (old, new))
     assert by_new[1] == by_old[1]
     next_by_old, next_by_new = (whiten(after, (x[-1],), w)[1][0] for (after, _), w in ((by_old, old), (by_new, new)))
@@ -136,15 +129,15 @@ def test_what_is_learnt_first_is_forgotten_and_nothing_later():
 
 
 def test_without_information_the_estimate_returns_to_its_prior():
-    """At rest, without noise. The return takes prior / change, 160 s and 49 s; 1000 s leave exp(-6) of .25 and .7."""
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.01))
+    """At rest, without noise. The return takes prior / change, 160 s and 49 s; 500 s leave exp(-3) of .25."""
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.02))
     axis = with_noise(initial_axis((0.1, 0.2), 1e3), Noise(), (0.5, 0.4), plan.predictor)
     moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
     p = first_predictor((0.0, 0.0, 0.0), axis, plan.predictor)
-    for count in range(100_000):
+    for count in range(50_000):
         moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, plan.predictor, plan.adaptation)
     gain = np.array(gain_matrix(moved.factor, 4))
-    assert noise_of(moved) == pytest.approx(Noise(), rel=0.01)
+    assert noise_of(moved) == pytest.approx(Noise(), rel=0.02)
     assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)
     assert np.sqrt(np.diag(gain)) == pytest.approx([0.5, 0.4, BANDWIDTH_PRIOR, CORNER_PRIOR], rel=0.05)
 
@@ -160,56 +153,48 @@ def test_loosening_adds_to_one_diagonal_element_of_gamma():
     assert np.array(gain_matrix(factor, 5)) == pytest.approx(before, abs=1e-14)
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong(seed):
-    _, right = flown(seed, PREDICTION_ERROR)
-    _, wrong = flown(seed, ADAPTATION)
-    for name in ("k_z", "a_e"):
-        truth = getattr(TABLE_2, name)
-        error = getattr(right.standard_errors, name)
-        # 3.5 standard errors: once in 2000 for a normal estimate, and these are 6.
-        assert abs(getattr(right.parameters, name) - truth) < 3.5 * error
-        assert determined(getattr(right.parameters, name), error, "")
-        assert abs(getattr(wrong.parameters, name) - truth) > abs(getattr(right.parameters, name) - truth)
-
-
-def test_in_closed_loop_the_intervals_cover():
-    """Of 6 flights and 6 parameters; 95 % of them on average, and with 32 or more a binomial of .95 has p = .97."""
-    names = ("a_th", "k_x", "a_e", "k_z", "a_wy", "k_y")
-    covered = [
-        abs(getattr(found.parameters, name) - getattr(TABLE_2, name)) < 1.96 * getattr(found.standard_errors, name)
-        for seed in range(6)
-        for _, found in [flown(seed, PREDICTION_ERROR)]
-        for name in names
-    ]
-    assert sum(covered) >= 32
+def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and_their_intervals_cover():
+    """Of 5 flights and 6 parameters; with 26 or more of 30 a binomial of .95 has p = .997."""
+    covered, right, wrong = [], [], []
+    for seed in range(5):
+        found = flown(seed, PREDICTION_ERROR)[1]
+        for name in ("a_th", "k_x", "a_e", "k_z", "a_wy", "k_y"):
+            error = abs(getattr(found.parameters, name) - getattr(TABLE_2, name))
+            covered.append(error < 1.96 * getattr(found.standard_errors, name))
+        right.append(abs(found.parameters.k_z / TABLE_2.k_z - 1.0))
+        assert determined(found.parameters.k_z, found.standard_errors.k_z, "")
+        if seed < 2:
+            wrong.append(abs(flown(seed, ADAPTATION)[1].parameters.k_z / TABLE_2.k_z - 1.0))
+    assert sum(covered) >= 26
+    assert max(right) < min(wrong)
 
 
 def test_the_loop_is_seen_to_be_closed_by_both_methods_and_open_where_it_is():
+    voltages, angles, _ = record(30.0, multisines(1, 30.0))
+    excited = replace(closed_loop(TABLE_2, 0.1, 0), voltages=voltages, angles=angles)
     for method in (ADAPTATION, PREDICTION_ERROR):
         assert max(map(abs, flown(0, method)[1].feedback)) > CLOSED
-    voltages, angles, _ = record(60.0, multisines(1, 40.0))
-    excited = replace(flight(0), voltages=voltages, angles=angles)
-    for method in (ADAPTATION, PREDICTION_ERROR):
         assert max(map(abs, run(excited, method)[1].feedback)) < CLOSED
 
 
 def test_a_saved_state_continues_to_the_same_bits():
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5))
-    rows = np.column_stack((flight(0).voltages, flight(0).angles)).tolist()[:900]
-    state = start_identifier(plan, *rows[0])
-    for row in rows[1:600]:
-        state, _ = identifier_step(state, *row, plan)
-    again = restored(json.loads(json.dumps(state)))
+    log_ = closed_loop(TABLE_2, 9.0, 0)
+    samples = np.hstack((log_.voltages, log_.angles)).tolist()
+    rows = [(*sample, (0.1 * (k > 300), 0.0, 0.0)) for k, sample in enumerate(samples)]
+    state = start(plan, *rows[0])
+    for *row, references in rows[1:600]:
+        state, _ = step(state, *row, plan, references)
+    again = thawed_state(json.loads(json.dumps(frozen_state(state))), IdentifierState)
     assert again == state
-    for row in rows[600:]:
-        state, output = identifier_step(state, *row, plan)
-        again, output_again = identifier_step(again, *row, plan)
+    for *row, references in rows[600:]:
+        state, output = step(state, *row, plan, references)
+        again, output_again = step(again, *row, plan, references)
     assert output == output_again
 
 
 def test_a_wrong_lag_is_found_and_no_longer_turns_up_as_negative_damping():
-    log_ = closed_loop(TABLE_2._replace(T_m=0.12), 60.0, 7)
+    log_ = closed_loop(TABLE_2._replace(T_m=0.12), 40.0, 7)
     _, assumed = run(log_, PREDICTION_ERROR, lag_known=True)
     _, found = run(log_, PREDICTION_ERROR)
     assert found.lag.value == pytest.approx(0.12, abs=3.0 * found.lag.standard_error)
@@ -225,24 +210,29 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
     plan_fast = prepare(IdentifierSettings(method=PREDICTION_ERROR, sample_time=0.002))
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
     means = fast.reshape(300, 5, 2).mean(axis=1)
-    state_fast = start_identifier(plan_fast, *fast[0], *angles[0])
-    state = start_identifier(plan, *means[0], *angles[0])
+    state_fast, state = start(plan_fast, *fast[0], *angles[0]), start(plan, *means[0], *angles[0])
     for k in range(1, 1496):
-        state_fast, output_fast = identifier_step(state_fast, *fast[k], *angles[k], plan_fast)
+        state_fast, output_fast = step(state_fast, *fast[k], *angles[k], plan_fast)
         if k % 5 == 0:
-            state, output = identifier_step(state, *means[k // 5], *angles[k], plan)
+            state, output = step(state, *means[k // 5], *angles[k], plan)
     # The same sums in another order.
     assert output_fast.parameters == pytest.approx(output.parameters, rel=1e-6, abs=1e-9)
 
 
-def test_the_gain_stays_positive_definite_without_noise_and_without_excitation():
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR))
-    state = start_identifier(plan, 0.5, 0.5, -0.1, 0.1, 0.0)
-    for _ in range(5000):
-        state, output = identifier_step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
+def test_without_noise_and_excitation_gamma_stays_positive_and_a_forgotten_gain_is_no_divisor():
+    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.1))
+    state = start(plan, 0.5, 0.5, -0.1, 0.1, 0.0)
+    for _ in range(2000):
+        state, output = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
     for axis in (state.pitch, state.elevation, state.travel):
         assert np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega)))[0] > 0.0
     assert np.isfinite(output.parameters).all()
+    # an hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds
+    tiny = tuple(1e-170 for _ in state.pitch.omega[:-2])
+    state = state._replace(pitch=state.pitch._replace(omega=(*tiny, *state.pitch.omega[-2:])))
+    for _ in range(2 * plan.report_samples):
+        state, _ = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
+    assert all(isfinite(value) for value in state.pitch.omega)
 
 
 def test_a_method_that_does_not_exist_is_refused():
@@ -254,16 +244,3 @@ def test_what_is_determined_follows_from_value_and_error():
     assert determined(1.0, 0.051, "1/s")
     assert not determined(1.0, 0.052, "1/s")
     assert determined(0.0, 0.02, "rad")  # a rest angle of zero, known to two degrees
-
-
-def test_a_gain_that_was_forgotten_to_nothing_is_no_divisor():
-    plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, forgetting=0.1))
-    state = start_identifier(plan, 1.0, 1.0, 0.0, 0.0, 0.0)
-    for _ in range(plan.hold_samples):
-        state, _ = identifier_step(state, 1.0, 1.0, 0.0, 0.0, 0.0, plan)
-    # an hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds
-    tiny = tuple(1e-170 for _ in state.pitch.omega[:-2])
-    state = state._replace(pitch=state.pitch._replace(omega=(*tiny, *state.pitch.omega[-2:])))
-    for _ in range(5 * plan.report_samples):
-        state, _ = identifier_step(state, 1.0, 1.0, 0.0, 0.0, 0.0, plan)
-    assert all(isfinite(value) for value in state.pitch.omega)

@@ -69,14 +69,6 @@ def test_the_projection_is_the_residual_of_least_squares():
     np.testing.assert_allclose(left, [*-coefficients, 0.0, 1.0], rtol=1e-9, atol=1e-12)
 
 
-def test_dependent_base_regressors_cannot_be_projected_out():
-    z = slow(400, 4, seed=2)
-    z[:, 1] = 2.0 * z[:, 0]
-    total = (z.T @ z)[np.triu_indices(4)].tolist()
-    assert projection(total, 4, 2, 3) is None
-    assert scores(gathered(z), 2, 1, 0.0, INTERVAL) == (NOTHING,)
-
-
 def test_the_coefficient_is_that_of_the_joint_regression():
     z = slow(800, 4, seed=3)
     z[:, 3] = z[:, :3] @ [1.0, -0.5, 0.2] + 0.05 * slow(800, 1, seed=4)[:, 0]
@@ -88,7 +80,7 @@ def test_the_coefficient_is_that_of_the_joint_regression():
 
 
 def test_false_alarms_stay_rare_under_coloured_residuals():
-    alarms, naive_alarms, runs = 0, 0, 200
+    alarms, naive_alarms, runs = 0, 0, 100
     for seed in range(runs):
         z = slow(1500, 4, seed=100 + seed)
         noise = slow(1500, 1, seed=5000 + seed, pole=exp(-INTERVAL / 3.0))[:, 0]
@@ -97,10 +89,20 @@ def test_false_alarms_stay_rare_under_coloured_residuals():
         alarms += abs(found.score) > 3.0
         white_error = noise.std() / np.sqrt(z[:, 2] @ z[:, 2])
         naive_alarms += abs(found.coefficient) / white_error > 3.0
-    # Nominal .9 % for a t of ten degrees of freedom; 4 % is four standard deviations of 200 draws above 1 %. A score
+    # Nominal .9 % for a t of ten degrees of freedom; 4 % is three standard deviations of 100 draws above 1 %. A score
     # that takes the residual for white would accuse more often than one in ten.
     assert alarms / runs <= 0.04
     assert naive_alarms / runs > 0.1
+
+
+def test_dependent_base_regressors_and_an_invisible_candidate_get_no_score():
+    z = slow(1500, 4, seed=8)
+    z[:, 2] = z[:, 0] + z[:, 1] + 1e-3 * z[:, 2]
+    (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
+    assert found.score == 0.0
+    assert found.visibility < 0.01
+    z[:, 1] = 2.0 * z[:, 0]
+    assert scores(gathered(z), 2, 1, 0.0, INTERVAL) == (NOTHING,)
 
 
 def test_a_candidate_that_was_awake_only_once_gets_no_score():
@@ -110,20 +112,6 @@ def test_a_candidate_that_was_awake_only_once_gets_no_score():
     (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
     assert found.score == 0.0
     assert found.visibility > 0.9
-
-
-def test_an_invisible_candidate_gets_no_score():
-    z = slow(1500, 4, seed=8)
-    z[:, 2] = z[:, 0] + z[:, 1] + 1e-3 * z[:, 2]
-    (found,) = scores(gathered(z), 2, 1, 0.0, INTERVAL)
-    assert found.score == 0.0
-    assert found.visibility < 0.01
-
-
-def test_every_watchable_effect_stands_in_the_catalogue():
-    for name, axis in EVERY_PAIR:
-        entry = effect(name, "rotors" if candidate(name, axis).in_rotors else axis)
-        assert axis in entry.axes
 
 
 @pytest.mark.parametrize(("name", "axis"), EVERY_PAIR)
@@ -172,12 +160,11 @@ def test_rates_for_the_laws_come_without_delay():
         ("quadratic_drag_elevation", 0.2, ("quadratic_drag", "elevation"), 0.15),
         ("cable_stiffness_travel", 0.002, ("cable_stiffness", "travel"), 0.05),
         ("gyroscopic_coupling_elevation", 0.01, ("gyroscopic_coupling", "elevation"), 0.05),
-        ("quadratic_thrust_rotors", 0.05, ("quadratic_thrust", "pitch"), 0.2),
         ("quadratic_thrust_rotors", 0.05, ("quadratic_thrust", "travel"), 0.2),
     ],
 )
 def test_an_effect_in_the_plant_shows_with_its_sign_and_size(field, strength, pair, tolerance):
-    held, angles, _ = record(120.0, multisines(seed=11, period=120.0), TABLE_2._replace(**{field: strength}))
+    held, angles, _ = record(90.0, multisines(seed=11, period=90.0), TABLE_2._replace(**{field: strength}))
     found = watched(held, angles, (pair,), filter_frequency=2.0)[pair]
     assert found.score > 10.0
     # Rates are smoothed before the law sees them, which costs a sharp law some of its corners; effects of the rotors

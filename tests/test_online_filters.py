@@ -1,0 +1,258 @@
+"""State filters and regressors: exact for every input shape; the plant's equations hold between filtered signals."""
+
+from math import cos, exp, pi, radians, sin
+
+import numpy as np
+import pytest
+import scipy.linalg
+import scipy.signal
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad_vec
+
+from heli_identifier.online import IdentifierSettings, prepare
+from heli_identifier.online.excitation import paper_excitation
+from heli_identifier.online.linear_algebra import (
+    bilinear_form,
+    dot,
+    eliminated,
+    explained,
+    is_singular,
+    row_indices,
+    solved,
+    total,
+)
+from heli_identifier.online.signals import (
+    advance_signals,
+    elevation_regression,
+    pitch_regression,
+    pitch_regression_free,
+    settled_signals,
+    travel_regression,
+)
+from heli_identifier.online.state_filter import (
+    discretise,
+    filter_held,
+    filter_lagged,
+    filter_line,
+    matrix_exponential,
+    second_derivative,
+)
+from heli_plant.parameters import TABLE_2
+from tests.online_record import H, record
+
+LAG = 0.08
+BANDWIDTHS, DAMPINGS, SEEDS = st.floats(0.3, 10.0), st.floats(0.2, 2.0), st.integers(0, 2**32 - 1)
+ROUNDING = 1e-12
+"""Two exact computations of the same number: some hundred operations on numbers of order one."""
+
+
+def system(omega, rho):
+    return np.array([[0.0, 1.0], [-(omega**2), -2.0 * rho * omega]]), np.array([[0.0], [omega**2]])
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.integers(1, 8), st.integers(1, 3))
+def test_the_elimination_is_that_of_lapack(seed, n, columns):
+    rng = np.random.default_rng(seed)
+    a, c = rng.standard_normal((n + 3, n)), rng.standard_normal((n, columns))
+    b = a.T @ a
+    triangle = b[np.triu_indices(n)].tolist()
+    factored = eliminated(triangle, c.tolist())
+    assert not is_singular(factored[0])
+    assert np.array(solved(*factored)).T == pytest.approx(np.linalg.solve(b, c), rel=1e-6, abs=1e-9)
+    assert np.array(explained(*factored)) == pytest.approx(c.T @ np.linalg.solve(b, c), rel=1e-6, abs=1e-9)
+    u, v = rng.standard_normal((2, n)).tolist()
+    assert dot(bilinear_form(u, v), triangle) == pytest.approx(np.array(u) @ b @ np.array(v))
+    assert [[triangle[k] for k in row] for row in row_indices(n)] == b.tolist()
+
+
+def test_a_dependent_column_is_left_out():
+    a = np.random.default_rng(0).standard_normal((20, 3))
+    twice = np.column_stack((a, a[:, 1]))
+    y = a @ [1.0, 2.0, 3.0]
+    factored = eliminated((twice.T @ twice)[np.triu_indices(4)].tolist(), (twice.T @ y)[:, None].tolist())
+    assert is_singular(factored[0])
+    assert solved(*factored)[0] == pytest.approx([1.0, 2.0, 3.0, 0.0])
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.floats(1e-3, 5.0))
+def test_the_matrix_exponential_is_that_of_scipy(seed, scale):
+    m = scale * np.random.default_rng(seed).standard_normal((4, 4))
+    reference = scipy.linalg.expm(m)
+    # Squaring s times multiplies the rounding error by some 2^s; s <= 6 here.
+    np.testing.assert_allclose(matrix_exponential(m.tolist()), reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+@settings(max_examples=10, deadline=None)
+@given(BANDWIDTHS, DAMPINGS, SEEDS)
+def test_sampled_signals_pass_as_through_scipys_discretisation(omega, rho, seed):
+    f, (a, b), t = discretise(omega, rho, H, LAG), system(omega, rho), np.arange(200) * H
+    u = np.random.default_rng(seed).standard_normal(200)
+    for line in (False, True):
+        # lsim holds (interp=False) or joins the samples by lines (interp=True), exactly in both cases.
+        _, _, reference = scipy.signal.lsim((a, b, np.eye(2), np.zeros((2, 1))), u, t, interp=line)
+        ours = [(0.0, 0.0)]
+        for before, now in zip(u, u[1:], strict=False):
+            ours.append(filter_line(ours[-1], before, now, f) if line else filter_held(ours[-1], before, f))
+        np.testing.assert_allclose(ours, reference, atol=ROUNDING * max(omega, 1.0) * 10)
+
+
+@settings(max_examples=10, deadline=None)
+@given(BANDWIDTHS, DAMPINGS, SEEDS)
+def test_a_voltage_behind_the_motor_passes_as_in_the_joint_linear_system(omega, rho, seed):
+    f, (a, b) = discretise(omega, rho, H, LAG), system(omega, rho)
+    joint = np.block([[a, b], [np.zeros((1, 2)), np.array([[-1.0 / LAG]])]])
+    held = np.array([[0.0], [0.0], [1.0 / LAG]])
+    ad, bd, *_ = scipy.signal.cont2discrete((joint, held, np.eye(3), np.zeros((3, 1))), H, method="zoh")
+    x, xi, nu = np.zeros(3), (0.0, 0.0), 0.0
+    for voltage in np.random.default_rng(seed).standard_normal(150):
+        x = ad @ x + bd[:, 0] * voltage
+        xi = filter_lagged(xi, voltage, nu, 1.0, 1.0, f)
+        nu = voltage + (nu - voltage) * exp(-H / LAG)
+    np.testing.assert_allclose(xi, x[:2], atol=ROUNDING * max(omega, 1.0) * 10)
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.08, 3.0])
+def test_a_lagged_voltage_times_a_line_is_the_convolution_integral(lag):
+    f, (a, b) = discretise(2.0, 0.7, H, lag), system(2.0, 0.7)
+    v, nu, c_0, c_1 = 1.3, -0.4, 0.9, 0.7
+
+    def integrand(tau):
+        voltage = v + (nu - v) * exp(-tau / lag) if lag > 0.0 else v
+        return (scipy.linalg.expm(a * (H - tau)) @ b)[:, 0] * voltage * (c_0 + (c_1 - c_0) * tau / H)
+
+    start = np.array([0.2, -0.5])
+    reference = scipy.linalg.expm(a * H) @ start + quad_vec(integrand, 0.0, H, epsabs=1e-15)[0]
+    np.testing.assert_allclose(filter_lagged(start, v, nu, c_0, c_1, f), reference, atol=1e-14)
+
+
+def test_the_line_under_a_lagged_voltage_is_off_by_the_known_curvature():
+    # mu(t) cos(theta(t)) with cos(theta) between samples a line: the mean error over a step is h^2/12 mu (cos theta)''.
+    # theta = .8 sin(3 t) bends strongly, (cos theta)'' <= .8^2 3^2 + .8 3^2 = 13 /s^2, so that the filtered error may
+    # reach h^2/12 * 13 * 2 V = 2.2e-4 V; products held at their sample would be off by (h/2) * 2 V * 1.9/s = .02 V.
+    f, fine = discretise(1.0, 0.7, H, LAG), discretise(1.0, 0.7, H / 20, LAG)
+    worst, xi, reference, nu, nu_fine = 0.0, (0.0, 0.0), (0.0, 0.0), 0.0, 0.0
+    course = np.cos(0.8 * np.sin(3.0 * np.arange(20 * 600 + 1) * H / 20)).tolist()
+    for k in range(600):
+        v = 2.0 if (k // 100) % 2 else 1.0
+        for i in range(20 * k, 20 * (k + 1)):
+            reference = filter_lagged(reference, v, nu_fine, course[i], course[i + 1], fine)
+            nu_fine = v + (nu_fine - v) * exp(-H / 20 / LAG)
+        xi = filter_lagged(xi, v, nu, course[20 * k], course[20 * (k + 1)], f)
+        nu = v + (nu - v) * exp(-H / LAG)
+        worst = max(worst, abs(xi[0] - reference[0]))
+    assert 1e-6 < worst < 2.2e-4
+
+
+@pytest.mark.parametrize("w", [0.5, 8.0])
+def test_the_filtered_second_derivative_is_minus_w_squared_times_the_filtered_sine(w):
+    f, xi, seconds, firsts = discretise(1.0, 0.7, H, LAG), (0.0, w), [], []
+    u = [sin(w * k * H) for k in range(6000)]
+    for k in range(2, 6000):
+        xi = filter_line(xi, u[k - 1], u[k], f)
+        firsts.append(xi[0])
+        seconds.append(second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
+    # The start has died away after 30/omega. What is left: the second difference is centred one sample back, and the
+    # mend of omega^2 (h^2/12) u'' therefore off by omega^2 (h^2/12) w^3 h; a tenth for the orders beyond.
+    np.testing.assert_allclose(seconds[3000:], -(w**2) * np.array(firsts[3000:]), atol=1.1 * (H * w) ** 3 / 12)
+
+
+def test_without_the_mend_the_second_derivative_would_read_as_damping():
+    w = pi / 2
+    f, xi, error, rate = discretise(1.0, 0.7, H, LAG), (0.0, w), [], []
+    u = [sin(w * k * H) for k in range(6000)]
+    for k in range(2, 6000):
+        xi = filter_line(xi, u[k - 1], u[k], f)
+        plain = f.omega_squared * (u[k] - xi[0]) - f.two_rho_omega * xi[1]
+        error.append(plain - second_derivative(xi, u[k], u[k - 1], u[k - 2], f))
+        rate.append(xi[1])
+    # Seven whole periods, over which xi_1 and xi_2 are orthogonal. The error is -(h^2/12) u'', u'' = -w^2 u and
+    # u = F^-1 xi_1 = (1 - w^2) xi_1 + 1.4 xi_2, one sample late: xi_1(t - h) = xi_1 - h xi_2.
+    rates, errors = np.array(rate[-2800:]), np.array(error[-2800:])
+    assert rates @ errors / (rates @ rates) == pytest.approx(H**2 / 12 * w**2 * (1.4 - H * (1.0 - w**2)), rel=1e-3)
+
+
+def test_sums_are_added_from_left_to_right_on_every_python():
+    # 1e16 + 1 rounds back to 1e16; a compensated sum, as the built-in one of Python 3.12, gives 2.
+    assert total([1e16, 1.0, 1.0, -1e16]) == 0.0
+    assert dot([1e8, 1.0, 1.0, -1e8], [1e8, 1.0, 1.0, 1e8]) == 0.0
+
+
+# The regressions of the axes
+
+TRUTH = (
+    (TABLE_2.a_wx, TABLE_2.a_th, TABLE_2.k_x),
+    (TABLE_2.a_wx, TABLE_2.a_th * cos(TABLE_2.theta0), TABLE_2.a_th * sin(TABLE_2.theta0), TABLE_2.k_x),
+    (TABLE_2.a_wz, TABLE_2.a_e, TABLE_2.a_1, TABLE_2.a_lt, TABLE_2.k_z),
+    (TABLE_2.a_wy, TABLE_2.k_y),
+)
+
+
+@pytest.fixture(scope="module")
+def exact_record():
+    """The paper's experiment 1 on all axes, angles without encoders."""
+    return record(60.0, paper_excitation(1), encoders=False)
+
+
+def regressions(held, angles, omega=1.0):
+    """(y, phi) of pitch with known and with free theta0, elevation and travel, arrays over the samples."""
+    plan = prepare(IdentifierSettings(rest_angle=TABLE_2.theta0, filter_frequency=omega))
+    s, f, rows = settled_signals(*held[0].tolist(), *angles[0].tolist(), plan.signals), plan.signals.filter, []
+    for v, q in zip(held[1:].tolist(), angles[1:].tolist(), strict=True):
+        s = advance_signals(s, *v, *q, plan.signals)
+        pitch = pitch_regression(s, plan.sine_of_rest, plan.cosine_of_rest, f)
+        rows.append((pitch, pitch_regression_free(s, f), elevation_regression(s, f), travel_regression(s, f)))
+    return [(np.array([row[i][0] for row in rows]), np.array([row[i][1] for row in rows])) for i in range(4)]
+
+
+@pytest.mark.parametrize("omega", [1.0, 4.0])
+def test_each_axis_obeys_its_equation_behind_the_filter(exact_record, omega):
+    held, angles, _ = exact_record
+    # The record starts with the pitch at theta0 under mu_d = 1 V, which is no rest: .3 rad/s^2 that settled filters do
+    # not know of. After 20 / omega exp(-14) of it is left.
+    settled = slice(round(20.0 / omega / H), None)
+    for (y, phi), truth in zip(regressions(held, angles, omega), TRUTH, strict=True):
+        error = (y - phi @ np.array(truth))[settled]
+        # The angles' straight lines leave (h^2/12) s^2 on one side of the equation: on k mu that is h^2/12 (k mu)''_f.
+        # A voltage step of 1.5 V behind T_m and F has a second derivative of up to k 1.5 V omega^2, k < .3; a factor 4
+        # for the chirp on top and for the orders beyond. And nothing of it is systematic.
+        bound = 4 * 1e-4 / 12 * 0.3 * 1.5 * max(omega, 1.0) ** 2
+        assert np.abs(error).max() < bound
+        assert abs(error.mean()) < 0.02 * bound
+
+
+def test_the_rate_product_is_that_of_the_true_rates_and_encoder_steps_leave_it_unbiased(exact_record):
+    held, angles, states = exact_record
+    product, f = states[:, 3] * states[:, 5], prepare(IdentifierSettings()).signals.filter
+    xi, reference = (0.0, 0.0), []
+    for before, now in zip(product, product[1:], strict=False):
+        xi = filter_line(xi, before, now, f)
+        reference.append(xi[0])
+    smooth = regressions(held, angles)[2][1][:, 3]
+    # Slopes of chords against rates: each is off by h^2/24 theta''', some 1e-5 of a product of .1 rad^2/s^2.
+    np.testing.assert_allclose(-smooth, reference, atol=3e-6)
+    rough = regressions(held, record(60.0, paper_excitation(1))[1])[2][1][:, 3]
+    # Slopes of counts are .06 rad/s rough; behind F the product keeps less than 1e-3 of its own size of .05.
+    assert abs(np.mean(rough - smooth)) < 1e-4 * np.abs(smooth).max()
+    assert np.std(rough - smooth) < 0.01 * np.abs(smooth).max()
+
+
+def test_a_rig_at_rest_shows_no_motion_from_the_first_sample_on():
+    for y, phi in regressions(np.full((300, 2), 1.2), np.tile((radians(-7.8), 0.2, 5.0), (300, 1))):
+        # Settled filters: constants pass, derivatives are zero, but for rounding of omega^2 times the angle.
+        assert np.abs(y).max() < 1e-12
+        assert np.abs(np.diff(phi, axis=0)).max() < 1e-12
+
+
+def test_a_voltage_acts_only_after_its_sample_and_as_the_plant_saturates_it():
+    held, angles = np.full((300, 2), 1.0), np.tile((0.1, 0.2, 0.3), (300, 1))
+    stepped = held.copy()
+    stepped[200] = (2.0, 0.5)
+    before, after = (regressions(v, angles)[0][1][:, 2] for v in (held, stepped))
+    # Row i belongs to sample i + 1: the voltages of sample 200 act over [t_200, t_201) and show from sample 201 on.
+    assert np.array_equal(before[:200], after[:200])
+    assert after[200] > before[200]
+    beyond, at_limit = (regressions(np.tile((v, 1.0), (300, 1)), angles) for v in (9.0, 5.0))
+    assert all(np.array_equal(one[1], other[1]) for one, other in zip(beyond, at_limit, strict=True))
