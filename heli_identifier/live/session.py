@@ -247,20 +247,10 @@ class Session:
         show: Show,
         status: Callable[[], Status | None] = lambda: None,
     ) -> None:
-        """Follow until the instants end or it is asked to stop.
+        """Follow until the ``instants`` end (None while none is due) or it has ``stopped``.
 
-        Parameters
-        ----------
-        instants : iterable of Sample or None
-            The rig's samples; None while none is due.
-        sample_time : callable
-            Gives the time between two instants [s], once the first has come.
-        stopped : callable
-            Whether to stop.
-        show : callable
-            Called about five times a second with the view (None before the first instant) and the stream.
-        status : callable
-            Gives how the stream is doing; what it notes becomes an event.
+        ``sample_time`` gives the time between two instants [s] once the first has come. The view (None before) and the
+        ``status`` of the stream are shown about five times a second; what the status notes becomes an event.
         """
         written = shown = monotonic()
         for sample in instants:

@@ -362,17 +362,8 @@ def send(
 ) -> float:
     """Send a log as a rig would; return how far the last datagrams were behind their instants [s].
 
-    Parameters
-    ----------
-    log : Log
-    to : str
-        ``HOST:PORT``.
-    speed : float
-        How many times faster than the rig was.
-    layout : Layout
-        What a datagram holds; its time is the log's, its sequence number counts from 0.
-    progress : callable, optional
-        Called with what is being done and the share that is done, 0 to 1.
+    It goes ``to`` HOST:PORT, ``speed`` times faster than the rig was. The time of a datagram is the log's, its sequence
+    number counts from 0. ``progress`` is called with what is being done and the share that is done, 0 to 1.
 
     Raises
     ------
