@@ -122,7 +122,7 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
         (LogFormat(signs={"v_difference": -1}), LAYOUT, (2.0, 1.0, 0.05, 0.1, 0.2)),
         (
             LogFormat(units={"pitch": "deg", "v_front": "mV", "travel": "deg"}),
-            read_layout("sequence time v_front v_rear pitch elevation travel[deg]"),
+            read_layout("sequence time v_front v_rear pitch elevation travel[rad]"),
             (0.001, 2.0, np.radians(0.05), 0.1, 0.2),  # the layout states the travel's unit itself
         ),
     ],

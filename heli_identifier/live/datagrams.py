@@ -62,17 +62,21 @@ BOUNDS = {
 }
 """Largest value of each signal either way."""
 
-_DEGREE = pi / 180.0
+_UNITS = {"rad]": 1.0, "deg]": pi / 180.0}
 _ANGLES = SIGNALS[2:]
 _IGNORED = "-"
 
 
 class Layout(NamedTuple):
-    """What a datagram holds: the names in their order with their factors to SI, as doubles or as JSON."""
+    """What a datagram holds: the names in their order with their factors to SI, as doubles or as JSON.
+
+    ``stated``: names whose unit the layout states.
+    """
 
     names: tuple[str, ...]
     factors: tuple[float, ...]
     is_json: bool = False
+    stated: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -104,19 +108,22 @@ def read_layout(text: str) -> Layout:
     """
     words = text.replace(",", " ").split()
     is_json = words == [JSON]
-    names, factors = [], []
+    names, factors, stated = [], [], []
     for word in USUAL_LAYOUT.split() if is_json else words:
         name, bracket, unit = word.partition("[")
-        in_degrees = bracket != "" and unit == "deg]" and name in _ANGLES
-        if (bracket and not in_degrees) or name not in (*SIGNALS, "sequence", "time", _IGNORED):
+        if bracket and unit in _UNITS and name in _ANGLES:
+            stated.append(name)
+        elif bracket:
+            name = word
+        if name not in (*SIGNALS, "sequence", "time", _IGNORED):
             raise ConfigurationError(
                 f"layout {text!r}: {word!r} is unknown; it is {JSON}, or names of {', '.join(SIGNALS)}, sequence, time "
-                f"and {_IGNORED} for a double that is not read, angles also as pitch[deg]"
+                f"and {_IGNORED} for a double that is not read, angles also as pitch[deg] or pitch[rad]"
             )
         if name in names and name != _IGNORED:
             raise ConfigurationError(f"layout {text!r}: {name!r} stands there twice")
         names.append(name)
-        factors.append(_DEGREE if in_degrees else 1.0)
+        factors.append(_UNITS[unit] if name in stated else 1.0)
     missing = [name for name in SIGNALS if name not in names]
     if missing:
         raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")
@@ -124,7 +131,7 @@ def read_layout(text: str) -> Layout:
         raise ConfigurationError(
             f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
         )
-    return Layout(tuple(names), tuple(factors), is_json)
+    return Layout(tuple(names), tuple(factors), is_json, tuple(stated))
 
 
 def decode(datagram: bytes, layout: Layout) -> Decoded:

@@ -81,11 +81,14 @@ class Listening:
     def __init__(self, port: Port, rate: float | None, format: LogFormat, keep: Keep) -> None:
         check_rate(port.layout, rate)
         self.port, self.rate, self.format, self.keep = port, rate, format, keep
-        names, factors = port.layout.names, port.layout.factors
-        self.is_stamped = "time" in names or "sequence" in names
+        layout = port.layout
+        self.is_stamped = "time" in layout.names or "sequence" in layout.names
         # a unit that the layout states itself stays
-        units = [_factor(name, format) if k == 1.0 else k for name, k in zip(names, factors, strict=True)]
-        port.layout = port.layout._replace(factors=tuple(units))
+        units = [
+            k if name in layout.stated else _factor(name, format)
+            for name, k in zip(layout.names, layout.factors, strict=True)
+        ]
+        port.layout = layout._replace(factors=tuple(units))
         self.unit: float | None = None  # of the rig's clock [s]
         self.unread: list[tuple[Datagram, float]] = []  # until the unit is known
         self.order = Order()
