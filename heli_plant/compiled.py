@@ -5,7 +5,7 @@ binds the compiled twins in their place; nothing is written twice. Parameters ar
 fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
 numba's disk cache notices a change in a function's own file only, not in what the function calls or names; the cache
-folder is therefore named by the content of everything that takes part (:mod:`.code_cache` seals what it holds). Two
+folder is therefore named by the content of everything that takes part (:mod:`.code_cache`). Two
 thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python calls a
 function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
 """
@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .code_cache import SealedCache, cache_folder
+from .code_cache import PatientCache, cache_folder
 from .effects import AXES
 from .parameters import PlantParameters
 from .specialised import specialised
@@ -94,12 +94,12 @@ def _entry_for(function, general: bool, tables: bool):
 
 
 def kept_on_disk(dispatcher: Any, key: str) -> Any:
-    """Let a function of numba keep its machine code on the disk, sealed; return it.
+    """Let a function of numba keep its machine code on the disk; return it.
 
     Parameters
     ----------
     dispatcher : numba dispatcher
-        Without ``cache=True``, which would keep unsealed pickles. A plain function (``NUMBA_DISABLE_JIT``) stays one.
+        Without ``cache=True``, which would keep it beside the source. Under ``NUMBA_DISABLE_JIT`` it stays as it is.
     key : str
         Names everything that the machine code depends on.
 
@@ -112,7 +112,7 @@ def kept_on_disk(dispatcher: Any, key: str) -> Any:
         return dispatcher
     outer, _CONFIG.CACHE_DIR = _CONFIG.CACHE_DIR, str(cache_folder() / f"numba-{key}")
     try:
-        dispatcher._cache = SealedCache(dispatcher.py_func)
+        dispatcher._cache = PatientCache(dispatcher.py_func)
         return dispatcher
     except (OSError, RuntimeError):  # numba finds no place for files: it compiles in every process
         return dispatcher
