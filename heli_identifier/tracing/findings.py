@@ -99,7 +99,7 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
     found = [LogFault(defect.name, defect.channel, defect.words) for defect in defects]
     for finding in selection.findings:
         if (fault := finding.effect.fault) is not None:
-            size = Estimate(finding.score.value, finding.score.standard_error, fault.unit)
+            size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
             words = (
                 f"In your log, not in your rig: {fault.channel} {fault.name}. The log holds {fault.law} with size "
                 f"{size.value:.3g} {fault.unit}; this was undone before anything else was said"

@@ -128,6 +128,8 @@ class Likelihood:
         Sizes of the faults of the logs that are undone in the records.
     logged : tuple of Record
         The records as they were logged; empty where nothing is undone.
+    predicted : tuple of Array, shapes (N_i, a)
+        Angles that a filter predicted [rad], along which faults are undone; empty where nothing is.
     """
 
     rig: Rig
@@ -136,6 +138,7 @@ class Likelihood:
     gain_width: Array = field(default_factory=lambda: np.full(3, DRIFT))
     faults: Mapping[Fault, float] = field(default_factory=dict)
     logged: tuple[Record, ...] = ()
+    predicted: tuple[Array, ...] = ()
 
     @property
     def widths(self) -> Array:
@@ -254,8 +257,11 @@ class Likelihood:
     def undoing(self, faults: Mapping[Fault, float], e: Sequence[Array]) -> "Likelihood":
         """Give the likelihood of the logs with faults undone, from the innovations ``e`` of the present records."""
         logged = self.logged or self.records
-        records = tuple(_undone(faults, own, r.angles - d) for own, r, d in zip(logged, self.records, e, strict=True))
-        return replace(self, records=records if faults else logged, faults=faults, logged=logged if faults else ())
+        if not faults:
+            return replace(self, records=logged, faults={}, logged=(), predicted=())
+        predicted = tuple(record.angles - own for record, own in zip(self.records, e, strict=True))
+        records = tuple(_undone(faults, own, along) for own, along in zip(logged, predicted, strict=True))
+        return replace(self, records=records, faults=faults, logged=logged, predicted=predicted)
 
     def moved(self, point: Point, coordinate: Coordinate, x: float) -> "Move":
         """Move one coordinate by its finite difference."""
@@ -324,12 +330,10 @@ class Likelihood:
         starts = [start_response(own, held, blocks) for own in now]
         memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * P
-        along: list = [None] * (1 + P)
+        carried: list = [None] * (1 + P)
         memory: list[dict[int, Array]] = [{} for _ in range(a)]
-        logged = (self.logged or self.records)[i]
-        altered = {
-            j: _undone(faults, logged, record.angles - e) for j, (_, _, _, faults) in enumerate(moves) if faults
-        }
+        logged, along = (self.logged[i], self.predicted[i]) if self.faults else (record, record.angles - e)
+        altered = {j: _undone(faults, logged, along) for j, (_, _, _, faults) in enumerate(moves) if faults}
         slower = _slower(record, held)
         chunk = CHUNK - CHUNK % block_length(record) if CHUNK > block_length(record) else block_length(record)
         for first in range(0, record.samples, chunk):
@@ -343,7 +347,7 @@ class Likelihood:
                     state = memory_of_filters.setdefault((axis, j), [])
                     fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
             base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
-            along[0] = rig.accelerations(slower, plant, moved, first // held, along[0], base)
+            carried[0] = rig.accelerations(slower, plant, moved, first // held, carried[0], base)
             for j, (p, step, in_output, faults) in enumerate(moves):
                 if in_output:
                     shown = np.empty_like(own)
@@ -351,7 +355,7 @@ class Likelihood:
                     change, into = ((shown - own) / step, fast) if faults else (((shown - own) / step)[::held], slow)
                 else:
                     q = self.of_log(i, point, p)
-                    along[1 + j] = rig.accelerations(slower, q, moved, first // held, along[1 + j], under)
+                    carried[1 + j] = rig.accelerations(slower, q, moved, first // held, carried[1 + j], under)
                     change, into = (under - base) / step, torques
                 for axis in range(a):
                     if change[:, axis].any():  # ends at the first that is not zero

@@ -23,7 +23,9 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, NAMED_CERTAIN, ROUNDS
+from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, NAMED_CERTAIN, ROUNDS, SCAN_GAIN
+
+_NOT: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,9 +105,9 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     selected = [name for name in fitted.fields if name in fields] + [f.field for f in fitted.likelihood.faults]
     left: dict[str, int] = {}
 
-    def refitted(chosen: Sequence[str], shapes: Mapping[str, float]) -> Fit:
+    def refitted(chosen: Sequence[str], shapes: Mapping[str, float], stretch: Mapping[str, float] = _NOT) -> Fit:
         off = {name: 0.0 for name in fitted.fields if name in fields and name not in chosen}
-        wrong = {faults[name]: around.value(name, chosen) for name in chosen if name in faults}
+        wrong = {faults[n]: around.value(n, chosen) * stretch.get(n, 1.0) for n in chosen if n in faults}
         likelihood = fitted.likelihood.undoing(wrong, fitted.e)
         own = [name for name in chosen if name not in faults]
         return fit(likelihood, with_shapes(core, own, candidates), fitted, {**shapes, **off})
@@ -124,8 +126,10 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
             scores = around.scores(selected)
             findings = [_finding(around, name, selected, scores, without) for name in selected]
             if any(abs(around.value(n, selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
-                fitted = refitted(selected, {})  # what is undone is not yet what is asked for
-                continue
+                other = refitted(selected, {})  # what is undone may not yet be what is asked for
+                if other.value < fitted.value - SCAN_GAIN:
+                    fitted = other
+                    continue
             needless = [
                 f.effect.field for f in findings
                 if f.score.score < around.asked(f.effect.field) <= scores[f.effect.field].score
@@ -138,10 +142,18 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
         for name in chosen:
             if name not in selected:
                 shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
-        following = refitted(chosen, shapes)
-        if following.value > fitted.value and (wrong := [name for name in chosen if name in faults]):
-            left |= dict.fromkeys(wrong, 2)  # undone, the logs fit worse: the quadratic form reaches less far
-            chosen = [name for name in chosen if name not in faults]
+        following, stretch = refitted(chosen, shapes), 1.0
+        for name in (name for name in chosen if name in faults and name not in selected):
+            while stretch < 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
+                stretch *= 2.0
+                other = refitted(chosen, shapes, {name: stretch})
+                if other.value > following.value - CLOSE:
+                    break
+                following = other
+        new = [name for name in chosen if name in faults and name not in selected]
+        if following.value > fitted.value and new:
+            left |= dict.fromkeys(new, 2)  # undone, the logs fit worse: the quadratic form reaches less far
+            chosen = [name for name in chosen if name not in new]
             following = refitted(chosen, {})
         fitted, selected = following, chosen
     else:
