@@ -15,6 +15,7 @@ from multiprocessing import Pool
 
 import numpy as np
 
+from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose
@@ -54,7 +55,12 @@ def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str]:
         found = diagnose(made[:-1], held_out=made[-1:])
     except IdentifierError as error:
         return kind, damage, set(), f"refused: {error}"
-    shown = {f"{effect.name}/{effect.axis}" for effect in found.effects}
+    faults = {fault.name for fault in FAULTS}
+    shown = {
+        f"{effect.name}/{effect.axis}"
+        for effect in found.effects
+        if not faults & {name for name, _ in effect.alternatives}  # "one of these two" is no accusation
+    }
     named = [f"{fault.name}/{fault.channel}" for fault in found.faults]
     rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
     return kind, damage, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals)))
