@@ -1,11 +1,20 @@
 """The configuration of a rig: what it says, what it refuses, and the template that explains it."""
 
 import tomllib
+from importlib import import_module
 
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import LogFormat, RigConfiguration, read_configuration, write_template
+from heli_identifier.records import (
+    LogFormat,
+    RigConfiguration,
+    demo_logs,
+    read_configuration,
+    read_log,
+    write_template,
+)
+from heli_identifier.tracing import DiagnosisSettings
 
 
 @pytest.fixture
@@ -156,3 +165,22 @@ def test_a_configuration_in_another_encoding_is_refused(tmp_path):
     path.write_bytes('[rig]\nname = "Prüfstand"'.encode("latin-1"))
     with pytest.raises(ConfigurationError, match="not UTF-8"):
         read_configuration(path)
+
+
+def test_a_diagnosis_takes_the_configuration_that_all_its_logs_were_read_with(monkeypatch):
+    class Asked(Exception):
+        pass
+
+    def identify_plant(training, settings, kept, progress):
+        raise Asked(settings)
+
+    module = import_module("heli_identifier.tracing.diagnose")
+    monkeypatch.setattr(module, "identify_plant", identify_plant)
+    rig = RigConfiguration(motor_time_constant=0.12, format=LogFormat(encoder_counts=(2000, 2000, 2000)))
+    (path, second, *_), (held,) = demo_logs("rig-a")
+    own, too, other = read_log(path, rig), read_log(second, rig), read_log(held)
+    for logs, expected in (((own, too), DiagnosisSettings.from_rig(rig)), (own, DiagnosisSettings.from_rig(rig)),
+                           ((own, read_log(second)), DiagnosisSettings())):  # fmt: skip
+        with pytest.raises(Asked) as caught:
+            module.diagnose(logs, held_out=other)
+        assert caught.value.args == (expected,)

@@ -29,7 +29,7 @@ def rate(angle):
 
 def references():
     """Steps that a controller was asked to follow, which nothing of this log did."""
-    return [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples], np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples]]
+    return [np.repeat(RNG.uniform(-0.3, 0.3, 9), 1000)[: TRUE.samples] for _ in range(2)]
 
 
 def angles(scale=1.0):

@@ -103,6 +103,12 @@ def named_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
     return tuple(replace(log, name=name) if log.name != name else log for log, name in zip(logs, names, strict=True))
 
 
+def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
+    """Give the configuration that all logs were read with; None if they were read with several, or one without."""
+    found = [log.configuration for log in logs]
+    return found[0] if found and all(own == found[0] for own in found) else None
+
+
 def check_excitation(logs: Sequence[Log]) -> None:
     """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
     if not logs:

@@ -47,7 +47,14 @@ from heli_identifier.online import (
     step,
 )
 from heli_identifier.provenance import from_python
-from heli_identifier.records import Log, RigConfiguration, check_apart, check_excitation, named_apart
+from heli_identifier.records import (
+    Log,
+    RigConfiguration,
+    check_apart,
+    check_excitation,
+    common_configuration,
+    named_apart,
+)
 from heli_identifier.results import (
     PLANT,
     ParameterSet,
@@ -294,7 +301,7 @@ def identify(
     logs : Log or sequence of Log
         Logs of one rig.
     configuration : RigConfiguration, optional
-        What is given of the rig: motor time constant, pitch at rest, voltage limit.
+        What is given of the rig: motor time constant, pitch at rest, voltage limit; by default what the logs were read with.
     filter_frequency : float
         Bandwidth of the state filters [rad/s].
     forgetting : float
@@ -317,7 +324,8 @@ def identify(
     """
     if method is not None and method not in METHODS:
         raise ConfigurationError(f"method {method!r} must be one of {', '.join(METHODS)}")
-    logs, rig = named_apart(several(logs)), configuration or RigConfiguration()
+    logs = named_apart(several(logs))
+    rig = configuration or common_configuration(logs) or RigConfiguration()
     check_excitation(logs)
     check_apart(logs)
     report = progress or (lambda what, share: None)

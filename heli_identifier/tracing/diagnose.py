@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
-from heli_identifier.records import Log, check_apart, check_excitation
+from heli_identifier.records import Log, check_apart, check_excitation, common_configuration
 
 from .events import event_notes
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -58,10 +58,9 @@ def diagnose(
         short.
     """
     began = perf_counter()
-    given = [log.configuration for log in ((logs,) if isinstance(logs, Log) else logs)]
-    if settings is None and given and given[0] and given.count(given[0]) == len(given):
-        settings = DiagnosisSettings.from_rig(given[0])
-    settings, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
+    rig_of_logs = common_configuration((logs,) if isinstance(logs, Log) else logs)
+    of_logs = DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings()
+    settings, tell = settings or of_logs, progress or (lambda what, share: None)
     training, kept = _checked(logs, held_out)
     found = identify_plant(training, settings, kept, progress)
     after, null, rig = found.plant, found.selection.null, found.plant.likelihood.rig
