@@ -301,7 +301,7 @@ def identify(
     logs : Log or sequence of Log
         Logs of one rig.
     configuration : RigConfiguration, optional
-        What is given of the rig: motor time constant, pitch at rest, voltage limit; by default what the logs were read with.
+        What is given of the rig: motor time constant, pitch at rest, voltage limit; by default that of the logs.
     filter_frequency : float
         Bandwidth of the state filters [rad/s].
     forgetting : float
