@@ -57,6 +57,7 @@ def test_ssp_holds_native_units(tmp_path):
         assert "sources/model.c" in unit.namelist()
 
 
+@pytest.mark.slow
 def test_simulate_gives_the_same_file_with_native_units(tmp_path):
     needs_a_compiler()
     for extra, name in (([], "python.csv"), (["--native"], "native.csv")):

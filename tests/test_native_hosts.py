@@ -78,8 +78,13 @@ def test_a_c_host_runs_a_native_unit_without_python(opened, host, log, unit):
     assert "python" not in needed
 
 
+LARGE = ("HelicopterPlant", "AdaptiveIdentifier")
+"""Units that take long to compile."""
+COMPILED_AGAIN = [pytest.param(unit, marks=[pytest.mark.slow] if unit in LARGE else []) for unit in NATIVE_UNITS]
+
+
 @pytest.mark.parametrize("level", ["-O0", "-O3 -march=native"])
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
+@pytest.mark.parametrize("unit", COMPILED_AGAIN)
 def test_every_optimisation_gives_the_same_bits(opened, host, log, tmp_path, unit, level):
     """Without a warning, but for unused parameters: the laws of all effects share one list of arguments."""
     warnings = ["-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
@@ -89,7 +94,7 @@ def test_every_optimisation_gives_the_same_bits(opened, host, log, tmp_path, uni
     assert run([str(host)], own, opened[unit], log) == run([str(host)], delivered, opened[unit], log)
 
 
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
+@pytest.mark.parametrize("unit", COMPILED_AGAIN)
 def test_the_sanitizers_find_nothing(opened, log, tmp_path, unit):
     """Addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
     flags = ["-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all", "-g", "-O1"]

@@ -60,6 +60,7 @@ def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, orde
     check_agreement(host, package, orders[order], ours, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_fmpy_compiles_a_unit_from_its_sources(tmp_path, fmi):
     if shutil.which("cmake") is None:
