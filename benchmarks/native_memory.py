@@ -23,7 +23,8 @@ def identifier_state(unit: Instance) -> IdentifierState:
     if not unit.is_native:
         return thawed_state(json.loads(data)["hidden"][0][0], IdentifierState)
     memory = _Bytes(data)
-    memory.skip(data.index(b"\0") + 1 + 8 + 8 + 8 + 1 + 1 + 1 + 8 + 8)  # token, sum, phase, failure, two flags, times
+    # token, sum, whether it has Model Exchange, phase, failure, whether initialised, two times
+    memory.skip(data.index(b"\0") + 1 + 8 + 1 + 8 + 8 + 1 + 1 + 8 + 8)
     for variable in unit.description.modelVariables:
         memory.skip(8 + 1 + 8)
         if variable.type == "String":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -117,6 +118,11 @@ class Definition:
     exchange: Exchange | None = None
 
 
+def reference(name: str) -> str:
+    """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
+    return "REF_" + re.sub(r"\W+", "_", name).strip("_")
+
+
 def plant_twin() -> Definition:
     """HelicopterPlant."""
     entries = (
@@ -142,7 +148,13 @@ def plant_twin() -> Definition:
         correction.Correction: corrections,
     }
     memory = (communication.PlantMemory, observer.Torque)
-    return Definition("plant.c", entries, settings, memory, files=("plant.h",), exchange=plant_exchange())
+    rows = " ".join(
+        f"{{{reference(row.name)}, &p->{row.field}, c.{row.field}}},"
+        for row in PARAMETERS
+        if row.field in corrections
+    )
+    more = f"/* Parameters that may be corrected: reference, parameter, correction. */\n#define CORRECTIONS {rows}\n"
+    return Definition("plant.c", entries, settings, memory, {}, more, ("plant.h",), plant_exchange())
 
 
 def plant_exchange() -> Exchange:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
@@ -12,7 +11,7 @@ from ..errors import BuildError
 from ..packaging import value_text, xml_text
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
-from .definitions import DEFINITIONS, Definition, Exchange
+from .definitions import DEFINITIONS, Definition, Exchange, reference
 from .translator import BOOL, INT, Struct, Translation, fields, header, persistence, quoted, source
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
@@ -99,11 +98,6 @@ def build_description(identifier: str, sources: Mapping[str, str]) -> bytes:
     SubElement(listed, "IncludeDirectory", name=".")
     SubElement(configuration, "Library", name="m", external="true")
     return xml_text(root)
-
-
-def reference(name: str) -> str:
-    """Return the C name of a variable's value reference: ``score.pitch[1]`` is ``REF_score_pitch_1``."""
-    return "REF_" + re.sub(r"\W+", "_", name).strip("_")
 
 
 def variables_header(variables: Sequence[Variable], definition: Definition) -> str:

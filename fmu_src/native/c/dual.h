@@ -50,43 +50,19 @@ static inline Dual dual_abs(Dual a)
     return a.value < 0.0 ? dual_neg(a) : a;
 }
 
-static inline Dual dual_sin(Dual a)
-{
-    return (Dual){sin(a.value), cos(a.value) * a.slope};
-}
-
-static inline Dual dual_cos(Dual a)
-{
-    return (Dual){cos(a.value), -sin(a.value) * a.slope};
-}
-
-static inline Dual dual_tan(Dual a)
-{
-    const double value = tan(a.value);
-    return (Dual){value, (1.0 + value * value) * a.slope};
-}
-
-static inline Dual dual_tanh(Dual a)
-{
-    const double value = tanh(a.value);
-    return (Dual){value, (1.0 - value * value) * a.slope};
-}
-
-static inline Dual dual_exp(Dual a)
-{
-    const double value = exp(a.value);
-    return (Dual){value, value * a.slope};
-}
-
-static inline Dual dual_log(Dual a)
-{
-    return (Dual){log(a.value), 1.0 / a.value * a.slope};
-}
-
-static inline Dual dual_sqrt(Dual a)
-{
-    const double value = sqrt(a.value);
-    return (Dual){value, 0.5 / value * a.slope};
-}
+/* A function of one dual number: its value, and its slope by the chain rule. */
+#define DUAL_FUNCTION(name, of_value, of_slope) \
+    static inline Dual dual_##name(Dual a) \
+    { \
+        const double value = of_value; \
+        return (Dual){value, of_slope}; \
+    }
+DUAL_FUNCTION(sin, sin(a.value), cos(a.value) * a.slope)
+DUAL_FUNCTION(cos, cos(a.value), -sin(a.value) * a.slope)
+DUAL_FUNCTION(tan, tan(a.value), (1.0 + value * value) * a.slope)
+DUAL_FUNCTION(tanh, tanh(a.value), (1.0 - value * value) * a.slope)
+DUAL_FUNCTION(exp, exp(a.value), value * a.slope)
+DUAL_FUNCTION(log, log(a.value), 1.0 / a.value * a.slope)
+DUAL_FUNCTION(sqrt, sqrt(a.value), 0.5 / value * a.slope)
 
 #endif

@@ -133,14 +133,8 @@ fmi3Status fmi3GetDirectionalDerivative(
 #define NO_TYPE(Type) \
     ABSENT(Get##Type, const Reference vr[], size_t n, fmi3##Type x[], size_t size) \
     ABSENT(Set##Type, const Reference vr[], size_t n, const fmi3##Type x[], size_t size)
-NO_TYPE(Float32)
-NO_TYPE(Int8)
-NO_TYPE(UInt8)
-NO_TYPE(Int16)
-NO_TYPE(UInt16)
-NO_TYPE(UInt32)
-NO_TYPE(Int64)
-NO_TYPE(UInt64)
+NO_TYPE(Float32) NO_TYPE(Int8) NO_TYPE(UInt8) NO_TYPE(Int16) NO_TYPE(UInt16)
+NO_TYPE(UInt32) NO_TYPE(Int64) NO_TYPE(UInt64)
 ABSENT(GetBinary, const Reference vr[], size_t n, size_t sizes[], fmi3Binary x[], size_t size)
 ABSENT(SetBinary, const Reference vr[], size_t n, const size_t sizes[], const fmi3Binary x[], size_t size)
 ABSENT(GetClock, const Reference vr[], size_t n, fmi3Clock x[])

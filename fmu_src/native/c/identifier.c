@@ -3,10 +3,9 @@
 #include "model.h"
 #include "variables.h"
 
-#include <ctype.h>
-
 enum { AXES = 3, SLOTS = 3, PARAMETERS = sizeof(ModelParameters) / sizeof(double) };
 
+static const char BLANKS[] = " \t\n\r\v\f";
 static const char *const AXIS_NAMES[AXES] = {"pitch", "elevation", "travel"};
 static const int WATCHES[AXES] = {REF_watch_pitch, REF_watch_elevation, REF_watch_travel};
 static const int SCORES[AXES] = {REF_score_pitch_1, REF_score_elevation_1, REF_score_travel_1};
@@ -41,28 +40,25 @@ Candidate find_candidate(Space *space, const char *name, const char *axis)
 /* Append the names between commas in ``watch.<axis>`` to ``list``; return their number. */
 static int watched_on(Unit *unit, int axis, List_Row_s_s *list)
 {
-    const char *text = unit->values[WATCHES[axis]].text, *at = text;
+    const char *text = unit->values[WATCHES[axis]].text;
+    char *at = strcpy(space_take(&unit->settled, (int64_t)strlen(text) + 1, 1), text);
     int count = 0;
-    while (*at) {
-        const size_t length = strcspn(at, ",");
-        size_t first = 0, beyond = length;
-        while (first < beyond && isspace((unsigned char)at[first]))
-            first++;
-        while (beyond > first && isspace((unsigned char)at[beyond - 1]))
-            beyond--;
-        if (beyond > first) {
-            char *name = space_take(&unit->settled, (int64_t)(beyond - first) + 1, 1);
-            memcpy(name, at + first, beyond - first);
-            name[beyond - first] = '\0';
-            push_List_Row_s_s(&unit->settled, list, (Row_s_s){name, AXIS_NAMES[axis]});
+    for (char *next = at; next; at = next) {
+        next = strchr(at, ',');
+        if (next)
+            *next++ = '\0';
+        at += strspn(at, BLANKS);
+        for (char *end = at + strlen(at); end > at && strchr(BLANKS, end[-1]);)
+            *--end = '\0';
+        if (*at) {
+            push_List_Row_s_s(&unit->settled, list, (Row_s_s){at, AXIS_NAMES[axis]});
             count++;
         }
-        at += length + (at[length] == ',');
     }
     if (count > SLOTS)
         refuse(
-            &unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text, count,
-            SLOTS);
+            &unit->settled, "watch.%s = '%s' names %d effects; at most %d can be watched", AXIS_NAMES[axis], text,
+            count, SLOTS);
     return count;
 }
 

@@ -20,26 +20,26 @@ static void seed_one(Twister *t, uint32_t seed)
     t->next = N;
 }
 
+/* The place behind ``i``; the first element is a copy of the last one. */
+static int after(uint32_t *state, int i)
+{
+    if (i < N - 1)
+        return i + 1;
+    state[0] = state[N - 1];
+    return 1;
+}
+
 /* A seed below 2^32 is an array of one element. */
 static void seed_array(Twister *t, uint32_t key)
 {
-    uint32_t *state = t->state, i = 1;
+    uint32_t *x = t->state;
+    int i = 1;
     seed_one(t, 19650218u);
-    for (int k = N; k > 0; k--) {
-        state[i] = (state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1664525u)) + key;
-        if (++i == N) {
-            state[0] = state[N - 1];
-            i = 1;
-        }
-    }
-    for (int k = N - 1; k > 0; k--) {
-        state[i] = (state[i] ^ ((state[i - 1] ^ (state[i - 1] >> 30)) * 1566083941u)) - i;
-        if (++i == N) {
-            state[0] = state[N - 1];
-            i = 1;
-        }
-    }
-    state[0] = 0x80000000u;
+    for (int k = N; k > 0; k--, i = after(x, i))
+        x[i] = (x[i] ^ ((x[i - 1] ^ (x[i - 1] >> 30)) * 1664525u)) + key;
+    for (int k = N - 1; k > 0; k--, i = after(x, i))
+        x[i] = (x[i] ^ ((x[i - 1] ^ (x[i - 1] >> 30)) * 1566083941u)) - (uint32_t)i;
+    x[0] = 0x80000000u;
 }
 
 static uint32_t draw(Twister *t)

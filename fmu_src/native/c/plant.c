@@ -38,21 +38,7 @@ static Correction take_parameters(Model *model, Unit *unit)
         int reference;
         double *value;
         double correction;
-    } all[] = {
-        {REF_pitch_damping, &p->a_wx, c.a_wx},
-        {REF_pitch_gain, &p->k_x, c.k_x},
-        {REF_elevation_damping, &p->a_wz, c.a_wz},
-        {REF_elevation_offset, &p->a_1, c.a_1},
-        {REF_elevation_gain, &p->k_z, c.k_z},
-        {REF_travel_damping, &p->a_wy, c.a_wy},
-        {REF_travel_gain, &p->k_y, c.k_y},
-        {REF_effects_dry_friction_pitch, &p->dry_friction_pitch, c.dry_friction_pitch},
-        {REF_effects_dry_friction_elevation, &p->dry_friction_elevation, c.dry_friction_elevation},
-        {REF_effects_dry_friction_travel, &p->dry_friction_travel, c.dry_friction_travel},
-        {REF_effects_constant_torque_pitch, &p->constant_torque_pitch, c.constant_torque_pitch},
-        {REF_effects_constant_torque_travel, &p->constant_torque_travel, c.constant_torque_travel},
-        {REF_effects_cable_stiffness_travel, &p->cable_stiffness_travel, c.cable_stiffness_travel},
-    }; /* in the order of the parameters: of several that are out of range the first one is named */
+    } all[] = {CORRECTIONS}; /* in the order of the parameters: of several that are out of range the first one is named */
     for (size_t i = 0; i < sizeof all / sizeof *all; i++) {
         if (all[i].correction != 0.0)
             *all[i].value = corrected(unit, all[i].reference, *all[i].value, all[i].correction);

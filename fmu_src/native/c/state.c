@@ -5,15 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a state holds besides the model's memory, read before anything is changed. */
-typedef struct {
-    int64_t phase;
-    char *failure;
-    bool exchange, initialised;
-    double start_time, reached;
-    Value *values;
-} Saved;
-
 /* Fowler-Noll-Vo hash (FNV-1a): another number if any bit is another one. */
 static int64_t sum_of(const unsigned char *at, size_t size)
 {
@@ -30,23 +21,12 @@ static void write_text(Bytes *bytes, const char *text)
     write_bytes(bytes, text, (size_t)length);
 }
 
-/* Read a text behind its length, its zero included. */
-static char *read_text(Bytes *bytes)
-{
-    int64_t count = 0;
-    read_count(bytes, &count);
-    char *text = space_take(bytes->space, count + 1, 1);
-    read_bytes(bytes, text, (size_t)count);
-    text[count] = '\0';
-    return text;
-}
-
 static void write_state(const Unit *unit, Bytes *bytes)
 {
     const int64_t phase = unit->phase;
+    write_bool(bytes, &unit->exchange);
     write_int64_t(bytes, &phase);
     write_text(bytes, unit->failure);
-    write_bool(bytes, &unit->exchange);
     write_bool(bytes, &unit->initialised);
     write_double(bytes, &unit->start_time);
     write_double(bytes, &unit->reached);
@@ -60,31 +40,6 @@ static void write_state(const Unit *unit, Bytes *bytes)
     }
     if (unit->initialised && MODEL.write)
         MODEL.write(unit->model, bytes);
-}
-
-static void read_saved(Bytes *bytes, Saved *saved)
-{
-    const size_t length = strlen(UNIT_TOKEN) + 1;
-    char *token = space_take(bytes->space, (int64_t)length, 1);
-    int64_t sum = 0;
-    read_bytes(bytes, token, length);
-    read_int64_t(bytes, &sum);
-    if (memcmp(token, UNIT_TOKEN, length) != 0 || sum != sum_of(bytes->at + bytes->used, bytes->size - bytes->used))
-        refuse(bytes->space, "these bytes are no state of this unit");
-    read_int64_t(bytes, &saved->phase);
-    saved->failure = read_text(bytes);
-    read_bool(bytes, &saved->exchange);
-    read_bool(bytes, &saved->initialised);
-    read_double(bytes, &saved->start_time);
-    read_double(bytes, &saved->reached);
-    saved->values = space_take(bytes->space, (int64_t)VARIABLE_COUNT, sizeof *saved->values);
-    for (size_t i = 0; i < VARIABLE_COUNT; i++) {
-        Value *value = &saved->values[i];
-        read_double(bytes, &value->real);
-        read_bool(bytes, &value->refused);
-        read_double(bytes, &value->refused_as);
-        value->text = VARIABLES[i].kind == STRING ? read_text(bytes) : NULL;
-    }
 }
 
 /* Make room for ``size`` bytes in a state that may exist already; NULL if there is no memory. */
@@ -118,71 +73,106 @@ Status state_get(Unit *unit, void **state)
     return OK;
 }
 
-/* Set the values; return whether a parameter or the start time differs from what the model was initialised with. */
-static bool take_values(Unit *unit, const Saved *saved)
+/* Read a text into one on the heap. */
+static void read_text(Bytes *bytes, char **text)
 {
-    bool other = unit->start_time != saved->start_time || !unit->initialised;
+    int64_t length = 0;
+    read_count(bytes, &length);
+    free(*text);
+    *text = malloc((size_t)length);
+    if (!*text)
+        refuse(bytes->space, "there is no memory left");
+    read_bytes(bytes, *text, (size_t)length);
+}
+
+/* Read the values; return whether a parameter differs from what the model was initialised with. */
+static bool read_values(Unit *unit, Bytes *bytes)
+{
+    bool other = false;
     unit->refused_count = 0;
     for (size_t i = 0; i < VARIABLE_COUNT; i++) {
         const Variable *variable = &VARIABLES[i];
-        Value *own = &unit->values[i], *value = &saved->values[i];
-        const bool fixed = variable->causality == PARAMETER && !variable->tunable;
+        Value *own = &unit->values[i];
+        const double before = own->real;
         const bool settable = variable->causality == INPUT || variable->causality == PARAMETER;
-        if (fixed || (settable && !exchange_lets_change(unit, (uint32_t)i)))
-            other |= own->real != value->real;
-        if (value->text) {
-            other |= strcmp(own->text, value->text) != 0;
-            free(own->text);
+        read_double(bytes, &own->real);
+        read_bool(bytes, &own->refused);
+        read_double(bytes, &own->refused_as);
+        if ((variable->causality == PARAMETER && !variable->tunable) ||
+            (settable && !exchange_lets_change(unit, (uint32_t)i)))
+            other |= own->real != before;
+        if (own->text) {
+            char *had = copied(own->text);
+            read_text(bytes, &own->text);
+            other |= !had || strcmp(had, own->text) != 0;
+            free(had);
         }
-        *own = *value;
-        if (value->text && !(own->text = copied(value->text)))
-            refuse(&unit->space, "there is no memory left");
         unit->refused_count += own->refused;
     }
-    unit->start_time = saved->start_time;
     return other;
 }
 
-Status state_set(Unit *unit, const State *state)
+/* Read a state whose sum is right: it fits this unit. */
+static void read_state(Unit *unit, Bytes *bytes)
 {
-    volatile bool changed = false;
-    Saved saved = {0};
-    if (!state)
-        return unit_say(unit, ERROR, "setFMUstate: there is no state");
-    Bytes bytes = {(unsigned char *)state->bytes, state->size, 0, &unit->spare};
-    space_empty(&unit->spare);
-    if (setjmp(unit->refusal.back)) {
-        if (!changed)
-            return unit_say(unit, DISCARD, "setFMUstate: %s; nothing was changed", unit->refusal.message);
-        memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);
-        return unit_say(unit, ERROR, "setFMUstate: %s", unit->refusal.message);
-    }
-    read_saved(&bytes, &saved);
-    if (saved.exchange != unit->exchange)
-        refuse(&unit->spare, "this is a state of an instance for %s", saved.exchange ? "model exchange" : "co-simulation");
-    changed = true;
-    const bool other = take_values(unit, &saved);
-    unit->phase = (Phase)saved.phase;
-    snprintf(unit->failure, sizeof unit->failure, "%s", saved.failure);
-    unit->outdated = unit->phase == INITIALISING;
-    if (!saved.initialised) {
-        unit->initialised = false;
-        return OK;
-    }
+    const double start_time = unit->start_time;
+    char *failure = NULL;
+    int64_t phase = 0;
+    bool other = !unit->initialised;
+    read_int64_t(bytes, &phase);
+    read_text(bytes, &failure);
+    snprintf(unit->failure, sizeof unit->failure, "%s", failure);
+    free(failure);
+    unit->phase = (Phase)phase;
+    unit->outdated = phase == INITIALISING;
+    read_bool(bytes, &unit->initialised);
+    read_double(bytes, &unit->start_time);
+    read_double(bytes, &unit->reached);
+    Bytes again = *bytes;
+    other |= read_values(unit, bytes) || unit->start_time != start_time;
+    if (!unit->initialised)
+        return;
     if (other) {
+        const double reached = unit->reached;
         unit_initialise(unit);
-        for (size_t i = 0; i < VARIABLE_COUNT; i++) /* the initialisation has set the outputs of the start time */
-            unit->values[i].real = saved.values[i].real;
+        read_values(unit, &again); /* the initialisation has set the outputs of the start time */
+        unit->reached = reached;
     }
-    unit->reached = saved.reached;
     if (MODEL.read) {
-        MODEL.read(unit->model, &bytes); /* its lists lie in the spare space */
+        MODEL.read(unit->model, bytes); /* its lists lie in the spare space */
         const Space old = unit->space;
         unit->space = unit->spare;
         unit->spare = old;
         unit->live = unit->space.taken;
     }
     exchange_begin(unit);
+}
+
+Status state_set(Unit *unit, const State *state)
+{
+    const size_t token = strlen(UNIT_TOKEN) + 1, head = token + sizeof(int64_t);
+    int64_t sum = 0;
+    bool exchange = false;
+    if (!state)
+        return unit_say(unit, ERROR, "setFMUstate: there is no state");
+    Bytes bytes = {(unsigned char *)state->bytes, state->size, head, &unit->spare};
+    if (state->size > head)
+        memcpy(&sum, state->bytes + token, sizeof sum);
+    if (state->size <= head || memcmp(state->bytes, UNIT_TOKEN, token) != 0 ||
+        sum != sum_of(state->bytes + head, state->size - head))
+        return unit_say(unit, DISCARD, "setFMUstate: these bytes are no state of this unit; nothing was changed");
+    space_empty(&unit->spare);
+    if (setjmp(unit->refusal.back)) {
+        unit->initialised = false;
+        memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);
+        return unit_say(unit, ERROR, "setFMUstate: %s", unit->refusal.message);
+    }
+    read_bool(&bytes, &exchange);
+    if (exchange != unit->exchange)
+        return unit_say(
+            unit, DISCARD, "setFMUstate: this is a state of an instance for %s; nothing was changed",
+            exchange ? "model exchange" : "co-simulation");
+    read_state(unit, &bytes);
     return OK;
 }
 
