@@ -99,7 +99,7 @@ const char *shortest(Space *space, double value)
 
 void write_bytes(Bytes *bytes, const void *from, size_t size)
 {
-    if (bytes->at)
+    if (bytes->at && size)
         memcpy(bytes->at + bytes->used, from, size);
     bytes->used += size;
 }
@@ -110,7 +110,8 @@ void read_bytes(Bytes *bytes, void *to, size_t size)
 {
     if (size > bytes->size - bytes->used)
         refuse(bytes->space, NO_STATE);
-    memcpy(to, bytes->at + bytes->used, size);
+    if (size)
+        memcpy(to, bytes->at + bytes->used, size);
     bytes->used += size;
 }
 

@@ -57,6 +57,12 @@ static inline int64_t room_for(int64_t count)
     return room;
 }
 
+/* Whether a list has to be moved before it grows. */
+static inline bool is_full(int64_t count)
+{
+    return count == 0 || (count >= 4 && (count & (count - 1)) == 0);
+}
+
 /* Bytes that a value is written to or read from. Without ``at`` writing only counts. */
 typedef struct {
     unsigned char *at;

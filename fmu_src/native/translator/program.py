@@ -219,7 +219,7 @@ static inline {list} growable_{list}(Space *space, {list} old)
 
 static inline void push_{list}(Space *space, {list} *list, {item} value)
 {{
-    if (list->count == 0 || list->count == room_for(list->count))
+    if (is_full(list->count))
         *list = growable_{list}(space, *list);
     list->at[list->count++] = value;
 }}
@@ -317,10 +317,14 @@ def _both_ways(kind: CType) -> str:
             clear = [f"*x = ({kind.name}){{0}};"] if verb == "read" else []
             lines = [*clear, lines[0], f"if (x->some) {lines[1]}"]
         if isinstance(kind, Listing):
-            loop = [f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"]
-            count = ["read_count(bytes, &x->count);",
-                     f"x->at = space_take(bytes->space, x->count, sizeof({kind.item.name}));"]  # fmt: skip
-            lines = [*(count if verb == "read" else ["write_int64_t(bytes, &x->count);"]), *loop]
+            count = ["write_int64_t(bytes, &x->count);"]
+            if verb == "read":
+                room = f"space_take(bytes->space, x->count, sizeof({kind.item.name}))"
+                count = ["read_count(bytes, &x->count);", f"x->at = {room};"]
+            each = f"for (int64_t i = 0; i < x->count; i++) {lines[0]}"
+            if kind.item in (FLOAT, INT):
+                each = f"{verb}_bytes(bytes, x->at, (size_t)x->count * sizeof *x->at);"
+            lines = [*count, each]
         text = "".join(f"    {line}\n" for line in lines)
         out += f"static inline void {verb}_{kind.name}(Bytes *bytes, {const}{kind.name} *x)\n{{\n{text}}}\n"
     return out
