@@ -313,7 +313,7 @@ def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
 
 def take_sample(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: tuple[float, float, float] = NO_REFERENCES
-) -> tuple[Sampled, IdentifierOutput]:
+) -> tuple[IdentifierState, IdentifierOutput]:
     """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
     period = plan.settings.sample_time
     due = sampled.first + (sampled.state.samples + 1) * period
@@ -324,8 +324,7 @@ def take_sample(
         pitch = pitch_0 + share * (pitch - pitch_0)
         elevation = elevation_0 + share * (elevation - elevation_0)
         travel = travel_0 + share * (travel - travel_0)
-    state, output = step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan, references)
-    return sampled._replace(state=state), output
+    return step(sampled.state, v_front, v_rear, pitch, elevation, travel, plan, references)
 
 
 def take_samples(
@@ -341,5 +340,6 @@ def take_samples(
     """
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
-        sampled, output = take_sample(sampled, time, now, plan, references)
+        state, output = take_sample(sampled, time, now, plan, references)
+        sampled = sampled._replace(state=state)
     return sampled._replace(before=time, previous=now), output

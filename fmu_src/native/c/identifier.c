@@ -145,16 +145,18 @@ static void advance(Model *model, Unit *unit, double time, double step)
             "%.3g samples of sample.time = %g s are due at t = %g s; at most %lld are taken in one step, take shorter "
             "ones",
             (time - due) / period, period, time, (long long)MOST_SUBSTEPS);
-    Row_Sampled_IdentifierOutput next = {.x0 = model->sampled};
+    Row_IdentifierState_IdentifierOutput next;
+    Sampled sampled = model->sampled;
     bool taken = false;
-    for (; identifier_is_due(&next.x0, time, &model->plan); taken = true) {
+    for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
         if (taken && unit_is_untidy(unit)) {
             unit_keep(unit);
-            model->sampled = next.x0;
+            model->sampled = sampled;
             unit_tidy(unit);
-            next.x0 = model->sampled;
+            sampled = model->sampled;
         }
-        next = identifier_take_sample(&unit->space, &next.x0, time, now, &model->plan, references);
+        next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
+        sampled.state = next.x0;
     }
     if (taken) {
         const double *estimates = &next.x1.parameters.a_wx;
@@ -170,7 +172,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
                 shortest(&unit->space, now.x3), shortest(&unit->space, now.x4));
         show(model, unit, &next.x1);
     }
-    model->sampled = next.x0;
+    model->sampled = sampled;
     model->sampled.before = time;
     model->sampled.previous = now;
 }
