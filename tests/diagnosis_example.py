@@ -78,7 +78,8 @@ def axis_reports(series):
         white, use = {"before": 1e-9, "after": 0.4}, (Use.PREDICTION if axis == "travel" else Use.CONTROL)
         why = "k_y is not determined: its interval is ± .1" if axis == "travel" else "references agree"
         reports[axis] = AxisReport(
-            before, after, floor, figure(0.15), figure(0.07), white, 3e-3, 2.5, 6e-4, use, why
+            before, after, floor, figure(0.15), figure(0.07), white, 3e-3, 2.5, 6e-4, use, why,
+            {"ahead_200ms": ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": ErrorFigure(-0.6, -0.65, -0.55)},
         )  # fmt: skip
     return reports
 

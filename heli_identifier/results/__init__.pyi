@@ -68,7 +68,6 @@ __all__ = [
 ]
 
 from .checking import Check, check
-from .figure_over_time import run_figure
 from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
 from .looking import Look, look
 from .parameters import PLANT, ParameterSet, corrected_parameters, drawn_values, plant_values, read_parameters
@@ -87,11 +86,12 @@ from .style import (
     grid,
     inline_svg,
     key,
+    run_figure,
     shades,
     styled,
-    thinned,
     write_figure,
 )
+from .svg import thinned
 from .tables import (
     ERROR_COLUMNS,
     GAIN_COLUMNS,

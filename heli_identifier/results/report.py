@@ -1,169 +1,393 @@
-"""A diagnosis as HTML: report.html, one page that fetches nothing from elsewhere, and what a notebook shows."""
+"""report.html: what a laboratory reads in ten seconds, on one page that fetches nothing, and the details folded behind.
 
+First the verdict, a card per axis, measured and predicted motion, what is in the plant, what was left out, and the one
+experiment that would settle most. The same parts, without their page, are what a notebook shows.
+"""
+
+from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
+import numpy as np
 from jinja2 import Environment, StrictUndefined, Template
+from scipy.signal import welch
 
-from heli_identifier.results.figure_held_out import (
-    autocorrelation_figure,
-    free_run_figure,
-    residual_figure,
-    spectrum_figure,
-)
-from heli_identifier.results.figure_intervals import error_figure, parameter_figure
-from heli_identifier.results.found import effect_entries
-from heli_identifier.results.glossary import glossary
-from heli_identifier.results.outlook import confused_lines, experiment_entries, map_svg
-from heli_identifier.results.residuals import residual_text
-from heli_identifier.results.style import COLOURS, inline_svg
+from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.tables import (
     ERROR_COLUMNS,
     GAIN_COLUMNS,
-    catalogue_remarks,
+    KINDS,
     catalogue_rows,
-    data_rows,
     error_rows,
     event_rows,
-    floor_missing,
-    gain_remarks,
     gain_rows,
+    html_table,
     parameter_rows,
     possible_rows,
     setting_rows,
-    summary_cards,
 )
-from heli_identifier.results.words import LEADING, agreement_sentence, held_out_sentence, significant, verdict_sentence
-from heli_identifier.tracing import Diagnosis, Verdict
+from heli_identifier.results.words import (
+    LEADING,
+    agreement_sentence,
+    effect_name,
+    effect_title,
+    held_out_sentence,
+    law_text,
+    listed,
+    meaning,
+    p_text,
+    significant,
+    unit_text,
+    variable_name,
+    with_interval,
+)
+from heli_identifier.tracing import (
+    AxisReport,
+    Determination,
+    Diagnosis,
+    EffectCurve,
+    FoundEffect,
+    HeldOutSeries,
+    NamedShape,
+    PeriodicShape,
+    Use,
+    Verdict,
+)
+from heli_plant.effects import AXES
+from heli_plant.effects import effect as catalogue_effect
+from heli_plant.parameter_table import BY_FIELD
 
-_TEMPLATES = files("heli_identifier.results") / "templates"
-_SECTIONS = (
-    ("effects", "What the model lacks"),
-    ("use", "What it may be used for"),
-    ("held-out", "Before and after"),
-    ("parameters", "Parameters"),
-    ("catalogue", "Catalogue"),
-    ("map", "Which effects can be distinguished"),
-    ("next", "What to measure next"),
-    ("provenance", "Provenance"),
-    ("words", "Words"),
-)
-_CAPTIONS = (
-    ("free-run", free_run_figure, "Simulation under the log's voltages, never corrected, and the measurement."),
-    ("residual", residual_figure, "The innovations, each over its standard deviation."),
-    ("spectrum", spectrum_figure, "Power spectral density of the innovations."),
-    (
-        "correlation",
-        autocorrelation_figure,
-        "Autocorrelation of the innovations; that of white noise stays inside the bounds at 95 of 100 lags.",
-    ),
-)
+CONFUSED = 0.7
+"""Correlation of two signatures from which the logs hardly tell the effects apart."""
+
+NAMED_IN_VERDICT = 2
+"""Effects that the verdict names; of more it says how many."""
+
+USES = {
+    Use.CONTROL: "usable for prediction and control",
+    Use.PREDICTION: "usable for prediction only",
+    Use.NOTHING: "not usable",
+}
+"""Fit for use, as the card of an axis says it."""
+
+GAINS = dict(zip(AXES, ("k_x", "k_z", "k_y"), strict=True))
+"""Gain of every axis by the paper's symbol."""
+
+WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
+"""What an experiment is worth that settles a gain, a found or possible effect, an effect that is not testable."""
+
+GLOSSARY = (
+    ("before, after", "The simplified model and the corrected plant, both fitted to the training logs."),
+    ("held-out logs", "They take no part in fit and search and decide nothing. Errors are those on them."),
+    ("±", "Half-width of the 95 % interval: 1.96 standard errors."),
+    ("change", "Error after over error before, less 1, with its 95 % interval over the same passages for both. It is "
+     "real if the interval does without zero."),
+    ("score", "What the log-likelihood of the training logs gains by an effect [nats], a factor of 2.7 each. Beside "
+     "the plant the likelihood has a torque of the air, whose level and colour are estimated."),
+    ("in the plant", "What is established; and of what is possible, what makes training logs likelier that were left "
+     "out of the fit one at a time."),
+    ("determined from outside", "References, which move the rig and know nothing of the air, give the same value."),
+    ("rests on the noise model", "Only the likelihood gives the value: it holds if the air's torque is as modelled."),
+    ("not determined", "The interval is too wide for a controller, or references contradict the likelihood."),
+    ("noise floor", "Error of the corrected plant on logs that it made itself, in the air that was estimated. A dash: "
+     "it is unstable, and none can be computed."),
+    ("visibility", "Share of an effect's signature that no change of the fitted parameters could imitate. Below 1 % an "
+     "effect is not testable."),
+    ("bound", "Largest size of an effect that was not shown that these logs still allow, at 95 %."),
+)  # fmt: skip
 
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
-    """Give the text of report.html.
-
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    rig : str
-        What to call the rig.
-    """
-    what, field = LEADING[diagnosis.closed_loop]
-    moved = diagnosis.parameters_before != diagnosis.parameters_after
-    rows = catalogue_rows(diagnosis)
-    return _template().render(
-        title=f"Diagnosis of {rig}",
-        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
-        sentence=verdict_sentence(diagnosis),
-        sections=_SECTIONS,
-        cards=summary_cards(diagnosis),
-        threshold=significant(float(diagnosis.settings["score_needed"]), 2),
-        gains=gain_rows(diagnosis),
-        gain_remarks=gain_remarks(diagnosis),
-        held_out=held_out_sentence(diagnosis),
-        agreement=agreement_sentence(diagnosis),
-        effects=effect_entries(diagnosis),
-        error_figure=inline_svg(
-            error_figure(diagnosis.axes, field, what), "errors", f"Error {what} of each axis before and after"
-        ),
-        errors=error_rows(diagnosis),
-        possible=possible_rows(diagnosis),
-        floor_missing=floor_missing(diagnosis.axes),
-        events=event_rows(diagnosis),
-        events_kept=bool(diagnosis.settings.get("keep_events")),
-        panels=_panels(diagnosis),
-        parameters=parameter_rows(diagnosis),
-        parameter_figure=_parameter_svg(diagnosis) if moved else "",
-        catalogue=[row for row in rows if row["verdict"] != Verdict.NOT_SHOWN],
-        not_shown=[row for row in rows if row["verdict"] == Verdict.NOT_SHOWN],
-        reasons=catalogue_remarks(diagnosis),
-        map=map_svg(diagnosis),
-        confused=confused_lines(diagnosis),
-        experiments=experiment_entries(diagnosis),
-        data=data_rows(diagnosis),
-        remarks=diagnosis.notes,
-        notes=[f"{entry.file}: {note}" for entry in diagnosis.data for note in entry.notes],
-        provenance=diagnosis.provenance,
-        settings=setting_rows(diagnosis),
-        words=glossary(diagnosis),
-        seconds=significant(diagnosis.seconds, 2),
+    """Give the text of report.html; ``rig`` is what it calls the rig."""
+    return _template("report.html.j2").render(
+        title=f"Diagnosis of {rig}", css=_text("report.css"), provenance=diagnosis.provenance, **_parts(diagnosis)
     )
-
-
-@cache
-def _template() -> Template:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=False)
-    return environment.from_string((_TEMPLATES / "report.html.j2").read_text(encoding="utf-8"))
-
-
-def _parameter_svg(diagnosis: Diagnosis) -> str:
-    figure = parameter_figure(diagnosis.parameters_before, diagnosis.parameters_after)
-    return inline_svg(figure, "parameters", "Each parameter before, on the scale of its interval after")
-
-
-def _panels(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Four figures per held-out log and axis."""
-    panels = []
-    for number, series in enumerate(diagnosis.series):
-        for axis, report in diagnosis.axes.items():
-            where = _where(diagnosis, number)
-            figures = [
-                {"svg": inline_svg(draw(series, axis), f"{name}-{axis}-{number}", f"{axis}{where}: {caption}"),
-                 "caption": caption}
-                for name, draw, caption in _CAPTIONS
-            ]  # fmt: skip
-            text = residual_text(axis, report, diagnosis.plant_after)
-            panels.append({"title": f"{axis.capitalize()}{where}", "text": text, "figures": figures})
-    return panels
-
-
-def _where(diagnosis: Diagnosis, number: int) -> str:
-    """Name of a held-out log where there are several."""
-    return f" on {diagnosis.series[number].log.name}" if len(diagnosis.series) > 1 else ""
-
-
-_ON_ANY_GROUND = {"ink": "currentColor", "muted": "currentColor", "grid": "rgba(128, 128, 128, .3)"}
-"""Colours that follow the notebook's own theme, which this cannot know."""
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
     """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
-    environment = Environment(autoescape=True, undefined=StrictUndefined)
-    template = environment.from_string((_TEMPLATES / "notebook.html.j2").read_text(encoding="utf-8"))
-    return template.render(
-        colours={**COLOURS, **_ON_ANY_GROUND},
-        sentence=verdict_sentence(diagnosis),
-        remarks=diagnosis.notes,
-        effects=effect_entries(diagnosis),
-        possible=[tuple(row.values()) for row in possible_rows(diagnosis)],
-        gain_columns=GAIN_COLUMNS,
-        gains=[tuple(row.values()) for row in gain_rows(diagnosis)],
-        held_out=held_out_sentence(diagnosis),
-        error_columns=ERROR_COLUMNS,
-        errors=[tuple(row.values()) for row in error_rows(diagnosis)],
-        parameters=[
-            (row["name"], row["meaning"], row["before"], row["after"], row["unit"]) for row in parameter_rows(diagnosis)
+    return _template("notebook.html.j2").render(**_parts(diagnosis))
+
+
+@cache
+def _template(name: str) -> Template:
+    return Environment(autoescape=True, undefined=StrictUndefined).from_string(_text(name))
+
+
+def _text(name: str) -> str:
+    return (files("heli_identifier.results") / "templates" / name).read_text(encoding="utf-8")
+
+
+def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
+    """Give everything that the page shows, without markup but for figures and tables."""
+    experiments = [f"{text} It would settle: {listed(names)}." for names, text in ranked_experiments(diagnosis)]
+    return {
+        "verdict": verdict_line(diagnosis),
+        "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
+        "overlay": _overlay(diagnosis),
+        "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
+        "left_out": list(_left_out(diagnosis)),
+        "experiment": experiments[0] if experiments else "",
+        "faults": [f"{fault.words} {fault.advice}".strip() for fault in diagnosis.faults],
+        "notes": list(diagnosis.notes),
+        "details": [detail for detail in _details(diagnosis, experiments[1:]) if detail["html"]],
+    }
+
+
+def verdict_line(diagnosis: Diagnosis) -> str:
+    """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
+    named = [_thing(effect) for effect in diagnosis.effects if effect.in_plant]
+    if not named:
+        return f"These logs do not refute the model. {_best_change(diagnosis)}"
+    more = len(named) - NAMED_IN_VERDICT
+    shown = [*named[:NAMED_IN_VERDICT], *([f"{more} more"] if more > 0 else [])]
+    return f"The model lacks {listed(shown)}. {_best_change(diagnosis)}"
+
+
+def _best_change(diagnosis: Diagnosis) -> str:
+    """Say of the axis whose error really changes most by how much; and that none does."""
+    what, field = LEADING[diagnosis.closed_loop]
+    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
+    real = {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
+    if not real:
+        return f"On held-out logs no axis's error {what} changes by more than its interval."
+    axis = max(real, key=lambda name: abs(real[name].value))
+    falls = "falls" if real[axis].value < 0.0 else "rises"
+    return f"On held-out logs the {axis}'s error {what} {falls} by {100.0 * abs(real[axis].value):.0f} %."
+
+
+def _thing(effect: FoundEffect) -> str:
+    title = effect_title(effect)
+    return title[:1].lower() + title[1:]
+
+
+def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
+    """Give the card of an axis: its use in one word, the change of its error, its gain."""
+    name, (what, field) = GAINS[axis], LEADING[diagnosis.closed_loop]
+    change, kind, word = report.change.get(field), "same", "unchanged"
+    if change is not None and change.high < 0.0:
+        kind, word = "better", "better"
+    elif change is not None and change.low > 0.0:
+        kind, word = "worse", "worse"
+    percent = "" if change is None else f"{_percent(change.value)} ({_percent(change.low)} to {_percent(change.high)})"
+    found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
+    if found is None:
+        gain = f"{symbol} = {with_interval(diagnosis.parameters_after[name])}, given"
+    elif found.determination is Determination.NOT_DETERMINED:
+        gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
+    else:
+        gain = f"{symbol} = {with_interval(found.estimate)}, {found.determination}"
+    errors = [significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
+    return {
+        "axis": axis, "use": USES[report.use], "fit": report.use.name.lower(), "kind": kind,
+        "change": f"{word}: {percent}" if percent else word,
+        "errors": f"error {what}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
+    }  # fmt: skip
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:+.0f} %".replace("-", "−")
+
+
+def _overlay(diagnosis: Diagnosis) -> str:
+    """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
+    series, panels = diagnosis.series[0], []
+    for index, axis in enumerate(AXES):
+        measured = series.log.angles[:, index]
+        middle, reach = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
+        own = Axes(f"{axis} [rad]", 120.0, (middle - reach, middle + reach))
+        own.line(series.log.time, measured, "measured", "measured", 2.4)
+        own.line(series.log.time, series.free_run_before[:, index], "before", "model before", 1.0)
+        own.line(series.log.time, series.free_run_after[:, index], "after", "plant after", 1.2)
+        own.spans = [
+            (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
+            for event in series.events
+            if event.axis == axis
+        ]
+        panels.append(own)
+    said = f"Measured motion of {series.log.name}, and simulated under its voltages by the model before and the plant"
+    return figure(panels, "time [s]", said, 1100.0)
+
+
+def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
+    """Give facts and figure of an effect of the plant."""
+    effect = diagnosis.effects[number]
+    facts = []
+    if effect.coefficient is not None:
+        entry = catalogue_effect(effect.name, effect.axis)
+        facts += [("coefficient", with_interval(effect.coefficient)), ("law", law_text(entry.law))]
+        facts.append(("source", entry.source))
+    if isinstance(effect.shape, NamedShape):
+        facts += [(name.replace("_", " "), with_interval(own)) for name, own in effect.shape.parameters.items()]
+    else:
+        facts += [("description", effect.shape.description.replace("^2", "²")), ("plant", f"table.{effect.axis}.*")]
+    facts.append(("score", f"{significant(effect.score)} nats"))
+    if effect.together:
+        facts.append(("together", effect.together))
+    if effect.alternatives:
+        rivals = listed([effect_name(*other) for other in effect.alternatives], "or")
+        facts.append(("as likely", f"{rivals}: explains these logs about as well"))
+    earlier = sum(_key(own) == _key(effect) for own in diagnosis.effects[:number])
+    curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
+    drawn = _law_figure(curves[earlier], effect_title(effect)) if earlier < len(curves) else ""
+    return {
+        "title": effect_title(effect), "verdict": effect.verdict, "kind": KINDS[effect.verdict], "facts": facts,
+        "figure": drawn,
+    }  # fmt: skip
+
+
+def _key(effect: FoundEffect) -> tuple[str, str]:
+    return effect.name, effect.axis
+
+
+def _law_figure(curve: EffectCurve, title: str) -> str:
+    """Draw the law over the torque that the plant without it leaves, averaged over bins of its variable."""
+    x, y, low, high = curve.curve.T
+    own = Axes("torque/inertia [mrad/s²]")
+    own.band(x, 1e3 * low, 1e3 * high, "95 % band")
+    own.line(x, 1e3 * y, "after", "law", 2.0)
+    if len(curve.points):
+        own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
+    label = f"{variable_name(curve.variable)} [{unit_text(curve.unit) or '1'}]"
+    return figure([own], label, f"{title}: the law with its band over what the training logs show")
+
+
+def _left_out(diagnosis: Diagnosis) -> Iterator[str]:
+    """Name what was found and is not in the plant, with the reason, and what is possible."""
+    for effect in diagnosis.effects:
+        if not effect.in_plant:
+            periodic = isinstance(effect.shape, PeriodicShape)
+            why = "a plant has no periodic torque" if periodic else "it makes left-out logs less likely"
+            yield f"{effect_title(effect)}: found, and not in the plant: {why}."
+    for effect in diagnosis.possible:
+        gain = effect.left_out_gain
+        logs = "" if gain is None else f", left-out logs gain {gain:+.1f} nats".replace("-", "−")
+        place = "in the plant" if effect.in_plant else "not in the plant"
+        score = f"score {significant(effect.score, 2)} nats{logs}"
+        yield f"{effect_title(effect)}: possible, no finding; {place} ({score})."
+
+
+def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
+    """Give every experiment that would help with what it would settle, the most valuable first."""
+    worth: dict[str, int] = {}
+    settles: dict[str, list[str]] = {}
+
+    def ask(experiment: str, kind: str, what: str) -> None:
+        if experiment:
+            worth[experiment] = worth.get(experiment, 0) + WEIGHTS[kind]
+            settles.setdefault(experiment, []).append(what)
+
+    for name, report in diagnosis.parameters.items():
+        if report.determination is not Determination.OUTSIDE:
+            ask(report.experiment, "gain" if name in GAINS.values() else "effect", meaning(name))
+    for effect in (*diagnosis.effects, *diagnosis.possible):
+        ask(effect.experiment, "effect", _thing(effect))
+    for entry in diagnosis.catalogue:
+        if entry.verdict == Verdict.NOT_TESTABLE:
+            ask(entry.experiment, "bound", effect_name(entry.name, entry.axis))
+    return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
+
+
+def _details(diagnosis: Diagnosis, experiments: list[str]) -> Iterator[dict[str, str]]:
+    """Give what is folded behind the page: a title and HTML each, empty where there is nothing to say."""
+
+    def detail(title: str, *html: str) -> dict[str, str]:
+        return {"title": title, "html": "".join(html)}
+
+    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in ERROR_COLUMNS)
+    yield detail("Errors on held-out logs", _paragraph(held_out_sentence(diagnosis)),
+                 _table(heads, error_rows(diagnosis)), _paragraph(agreement_sentence(diagnosis)))  # fmt: skip
+    yield detail("Gains and what they rest on", _table(GAIN_COLUMNS, gain_rows(diagnosis)),
+                 _items([f"{axis}: {report.why}" for axis, report in diagnosis.axes.items()]))  # fmt: skip
+    yield detail("Parameters", html_table(
+        ("parameter", "meaning", "before >", "after >", "unit"),
+        [[row[k] for k in ("symbol", "meaning", "before", "after", "unit")] for row in parameter_rows(diagnosis)],
+    ))  # fmt: skip
+    yield detail("Residuals", *(_residuals(diagnosis, series) for series in diagnosis.series))
+    yield detail("Possible effects", _table(
+        ("effect", "coefficient >", "score [nats] >", "left-out logs gain [nats] >", "in the plant", "or"),
+        possible_rows(diagnosis),
+    ) if diagnosis.possible else "")  # fmt: skip
+    yield detail("Every effect of the catalogue", html_table(
+        ("effect", "verdict", "coefficient >", "unit", "bound >", "score >", "visibility >"),
+        [
+            (f"{row['name']}, {row['axis']}", row["verdict"], row["estimate"], row["unit"], row["bound"], row["score"],
+             f"{row['visible']} %")
+            for row in catalogue_rows(diagnosis)
         ],
-    )
+    ), _items([
+        f"{effect_name(entry.name, entry.axis)}: {entry.why}"
+        for entry in diagnosis.catalogue
+        if entry.verdict == Verdict.NOT_TESTABLE
+    ]))  # fmt: skip
+    yield detail("Effects that these logs hardly tell apart", _items(list(_confused(diagnosis))))
+    yield detail("Further experiments", _items(experiments))
+    yield detail("Events", html_table(
+        ("log", "axis", "from [s] >", "to [s] >", "what", "size >"),
+        [list(row.values()) for row in event_rows(diagnosis)],
+    ) if diagnosis.events else "")  # fmt: skip
+    yield detail("Logs, settings and versions", html_table(
+        ("file", "used for", "samples >", "rate [Hz] >", "SHA-256"),
+        [(e.file, e.used_for, str(e.samples), significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data],
+    ), _items([f"{entry.file}: {'; '.join(entry.notes)}" for entry in diagnosis.data if entry.notes]),
+        html_table(("setting", "value"), [
+            *setting_rows(diagnosis), ("command", str(diagnosis.provenance.get("command", ""))),
+            ("date", f"{diagnosis.provenance.get('date', '')}, {significant(diagnosis.seconds, 2)} s"),
+            *diagnosis.provenance.get("versions", {}).items(),
+        ]))  # fmt: skip
+    yield detail("Words of this page", html_table(("word", "meaning"), GLOSSARY))
+
+
+def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> str:
+    """Draw spectrum and autocorrelation of the innovations of every axis, and whether they are white."""
+    html = []
+    for index, axis in enumerate(AXES):
+        spectrum, memory = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
+        for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
+            frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
+            spectrum.line(frequency[1:], power[1:], label, label)
+            lags = np.arange(1, 51)
+            memory.line(lags * series.residual_step, autocorrelation(values, len(lags)), label, label)
+        bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
+        memory.band(np.array([0.0, 50 * series.residual_step]), -bound, bound, "95 % of white noise")
+        p = diagnosis.axes[axis].whiteness_p["after"]
+        white = f"Ljung-Box test of white innovations: {p_text(p)}."
+        said = f"of the innovations of the {axis} on {series.log.name}, before and after"
+        html.append(f"<h3>{axis.capitalize()}</h3>{_paragraph(white)}<div class='grid'>")
+        html.append(figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True))
+        html.append(figure([memory], "lag [s]", f"Autocorrelation {said}") + "</div>")
+    return "".join(html)
+
+
+def autocorrelation(values: np.ndarray, lags: int) -> np.ndarray:
+    """Autocorrelation of ``values`` (N,) at lags 1 to ``lags``, shape (lags,)."""
+    centred = values - values.mean()
+    power = max(float(centred @ centred), 1e-300)
+    return np.array([float(centred[lag:] @ centred[:-lag]) / power for lag in range(1, lags + 1)])
+
+
+def _confused(diagnosis: Diagnosis) -> Iterator[str]:
+    """Give pairs of effects whose signatures are alike, those that are most alike first."""
+    names = [effect_name(*entry) for entry in diagnosis.correlation_labels]
+    rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
+    for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):
+        yield f"{names[i]} and {names[j]}: correlation {significant(float(diagnosis.correlation[i, j]), 2)}"
+
+
+def _table(columns: tuple[str, ...], rows: list[dict[str, str]]) -> str:
+    return html_table(columns, [list(row.values()) for row in rows])
+
+
+def _paragraph(text: str) -> str:
+    return _template_of("<p>{{ text }}</p>").render(text=text) if text else ""
+
+
+def _items(texts: list[str]) -> str:
+    items = _template_of("<ul>{% for text in texts %}<li>{{ text }}</li>{% endfor %}</ul>")
+    return items.render(texts=texts) if texts else ""
+
+
+@cache
+def _template_of(text: str) -> Template:
+    return Environment(autoescape=True).from_string(text)

@@ -16,12 +16,15 @@ from typing import Any, ParamSpec
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.files import write_atomically
-from heli_identifier.results.margins import keep_inside
+from heli_identifier.results.svg import thinned
+from heli_identifier.results.words import unit_text
+from heli_plant.effects import AXES
 
 P = ParamSpec("P")
 Line = NDArray[np.floating[Any]]
@@ -39,9 +42,6 @@ COLOURS = {
 """Colour of each role in the light theme; the orange and the blue stay apart for every kind of colour vision."""
 
 INK, MUTED, GRID, MEASURED, BEFORE, AFTER, BAND, THIRD = COLOURS.values()
-
-POINTS = 1500
-"""Vertices of a line on a page: above two per pixel nothing is gained but bytes."""
 
 _STYLE: Any = {
     "svg.fonttype": "none",
@@ -157,18 +157,6 @@ def plain_figure(x: Sequence[float], y: Sequence[float]) -> Figure:
     return figure
 
 
-def thinned(x: Line, y: Line) -> tuple[Line, Line]:
-    """Thin a line (N,) to some :data:`POINTS` vertices: lowest and highest of every stretch, so no peak is lost."""
-    width = max(1, 2 * len(x) // POINTS)
-    if width < 3:
-        return x, y
-    count = len(x) // width
-    blocks = y[: count * width].reshape(count, width)
-    first = np.arange(count) * width
-    kept = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
-    return x[kept], y[kept]
-
-
 def figure_text(figure: Figure) -> str:
     """Give a figure as the text of an SVG file."""
     text = io.StringIO()
@@ -221,3 +209,82 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
 def _shortened(path: str) -> str:
     """Give the data of a path with two decimals: a hundredth of a point is below what a printer resolves."""
     return re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.2f}".rstrip("0").rstrip("."), " ".join(path.split()))
+
+
+EDGE = 0.04
+"""Least distance of anything drawn from the edge of the figure [inch]: fonts of a page differ a little in width."""
+
+
+def keep_inside(figure: Figure) -> None:
+    """Widen the margins until all labels are inside the figure, and move legends that reach beyond its right edge."""
+    canvas = FigureCanvasAgg(figure)
+    legends = [legend for axes in figure.axes if (legend := axes.get_legend())]
+    for legend in legends:
+        legend.set_in_layout(False)
+    width, height = figure.get_size_inches()
+    drawn, places = figure.get_tightbbox(canvas.get_renderer()), figure.subplotpars
+    figure.subplots_adjust(
+        left=places.left + max(0.0, EDGE - drawn.x0) / width,
+        right=places.right - max(0.0, drawn.x1 - (width - EDGE)) / width,
+        bottom=places.bottom + max(0.0, EDGE - drawn.y0) / height,
+        top=places.top - max(0.0, drawn.y1 - (height - EDGE)) / height,
+    )
+    for legend in legends:
+        beyond = legend.get_window_extent(canvas.get_renderer()).x1 - figure.dpi * (width - EDGE)
+        if beyond > 0.0:
+            anchor, within = legend.get_bbox_to_anchor(), legend.axes.transAxes
+            place = within.inverted().transform((anchor.x0 - beyond, anchor.y0))
+            legend.set_bbox_to_anchor((float(place[0]), float(place[1])), transform=within)
+
+
+@styled
+def run_figure(
+    names: Sequence[str],
+    units: Sequence[str],
+    time: NDArray[np.float64],
+    values: NDArray[np.float64],
+    measured: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+    bands: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> Figure:
+    """Draw a run.
+
+    Parameters
+    ----------
+    names, units : sequence of str
+        ``unit.variable`` and physical unit of each column.
+    time : NDArray, shape (N,)
+        [s].
+    values : NDArray, shape (N, M)
+    measured : tuple of NDArray, shapes (K,) and (K, 3), optional
+        Time [s] and angles [rad] of the log that was played; drawn as far as the run goes.
+    bands : tuple of NDArray, shapes (N, M), optional
+        Low and high ends of where 95 % of many runs with varied parameters lie; drawn of the angles.
+    """
+    columns = {name: values[:, index] for index, name in enumerate(names)}
+    source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
+    rows = ([] if source is None else ["v"]) + [axis for axis in AXES if f"plant.{axis}" in columns]
+    figure, axes = canvas(7.0, 0.9 + 1.55 * len(rows), heights=[1.0] * len(rows), space=0.28)
+    for one, row in zip(axes, rows, strict=True):
+        if row == "v":
+            one.plot(*thinned(time, columns[f"{source}.v_front"]), color=AFTER, linewidth=1.0, label="v_front")
+            one.plot(*thinned(time, columns[f"{source}.v_rear"]), color=BEFORE, linewidth=1.0, label="v_rear")
+            one.set_ylabel("voltage [V]")
+            key(one, 2)
+            continue
+        if measured is not None:
+            played = measured[0] <= time[-1] + 1e-9  # two products of a step may differ by an ulp
+            line = thinned(measured[0][played], measured[1][played, AXES.index(row)])
+            one.plot(*line, color=MEASURED, linewidth=2.2, label="measured")
+        if bands is not None:
+            low, high = (thinned(time, end[:, list(names).index(f"plant.{row}")]) for end in bands)
+            one.fill(
+                [*low[0], *high[0][::-1]], [*low[1], *high[1][::-1]], color=AFTER, alpha=0.2, linewidth=0,
+                label="95 % of the runs",
+            )  # fmt: skip
+        one.plot(*thinned(time, columns[f"plant.{row}"]), color=AFTER, linewidth=1.1, label="plant")
+        one.set_ylabel(f"{row} [{unit_text(units[list(names).index(f'plant.{row}')])}]")
+    if (measured is not None or bands is not None) and len(rows) > 1:
+        key(axes[1], 3)
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].margins(x=0.01)
+    return figure

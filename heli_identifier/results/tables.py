@@ -68,10 +68,18 @@ def text_table(columns: Sequence[str], rows: Rows) -> str:
 
 
 def html_table(columns: Sequence[str], rows: Rows) -> str:
-    """Give a table as a ``<table>`` element without style, which a notebook shows in its own theme."""
-    head = "".join(f'<th scope="col">{escape(name)}</th>' for name in columns)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+    """Give a table as a ``<table>`` element; columns whose head ends in ``>`` hold numbers.
+
+    Every cell says which column it is in, so that a narrow screen can show a row as a list.
+    """
+    heads = [(escape(name.removesuffix(" >")), ' class="number"' if name.endswith(" >") else "") for name in columns]
+    head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in heads)
+    body = ""
+    for row in rows:
+        named = zip(row, heads, strict=True)
+        cells = (f'<td{kind} data-label="{name}">{escape(cell)}</td>' for cell, (name, kind) in named)
+        body += f"<tr>{''.join(cells)}</tr>"
+    return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
 KINDS = {
@@ -107,22 +115,6 @@ UNITS = {
     "horizontal": "rad", "score_needed": "nats", "operating_point": "V",
 }  # fmt: skip
 """Units of settings."""
-
-
-def summary_cards(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one card per axis: its leading error before and after, and what the axis may be used for."""
-    cards = []
-    field, what = ERRORS[diagnosis.closed_loop][1 if diagnosis.closed_loop else 0]
-    for axis, report in diagnosis.axes.items():
-        before, after = (1e3 * getattr(error, field).value for error in (report.before, report.after))
-        cards.append(
-            {
-                "label": f"{axis}, error {what.removesuffix(' [mrad]')}",
-                "value": f"{significant(before)} → {significant(after)} mrad",
-                "detail": str(report.use),
-            }
-        )
-    return cards
 
 
 def error_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
@@ -162,13 +154,6 @@ def gain_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
             }
         )
     return rows
-
-
-def gain_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give why a gain is what it is said to be and what to fly, one entry an axis."""
-    remarks = [(axis, report.why) for axis, report in diagnosis.axes.items()]
-    flights = {report.experiment: name for name, report in diagnosis.parameters.items() if report.experiment}
-    return [*remarks, *((f"to determine {BY_FIELD[name].symbol}", text) for text, name in flights.items())]
 
 
 def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
@@ -225,29 +210,6 @@ def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
             "visible": round(100.0 * min(max(entry.visibility, 0.0), 1.0)),
         }
         for entry in diagnosis.catalogue
-    ]
-
-
-def catalogue_remarks(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give the reasons of the entries that are not testable."""
-    return [
-        (effect_name(entry.name, entry.axis), entry.why)
-        for entry in diagnosis.catalogue
-        if entry.verdict == Verdict.NOT_TESTABLE
-    ]
-
-
-def data_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Give one row per log."""
-    return [
-        {
-            "file": entry.file,
-            "used_for": entry.used_for,
-            "samples": entry.samples,
-            "rate": significant(entry.rate_hz),
-            "sha256": entry.sha256,
-        }
-        for entry in diagnosis.data
     ]
 
 

@@ -1,0 +1,153 @@
+"""Figures of the report as SVG text: axes with ticks, lines, bands and points, in the colours of the page around them.
+
+A colour is a CSS variable of its role (``--after``), so that one figure serves the light theme, the dark one and print.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+from math import ceil, floor, log10
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heli_identifier.results.words import power_text
+
+Array = NDArray[np.float64]
+
+POINTS = 1500
+"""Vertices of a line on a page: above two per pixel nothing is gained but bytes."""
+
+LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 62.0, 10.0, 24.0, 40.0, 14.0
+"""Width of a letter, room around the axes and between two of them [px]."""
+
+
+@dataclass
+class Axes:
+    """One pair of axes and what is drawn in it; ``limits`` of y are those of the data where they are not given."""
+
+    y_label: str
+    height: float = 170.0
+    limits: tuple[float, float] | None = None
+    logarithmic: bool = False
+    marks: list[tuple[str, Array, Array, str, float]] = field(default_factory=list)
+    spans: list[tuple[float, float]] = field(default_factory=list)
+    labels: list[tuple[str, str]] = field(default_factory=list)
+
+    def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", width: float = 1.3) -> None:
+        """Draw a line through (x, y), thinned to what a page shows."""
+        self._add("line", *thinned(np.asarray(x, float), np.asarray(y, float)), role, label, width)
+
+    def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "") -> None:
+        """Draw a dot at every (x, y)."""
+        self._add("points", np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
+
+    def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "") -> None:
+        """Fill what lies between two curves over x."""
+        x, low, high = (np.asarray(own, float) for own in (x, low, high))
+        self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), "band", label, 0.0)
+
+    def _add(self, kind: str, x: Array, y: Array, role: str, label: str, width: float) -> None:
+        self.marks.append((kind, x, y, role, width))
+        self.labels += [(label, role)] if label else []
+
+
+def figure(panels: Sequence[Axes], x_label: str, description: str, width: float = 520.0, log_x: bool = False) -> str:
+    """Give axes from top to bottom, over one x, as an ``<svg>`` element described for those who hear it."""
+    xs = np.concatenate([x for panel in panels for _, x, *_ in panel.marks])
+    x_low, x_high = _range(xs, log_x)
+    height = TOP + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM
+    parts = [f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">']
+    inner, top, place = width - LEFT - RIGHT, TOP, LEFT
+    for label, role in dict.fromkeys(entry for panel in panels for entry in panel.labels):
+        parts.append(f'<rect x="{place:.0f}" y="6" width="14" height="6" fill="var(--{role})"/>')
+        parts.append(_text(place + 19.0, 13.0, label, "start"))
+        place += 34.0 + LETTER * len(label)
+    for panel in panels:
+        low, high = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
+        parts.append(_grid(panel, top, inner, (x_low, x_high), (low, high), log_x, panel is panels[-1]))
+        parts.append(f'<svg x="{LEFT:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
+        for start, end in panel.spans:
+            left, right = (_scaled(np.array([at]), x_low, x_high, inner, log_x)[0] for at in (start, end))
+            parts.append(f'<rect class="span" x="{left:.1f}" y="0" width="{max(right - left, 1):.1f}" height="100%"/>')
+        for kind, x, y, role, size in panel.marks:
+            px = _scaled(x, x_low, x_high, inner, log_x)
+            py = panel.height - _scaled(y, low, high, panel.height, panel.logarithmic)
+            parts.append(_mark(kind, px, np.clip(py, -1e4, 1e4), role, size))
+        parts.append("</svg>")
+        middle = top + 0.5 * panel.height
+        turned = f' transform="rotate(-90 12 {middle:g})"'
+        parts.append(_text(12.0, middle, panel.y_label, "middle", turned))
+        top += panel.height + GAP
+    parts.append(_text(LEFT + 0.5 * inner, height - 6.0, x_label, "middle"))
+    return "".join([*parts, "</svg>"])
+
+
+def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
+    """Give some ``count`` round values between two ends, and how each is written."""
+    if logarithmic:
+        powers = range(ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9) + 1)
+        return [(10.0**n, power_text(10.0**n)) for n in powers][:: max(1, len(powers) // count)]
+    rough = (high - low) / count
+    unit = 10.0 ** floor(log10(rough))
+    step = next(unit * n for n in (1, 2, 5, 10) if unit * n >= rough * 0.999)
+    decimals = max(0, -floor(log10(step) + 1e-9))
+    values = [n * step for n in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
+    return [(value, f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")) for value in values]
+
+
+def _grid(
+    panel: Axes, top: float, inner: float, x: tuple[float, float], y: tuple[float, float], log_x: bool, last: bool
+) -> str:
+    """Lines of the grid with their numbers: those of y at the left, those of x below the last axes."""
+    parts = []
+    for value, text in ticks(*y, max(2, round(panel.height / 45.0)), panel.logarithmic):
+        at = top + panel.height - _scaled(np.array([value]), *y, panel.height, panel.logarithmic)[0]
+        parts.append(f'<path class="rule" d="M{LEFT:g},{at:.1f}h{inner:g}"/>{_text(LEFT - 6.0, at + 4.0, text, "end")}')
+    for value, text in ticks(*x, max(3, round(inner / 90.0)), log_x):
+        at = LEFT + _scaled(np.array([value]), *x, inner, log_x)[0]
+        parts.append(f'<path class="rule" d="M{at:.1f},{top:g}v{panel.height:g}"/>')
+        if last:
+            parts.append(_text(at, top + panel.height + 16.0, text, "middle"))
+    return "".join(parts)
+
+
+def _mark(kind: str, x: Array, y: Array, role: str, size: float) -> str:
+    if kind == "points":
+        dots = zip(x, y, strict=True)
+        return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" fill="var(--{role})"/>' for a, b in dots)
+    path = "M" + "L".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(a + b))
+    if kind == "band":
+        return f'<path d="{path}Z" fill="var(--{role})" fill-opacity=".6"/>'
+    return f'<path d="{path}" fill="none" stroke="var(--{role})" stroke-width="{size:g}"/>'
+
+
+def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
+    known = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    if logarithmic:
+        return low, max(high, 1.01 * low)
+    room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
+    return low - room, high + room
+
+
+def _scaled(values: Array, low: float, high: float, length: float, logarithmic: bool) -> Array:
+    if logarithmic:
+        values, low, high = np.log10(np.maximum(values, 1e-300)), log10(low), log10(high)
+    return np.asarray((values - low) / (high - low) * length)
+
+
+def _text(x: float, y: float, text: str, anchor: str, more: str = "") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"{more}>{escape(text)}</text>'
+
+
+def thinned(x: Array, y: Array) -> tuple[Array, Array]:
+    """Thin a line (N,) to some :data:`POINTS` vertices: lowest and highest of every stretch, so no peak is lost."""
+    width = max(1, 2 * len(x) // POINTS)
+    if width < 3:
+        return x, y
+    count = len(x) // width
+    blocks = y[: count * width].reshape(count, width)
+    first = np.arange(count) * width
+    kept = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
+    return x[kept], y[kept]
