@@ -71,6 +71,9 @@ USES = {
 }
 """Fit for use, as the card of an axis says it."""
 
+AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead"}
+"""Errors that lead, in words."""
+
 GAINS = dict(zip(AXES, ("k_x", "k_z", "k_y"), strict=True))
 """Gain of every axis by the paper's symbol."""
 
@@ -137,7 +140,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def verdict_line(diagnosis: Diagnosis) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
-    named = [_thing(effect) for effect in diagnosis.effects if effect.in_plant]
+    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant]
     if not named:
         return f"These logs do not refute the model. {_best_change(diagnosis)}"
     more = len(named) - NAMED_IN_VERDICT
@@ -147,7 +150,8 @@ def verdict_line(diagnosis: Diagnosis) -> str:
 
 def _best_change(diagnosis: Diagnosis) -> str:
     """Say of the axis whose error really changes most by how much; and that none does."""
-    what, field = LEADING[diagnosis.closed_loop]
+    _, field = LEADING[diagnosis.closed_loop]
+    what = AHEAD[field]
     changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
     real = {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
     if not real:
@@ -157,6 +161,16 @@ def _best_change(diagnosis: Diagnosis) -> str:
     return f"On held-out logs the {axis}'s error {what} {falls} by {100.0 * abs(real[axis].value):.0f} %."
 
 
+def _with_rival(effect: FoundEffect) -> str:
+    """Name an effect, and what explains the logs as well."""
+    if not effect.alternatives:
+        return _thing(effect)
+    name, axis = effect.alternatives[0]
+    if axis == effect.axis:
+        return effect_name(f"{effect.name} or {name}", axis)
+    return f"{_thing(effect)} or {effect_name(name, axis)}"
+
+
 def _thing(effect: FoundEffect) -> str:
     title = effect_title(effect)
     return title[:1].lower() + title[1:]
@@ -164,7 +178,7 @@ def _thing(effect: FoundEffect) -> str:
 
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
-    name, (what, field) = GAINS[axis], LEADING[diagnosis.closed_loop]
+    name, (_, field) = GAINS[axis], LEADING[diagnosis.closed_loop]
     change, kind, word = report.change.get(field), "same", "unchanged"
     if change is not None and change.high < 0.0:
         kind, word = "better", "better"
@@ -182,7 +196,7 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     return {
         "axis": axis, "use": USES[report.use], "fit": report.use.name.lower(), "kind": kind,
         "change": f"{word}: {percent}" if percent else word,
-        "errors": f"error {what}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
+        "errors": f"error {AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
     }  # fmt: skip
 
 
@@ -262,7 +276,7 @@ def _left_out(diagnosis: Diagnosis) -> Iterator[str]:
             yield f"{effect_title(effect)}: found, and not in the plant: {why}."
     for effect in diagnosis.possible:
         gain = effect.left_out_gain
-        logs = "" if gain is None else f", left-out logs gain {gain:+.1f} nats".replace("-", "−")
+        logs = "" if gain is None else ", left-out logs gain " + f"{gain:+.1f} nats".replace("-", "−")
         place = "in the plant" if effect.in_plant else "not in the plant"
         score = f"score {significant(effect.score, 2)} nats{logs}"
         yield f"{effect_title(effect)}: possible, no finding; {place} ({score})."

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 POINTS = 1500
 """Vertices of a line on a page: above two per pixel nothing is gained but bytes."""
 
-LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 62.0, 10.0, 24.0, 40.0, 14.0
+LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 72.0, 20.0, 24.0, 40.0, 14.0
 """Width of a letter, room around the axes and between two of them [px]."""
 
 
