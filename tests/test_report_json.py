@@ -8,7 +8,7 @@ import pytest
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.estimate import Estimate
 from heli_identifier.results.parameters import corrected_parameters, read_parameters
-from heli_identifier.results.schema import document_text, plain
+from heli_identifier.results.schema import DiagnosisFile, document_text, plain, read_document, reference_rows
 from heli_plant.parameter_table import BY_NAME
 from heli_plant.tabulated_torque import KNOTS
 from tests.diagnosis_example import AFTER, FRICTION, adequate, example
@@ -199,3 +199,26 @@ def _named_effects_only():
     """The example with dry friction alone, the effect that its plant holds."""
     whole = example()
     return replace(whole, effects=whole.effects[:1])
+
+
+@pytest.mark.parametrize("made", [example, adequate])
+def test_a_diagnosis_is_read_back_by_the_schema_that_wrote_it_and_a_damaged_entry_is_named(made, tmp_path):
+    file, document = tmp_path / "diagnosis.json", made().to_dict()
+    file.write_text(document_text(document))
+    assert plain(read_document(file, DiagnosisFile)) == document
+    document["error"]["pitch"]["after"]["prediction_1s_rad"] = "small"
+    file.write_text(document_text(document))
+    with pytest.raises(ConfigurationError, match="error.pitch.after.prediction_1s_rad = 'small': expected `float | null`"):
+        read_document(file, DiagnosisFile)
+
+
+def test_every_key_of_a_document_is_on_the_reference_page():
+    keys = dict(reference_rows(DiagnosisFile))
+    assert set(example().to_dict()) <= set(keys)
+    assert "error.<name>.after" in keys and keys["effects[].score"]
+
+
+def test_the_use_of_an_axis_stands_in_both_documents_in_the_same_words():
+    document, parameters = example().to_dict(), corrected_parameters(example()).to_dict()
+    for axis, entry in document["use"].items():
+        assert parameters["expected"][axis]["use"] == entry["use"]

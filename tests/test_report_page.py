@@ -121,7 +121,8 @@ def test_the_first_experiment_is_the_one_that_settles_most():
 
 
 def test_faults_of_the_logs_and_remarks_stand_before_the_details():
-    page = report_page(replace(example(), faults=(LogFault("late", "pitch", "A late column.", advice="Fix it."),)), "rig")
+    late = LogFault("late", "pitch", "A late column.", advice="Fix it.")
+    page = report_page(replace(example(), faults=(late,)), "rig")
     assert page.index("A late column. Fix it.") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
 
 

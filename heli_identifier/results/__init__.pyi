@@ -50,6 +50,7 @@ __all__ = [
     "possible_rows",
     "read_document",
     "read_parameters",
+    "reference_rows",
     "run_figure",
     "several",
     "shades",
@@ -72,7 +73,16 @@ from .folder import RESULTS, START, build, check_free_run, whole_folder, write_r
 from .looking import Look, look
 from .parameters import PLANT, ParameterSet, corrected_parameters, drawn_values, plant_values, read_parameters
 from .report import notebook_view
-from .schema import DiagnosisFile, ParametersFile, diagnosis_file, document_text, estimate_entry, plain, read_document
+from .schema import (
+    DiagnosisFile,
+    ParametersFile,
+    diagnosis_file,
+    document_text,
+    estimate_entry,
+    plain,
+    read_document,
+    reference_rows,
+)
 from .simulation import Simulation, several, simulate, started
 from .style import (
     AFTER,

@@ -605,16 +605,20 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
     raise AssertionError("a document was refused whose entries are all accepted")
 
 
-def reference_rows(kind: type[msgspec.Struct], above: str = "") -> Iterator[tuple[str, str]]:
-    """Give every key of a document, those of its parts after a point, and what it holds."""
+def reference_rows(kind: type[msgspec.Struct]) -> Iterator[tuple[str, str]]:
+    """Give every key of a document, those of its parts after a point, and what it holds; a kind of part once."""
+    yield from _rows(kind, "", {EstimateEntry, Figure, ErrorIntervals, EffectKey, ExpectedFigure})
+
+
+def _rows(kind: type[msgspec.Struct], above: str, told: set[type]) -> Iterator[tuple[str, str]]:
     for name, hint in get_type_hints(kind, include_extras=True).items():
-        text = next((own for own in getattr(hint, "__metadata__", ()) if isinstance(own, str)), "")
+        said = [own for own in getattr(hint, "__metadata__", ()) if isinstance(own, str)]
         part, mark = _part(hint)
-        if not text and part:
-            text = (part.__doc__ or "").rstrip(".")
-        yield f"{above}{name}", text
-        if part and part not in (EstimateEntry, Figure, ErrorIntervals, EffectKey, ExpectedFigure) or above == "":
-            yield from reference_rows(part, f"{above}{name}{mark}.") if part else ()
+        fields = f"; {', '.join(f'`{own}`' for own in part.__struct_fields__)}" if part in told and part else ""
+        yield f"{above}{name}", (said[0] if said else (part.__doc__ or "").rstrip(".") if part else "") + fields
+        if part and part not in told:
+            told.add(part)
+            yield from _rows(part, f"{above}{name}{mark}.", told)
 
 
 def _part(hint: Any) -> tuple[type[msgspec.Struct] | None, str]:
