@@ -276,11 +276,12 @@ def with_own_spread(fitted: Fit) -> Fit:
     (nu, s), a step of the EM algorithm (Dempster, Laird and Rubin 1977); what the logs have in common is none of their
     own, and a plant has to name it.
     """
-    nu, s = OWN_PRIOR
+    nu, *s = OWN_PRIOR
     a, own = len(fitted.likelihood.rig.axes), fitted.point.own
     squares = (own - own.mean(0)) ** 2 + fitted.quadratic.variance
-    tau = np.sqrt((nu * s**2 + squares.sum(0)) / (nu + len(own) - 1))
-    return fit(replace(fitted.likelihood, torque_width=tau[:a], gain_width=tau[3 * a :]), fitted.fields, fitted)
+    torque, gain = (np.sqrt((nu * size**2 + squares[:, part].sum(0)) / (nu + len(own) - 1))
+                    for size, part in zip(s, (slice(0, a), slice(3 * a, None)), strict=True))  # fmt: skip
+    return fit(replace(fitted.likelihood, torque_width=torque, gain_width=gain), fitted.fields, fitted)
 
 
 def covariance(fitted: Fit) -> Array:

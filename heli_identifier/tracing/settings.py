@@ -84,8 +84,9 @@ COARSE = 60.0
 SCAN_GAIN = 0.5
 """Fall of F [nats] that makes a fit go on from another air."""
 
-OWN_PRIOR = (2.0, 0.01)
-"""Degrees of freedom and size of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains."""
+OWN_PRIOR = (2.0, 0.01, 0.003)
+"""Degrees of freedom, and sizes of what is known beforehand of the spread of the logs' torques [rad/s^2] and gains: a
+good supply repeats itself to .3 %."""
 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag: half of the lag that is given."""
