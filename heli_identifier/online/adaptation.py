@@ -105,29 +105,10 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
 
 
 def measure(factor, omega, phi, y, noise, forgetting, direction):
-    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; return sigma before it, and s.
+    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place.
 
-    Parameters
-    ----------
-    factor : mutable sequence, length n (n + 1) / 2
-        U and D of Gamma.
-    omega : mutable sequence, length n
-        Parameters Omega.
-    phi : sequence, length n
-        Regressors.
-    y : float
-        Regressand.
-    noise, forgetting : float
-        r [1/s] and beta [1].
-    direction : mutable sequence, length n
-        Scratch; holds Gamma phi afterwards.
-
-    Returns
-    -------
-    sigma : float
-        Adaptation error y - phi^T Omega, with Omega before the measurement.
-    s : float
-        r + phi^T Gamma phi, with Gamma before it [1/s].
+    ``noise`` is r [1/s], ``forgetting`` beta [1]; ``direction``, of length n, holds Gamma phi afterwards. Returns sigma
+    with Omega before the measurement, and s = r + phi^T Gamma phi [1/s] with Gamma before it.
     """
     n = len(phi)
     sigma = y
@@ -194,21 +175,10 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     """
     beta, noise, interval, restoring_noise = coefficients
     sigma, _ = measure(factor, omega, phi, y, noise, beta, direction)
-    restore(factor, len(phi), count, interval, restoring_noise, direction)
-    return sigma
-
-
-def restore(factor, n, count, interval, restoring_noise, direction):
-    """Give one direction of Gamma back the information that the gain limit holds, in place, if its turn has come.
-
-    ``n`` is the number of parameters; the other arguments are those of :func:`adapt` and :func:`measure`.
-    """
     index = count % interval
-    if index < n and restoring_noise < inf:
-        nowhere = [0.0] * n
-        unit_vector = [0.0] * n
-        unit_vector[index] = 1.0
-        measure(factor, nowhere, unit_vector, 0.0, restoring_noise, 1.0, direction)
+    if index < len(phi) and restoring_noise < inf:
+        measure_one(factor, omega, index, omega[index], restoring_noise)
+    return sigma
 
 
 def loosen(factor, index, variance):

@@ -107,18 +107,9 @@ def watch_error(f: Feedback, sigma: float, voltage: float, count: int, c: Feedba
 
 
 def watch_innovation(f: Feedback, e: float, voltage: float, count: int, c: FeedbackCoefficients) -> Feedback:
-    """Return ``f`` after a sample.
+    """Return ``f`` after a sample with innovation ``e`` [rad/s^2]; ``voltage`` [V] is held from it on.
 
-    Parameters
-    ----------
-    f : Feedback
-    e : float
-        Innovation [rad/s^2].
-    voltage : float
-        Voltage that is held from this sample on [V].
-    count : int
-        Numbers the samples from 0.
-    c : FeedbackCoefficients
+    ``count`` numbers the samples from 0.
     """
     memory, last, e1, e2, block, filled, total, squares = f
     if count < c.rest:
@@ -191,16 +182,8 @@ def add_regressors(
 ) -> Outside:
     """Return the state after a sample whose products are taken.
 
-    Parameters
-    ----------
-    o : Outside
-    psi : sequence, length n
-        Whitened regressors, known before the sample.
-    innovations : float
-        Sum of those since the last products, this sample's not among them, of intensity 1.
-    kept : float
-        Share of the earlier products that is kept [1].
-    c : OutsideCoefficients
+    ``psi`` are the whitened regressors, known before the sample; ``innovations`` the sum of those since the last
+    products, this sample's not among them, of intensity 1; ``kept`` the share of the earlier products [1].
     """
     x_1, x_2, x_3, x_4 = o.filtered
     a = c.pole

@@ -171,23 +171,10 @@ def standard_errors(
     interval: float,
     whitened: bool = False,
 ) -> tuple[float, ...]:
-    """Return the standard error of each combination j^T Omega.
+    """Return the standard error of each of the ``combinations`` j^T Omega.
 
-    Parameters
-    ----------
-    m : Moments
-        Of z = (phi, candidates, y).
-    gain : list of lists, shape (n, n)
-        Gamma.
-    omega : tuple, length n
-    combinations : tuple of tuples, each of length n
-        The rows j.
-    alpha : float
-        Forgetting [1/s].
-    interval : float
-        Time [s] that each sample in ``m`` stands for.
-    whitened : bool
-        Whether the residual is white with intensity 1, so that Gamma is the covariance: the larger of both is taken.
+    ``gain`` is Gamma by rows, ``alpha`` [1/s] the forgetting, ``interval`` [s] the time that each sample stands for.
+    ``whitened``: the residual is white with intensity 1, so that Gamma is the covariance; the larger of both is taken.
     """
     n = len(omega)
     directions = [[dot(j, column) for column in gain] for j in combinations]

@@ -156,23 +156,11 @@ def predict_axis(
     a: AdaptationCoefficients,
     b: tuple[float, ...] = (),
 ) -> tuple[AxisState, PredictorState]:
-    """Return axis and predictor after one sample.
+    """Return axis and predictor after the sample ``z`` = (phi, watched, y), the one numbered ``count`` from 0.
 
-    Parameters
-    ----------
-    axis : AxisState
-        Its ``omega`` ends with nu; its ``sums`` are those of the products of (psi, -d, -g, watched, y), packed.
-    p : PredictorState
-    z : tuple
-        (phi, watched, y); the first column of phi is minus the filtered rate and, where there are more than two, the
-        second one minus the filtered angle.
-    count : int
-        Numbers the steps from 0.
-    c : PredictorCoefficients
-    a : AdaptationCoefficients
-        Forgetting.
-    b : tuple
-        Instruments (:mod:`.instruments`); empty while no reference has moved.
+    Omega ends with nu; the axis' sums are those of the products of (psi, -d, -g, watched, y), packed. The first column
+    of phi is minus the filtered rate and, where there are more than two, the second one minus the filtered angle. ``b``
+    are the instruments (:mod:`.instruments`), empty while no reference has moved.
     """
     # Taken apart once: the interpreter inside an FMU reads a tuple's field by name at several times a local's cost.
     before, past, w, outside, waiting, first, prior, instruments = p

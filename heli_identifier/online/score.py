@@ -60,21 +60,10 @@ def projection(moments: list[float], size: int, n: int, column: int) -> list[flo
 def scores(
     m: Moments, n: int, candidates: int, alpha: float, interval: float, whitened: bool = False
 ) -> tuple[Score, ...]:
-    """Return the score of each candidate.
+    """Return the score of each candidate from ``n`` base regressors.
 
-    Parameters
-    ----------
-    m : Moments
-        Of z = (phi, candidates, y).
-    n, candidates : int
-        Numbers of base regressors and of candidates.
-    alpha : float
-        Forgetting [1/s].
-    interval : float
-        Time [s] that each sample stands for.
-    whitened : bool
-        Whether the residual is white with intensity 1, so that c has the standard error <g_p, g_p>^-1/2 as well: the
-        larger of both is taken.
+    ``alpha`` [1/s] is the forgetting, ``interval`` [s] the time that each sample stands for. ``whitened``: the residual
+    is white with intensity 1, so that c has the standard error <g_p, g_p>^-1/2 as well; the larger of both is taken.
     """
     size = n + candidates + 1
     weights, blocks = weighted_blocks(m, alpha, interval)

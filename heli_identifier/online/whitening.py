@@ -113,17 +113,7 @@ def filter_polynomial(omega: float, rho: float, h: float) -> tuple[float, float]
 
 
 def whitening(log_bandwidth: float, log_corner: float, f1: float, f2: float, h: float) -> Whitening:
-    """Return G.
-
-    Parameters
-    ----------
-    log_bandwidth, log_corner : float
-        ln omega_o and ln gamma, both of rad/s.
-    f1, f2 : float
-        Of A_F, by :func:`filter_polynomial`.
-    h : float
-        Sampling period [s].
-    """
+    """Return G from ln omega_o and ln gamma, both of rad/s, ``f1`` and ``f2`` of A_F and the period ``h`` [s]."""
     x, corner = h * exp(log_bandwidth), h * exp(log_corner)
     kept = exp(-corner)
     p, r = exp(-x), exp(-0.5 * x)
@@ -134,23 +124,9 @@ def whitening(log_bandwidth: float, log_corner: float, f1: float, f2: float, h: 
     c_s = -0.5 * x * c - 2.0 * r * _OBLIQUE * x * sin(_OBLIQUE * x)
     q1 = o1 + kept
     q2 = o2 + kept * q1
-    return Whitening(
-        f1,
-        f2,
-        q1,
-        q2,
-        o3 + kept * q2,
-        o1,
-        o2,
-        o3,
-        -(p_s + c_s),
-        p_s * c + p * c_s + rr_s,
-        -(p_s * rr + p * rr_s),
-        kept,
-        corner * kept,
-        log_bandwidth,
-        log_corner,
-    )
+    s1, s2, s3 = -(p_s + c_s), p_s * c + p * c_s + rr_s, -(p_s * rr + p * rr_s)
+    r = o3 + kept * q2
+    return Whitening(f1, f2, q1, q2, r, o1, o2, o3, s1, s2, s3, kept, corner * kept, log_bandwidth, log_corner)
 
 
 def settled_memory(value: float, w: Whitening) -> Memory:
@@ -280,18 +256,10 @@ def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
 
 
 def remember(n: NoiseModel, e: float, certain: float, d: float, c: NoiseCoefficients) -> NoiseModel:
-    """Return the noise model after an innovation.
+    """Return the noise model after the innovation ``e`` [rad/s^2].
 
-    Parameters
-    ----------
-    n : NoiseModel
-    e : float
-        The innovation [rad/s^2].
-    certain : float
-        Share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi).
-    d : float
-        By :func:`bandwidth_slope`, 0 while nu rests.
-    c : NoiseCoefficients
+    ``certain`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
+    ``d`` its derivative by :func:`bandwidth_slope`, 0 while nu rests.
     """
     variance, seen, e1, e2, _, d1, d2, _ = n
     e *= sqrt(certain)
