@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
 from heli_identifier.cli.terminal import print_diagnosis
-from heli_identifier.online.estimate import Estimate
+from heli_identifier.online.settings import Estimate
 from heli_identifier.records import demo_logs, read_log
 from heli_identifier.tracing import identify_plant, sign_notes
 from heli_identifier.tracing.diagnose import _base

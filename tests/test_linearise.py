@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.estimate import Estimate
+from heli_identifier.online.settings import Estimate
 from heli_identifier.results.parameters import (
     Covariance,
     ParameterSet,

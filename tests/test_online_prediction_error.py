@@ -26,8 +26,7 @@ from heli_identifier.online import (
     step,
     thawed_state,
 )
-from heli_identifier.online.adaptation import initial_factor, kept_early, loosen, measure
-from heli_identifier.online.axis import initial_axis
+from heli_identifier.online.adaptation import initial_axis, initial_factor, kept_early, loosen, measure
 from heli_identifier.online.prediction_error import first_predictor, predict_axis, with_noise
 from heli_identifier.online.whitening import (
     BANDWIDTH_PRIOR,

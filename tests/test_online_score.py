@@ -12,14 +12,16 @@ import heli_identifier
 from heli_identifier.online import WATCHABLE, IdentifierSettings, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.moments import add_sample, moment_coefficients, no_moments
-from heli_identifier.online.score import NOTHING, projection, scores
 from heli_identifier.online.signals import advance_signals, settled_signals
 from heli_identifier.online.watch import (
+    NOTHING,
     Motion,
     advance_watch,
     candidate,
     candidate_value,
+    projection,
     rate,
+    scores,
     settled_watch,
     watch_coefficients,
 )

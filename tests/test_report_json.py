@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.online.estimate import Estimate
+from heli_identifier.online.settings import Estimate
 from heli_identifier.results.parameters import corrected_parameters, read_parameters
 from heli_identifier.results.schema import DiagnosisFile, document_text, plain, read_document, reference_rows
 from heli_plant.parameter_table import BY_NAME

@@ -6,16 +6,24 @@ where a controller closes the loop. The excitation signals have a door of their 
 :mod:`heli_identifier.online.excitation`.
 """
 
-from .adaptation import adapt, gain_matrix
-from .axis import AxisState
-from .estimate import Estimate, ModelParameters, determined
+from .adaptation import AxisState, adapt, gain_matrix
 from .identifier import Sampled, begin_sampling, combinations, is_due, start, step, take_sample, take_samples
 from .instruments import CONTRADICTION, GAINS
 from .linear_algebra import total
 from .loop import CLOSED, is_closed, shares
 from .prediction_error import PredictorState, noise_of
-from .score import Score
-from .settings import ADAPTATION, METHODS, PREDICTION_ERROR, IdentifierSettings, Plan, default_settings, prepare
+from .settings import (
+    ADAPTATION,
+    METHODS,
+    PREDICTION_ERROR,
+    Estimate,
+    IdentifierSettings,
+    ModelParameters,
+    Plan,
+    default_settings,
+    determined,
+    prepare,
+)
 from .signals import (
     advance_signals,
     elevation_regression,
@@ -32,7 +40,7 @@ from .state import (
     output_of,
     thawed_state,
 )
-from .watch import WATCHABLE, Candidate, Motion, candidate, candidate_value
+from .watch import WATCHABLE, Candidate, Motion, Score, candidate, candidate_value
 from .whitening import Noise
 
 __all__ = [

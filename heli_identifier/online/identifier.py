@@ -18,8 +18,7 @@ from typing import NamedTuple
 
 from heli_plant.motor import saturate
 
-from .adaptation import kept_early
-from .axis import AxisState, adapt_axis, evaluate_axis, initial_axis, observe_axis, observe_products
+from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, kept_early, observe_axis, observe_products
 from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references, have_moved
 from .linear_algebra import hypotenuse
 from .loop import Feedback, first_feedback, watch_error, watch_innovation, widened

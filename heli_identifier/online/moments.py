@@ -1,7 +1,7 @@
 """Second moments of an axis' signals in blocks of time; standard errors, excitation and scores follow from them.
 
 With z = (phi, candidates, y) the signals of one regression, a block holds the sum of z z^T over its samples, each a
-mean of z over .2/omega_f (:mod:`.axis` says why). From the blocks alone follow, for any Omega, the sums of
+mean of z over .2/omega_f (:mod:`.adaptation` says why). From the blocks alone follow, for any Omega, the sums of
 phi (y - phi^T Omega) over each of them, and so the variance of the estimate under autocorrelated residuals.
 
 The number of blocks stays between half of ``CAPACITY`` and ``CAPACITY``: when it is full, neighbours are merged and

@@ -29,8 +29,7 @@ from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, kept_early, loosen, measure, measure_one
-from .axis import AxisState
+from .adaptation import AdaptationCoefficients, AxisState, kept_early, loosen, measure, measure_one
 from .instruments import Instruments, add_signals, no_instruments
 from .loop import Outside, OutsideCoefficients, add_regressors, nothing_outside
 from .moments import no_moments

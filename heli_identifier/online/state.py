@@ -9,16 +9,14 @@ from math import atan2, copysign, sqrt
 from types import NoneType, UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
-from .axis import AxisState
-from .estimate import ModelParameters
+from .adaptation import AxisState
 from .instruments import References, contradicts
 from .linear_algebra import hypotenuse
 from .loop import Feedback, feedback_score
 from .prediction_error import PredictorState
-from .score import NOTHING, Score
-from .settings import Plan
+from .settings import ModelParameters, Plan
 from .signals import LagState, Signals
-from .watch import WatchState
+from .watch import NOTHING, Score, WatchState
 
 Predictors = tuple[PredictorState | None, PredictorState | None, PredictorState | None]
 """Of pitch, elevation and travel; None where the method is the adaptation."""

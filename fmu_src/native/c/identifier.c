@@ -69,7 +69,7 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
         unit->values[REF_a_wx + i].real = estimates[i];
         unit->values[REF_standard_error_a_wx + i].real = errors[i];
         const char *physical = VARIABLES[REF_a_wx + i].physical_unit;
-        unit->values[REF_determined_a_wx + i].real = estimate_determined(estimates[i], errors[i], physical);
+        unit->values[REF_determined_a_wx + i].real = settings_determined(estimates[i], errors[i], physical);
     }
     const double sigma[AXES] = {output->sigma.x0, output->sigma.x1, output->sigma.x2};
     const double feedback[AXES] = {output->feedback.x0, output->feedback.x1, output->feedback.x2};
