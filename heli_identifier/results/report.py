@@ -158,7 +158,7 @@ def _best_change(diagnosis: Diagnosis) -> str:
         return f"On held-out logs no axis's error {what} changes by more than its interval."
     axis = max(real, key=lambda name: abs(real[name].value))
     falls = "falls" if real[axis].value < 0.0 else "rises"
-    return f"On held-out logs the {axis}'s error {what} {falls} by {100.0 * abs(real[axis].value):.0f} %."
+    return f"On held-out logs the {axis}'s error {what} {falls} by {_percent(abs(real[axis].value))[1:]}."
 
 
 def _with_rival(effect: FoundEffect) -> str:
@@ -201,7 +201,8 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:+.0f} %".replace("-", "−")
+    """Give a share in per cent, below ten with a decimal: +0.7 % is not +1 % and not nothing."""
+    return f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %".replace("-", "−")
 
 
 def _overlay(diagnosis: Diagnosis) -> str:

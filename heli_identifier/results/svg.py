@@ -15,8 +15,8 @@ from heli_identifier.results.words import power_text
 
 Array = NDArray[np.float64]
 
-POINTS = 1500
-"""Vertices of a line on a page: above two per pixel nothing is gained but bytes."""
+POINTS = 1000
+"""Vertices of a line on a page: one a pixel of the widest figure."""
 
 LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 72.0, 20.0, 24.0, 40.0, 14.0
 """Width of a letter, room around the axes and between two of them [px]."""
