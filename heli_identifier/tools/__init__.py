@@ -1,14 +1,14 @@
 """What people do with logs and plants beside a diagnosis.
 
 ================  =====================================================================================
-`identify`        the on-line identifier over whole logs
-`linear_model`    the plant at an operating point as a linear system
+`identification`  the on-line identifier over whole logs; `joint`: all logs together
+`linearisation`   the plant at an operating point as a linear system
 `loop`, `pid`     the PID around it: margins over all plants that the data allow, retuned gains
 `experiment`      the excitation that would show an effect, or separate two
 `flight`          what to add to a flight under the controller
 `fleet`           several rigs of one make together; `meta_analysis` has the mean, `fleet_page` the page
-`campaign`        many diagnoses on many machines; `campaign_rows` has what is written, `campaign_truth` what is true
-`rig_folders`     the folders of logs that both take, one for each rig
+`campaign`        many diagnoses on many machines; `campaign_rows` has what is written
+`rigs`            rigs of both, where their logs come from, and what is true of them
 ================  =====================================================================================
 
 The stub beside this file lists what other rooms may use; each name is loaded when it is first used.
