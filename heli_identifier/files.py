@@ -71,7 +71,9 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        present = target.stat() if target.exists() else None
+        present = None
+        with suppress(FileNotFoundError, NotADirectoryError):
+            present = target.stat()  # what stands at the end of all links; a link to itself is an error
         if present is None or (stat.S_ISREG(present.st_mode) and not _is_standard_output(present)):
             _replace(Path(os.path.realpath(target)), present, data)
         else:
