@@ -4,7 +4,7 @@ from typing import Any
 
 from heli_identifier.results import DiagnosisFile, ParametersFile, reference_rows
 
-FILES = {"<!-- diagnosis.json -->": DiagnosisFile, "<!-- parameters.json -->": ParametersFile}
+FILES: dict[str, Any] = {"<!-- diagnosis.json -->": DiagnosisFile, "<!-- parameters.json -->": ParametersFile}
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:
