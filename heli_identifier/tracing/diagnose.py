@@ -1,12 +1,13 @@
 """A diagnosis of measured data: the identified plant, stated, and compared with the model before on held-out logs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from time import perf_counter
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from heli_identifier.chain import BENDING
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log, check_apart, check_excitation, common_configuration
@@ -16,9 +17,10 @@ from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, 
 from .fit import Fit, covariance, fit
 from .held_out import Judge, compare
 from .helicopter import LAG_FIELD
-from .identification import Identification, Progress, identify_plant
+from .identification import FAULT_EFFECTS, Identification, Progress, identify_plant
 from .references import References
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
+from .select import Finding
 from .settings import NAMED, SETTLING, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
@@ -152,7 +154,7 @@ def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[Foun
     """Give what is established and what is possible, strongest first."""
     after, C, gains = found.plant, found.covariance, found.left_out_gains
     named = [
-        found_effect(own, after, C, gains, gains.get(own.effect.field, 1.0) > 0.0)
+        found_effect(_with_rivals(own, found), after, C, gains, gains.get(own.effect.field, 1.0) > 0.0)
         for own in found.selection.findings if own.effect.fault is None
     ]  # fmt: skip
     late = found.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
@@ -162,6 +164,18 @@ def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[Foun
         tuple(own for own in stated if own.verdict is not Verdict.POSSIBLE),
         tuple(own for own in stated if own.verdict is Verdict.POSSIBLE),
     )
+
+
+def _with_rivals(finding: Finding, found: Identification) -> Finding:
+    """Name beside a bending of the arm an angle that is late, where a controller flew.
+
+    Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
+    likelihood does not decide between the two.
+    """
+    if finding.effect.family not in BENDING or not found.references.closed_loop or not finding.established:
+        return finding
+    late = tuple(e for e in FAULT_EFFECTS if (e.name, e.axis) == ("late", finding.effect.axis))
+    return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
 def _verdict(effects: Sequence[FoundEffect]) -> RigVerdict:
