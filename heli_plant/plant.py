@@ -3,16 +3,22 @@
 The motors of eq. (9) are advanced exactly, so their voltages at the step's start, middle and end are known before
 the mechanical stages run. Whatever stays the same over the step is computed once, before the stages. A unit runs
 this source for its own parameter set (:mod:`heli_plant.specialised`), a diagnosis runs it compiled.
+
+The bending of the arm is a mode that the rotors drive, so it takes its own Runge-Kutta step beside that of the axes;
+its law is :mod:`heli_plant.effects.arm_bending`.
+
+The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
+mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between the
+ends of its travel; over one integration step it counts as standing where it arrives.
 """
 
-from .ado import ado_acceleration, mass_after
-from .bending import bending_at_rest, bending_step
 from .delay import mean_held
 from .general_model import general_accelerations
 from .laws import (
     added_elevation,
     added_pitch,
     added_travel,
+    bending_acceleration,
     bends,
     input_delay,
     motor_input,
@@ -20,10 +26,20 @@ from .laws import (
     switched_on,
     thrust_voltages,
 )
-from .motor import kept, toward
+from .motor import kept, saturate, toward
 from .parameters import PlantParameters
 from .simplified_model import simplified_accelerations
 from .state import PlantState
+
+
+def mass_after(position: float, command: float, h: float, p: PlantParameters) -> float:
+    """Position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
+    return position + saturate(saturate(command, p.ado_travel) - position, p.ado_speed * h)
+
+
+def ado_acceleration(elevation: float, mass_position: float, p: PlantParameters) -> float:
+    """Elevation acceleration [rad/s^2] by the mass at ``mass_position`` [m]."""
+    return -(p.ado_offset + p.ado_stiffness * elevation) * mass_position
 
 
 def accelerations(
@@ -74,6 +90,27 @@ def accelerations(
     if on_travel:
         a_la += added_travel(t, th, ep, la, w_th, w_ep, w_la, mu_sum, mu_diff, cable_rest, p)
     return a_th, a_ep, a_la
+
+
+def bending_step(
+    q: float, w: float, s0: float, s1: float, s2: float, h: float, p: PlantParameters
+) -> tuple[float, float]:
+    """Return q [rad] and q' [rad/s] after ``h`` [s], from ``q`` and ``w`` under mu_s [V] at start, middle and end."""
+    hh = 0.5 * h
+    a0 = bending_acceleration(q, w, s0, p)
+    w1 = w + hh * a0
+    a1 = bending_acceleration(q + hh * w, w1, s1, p)
+    w2 = w + hh * a1
+    a2 = bending_acceleration(q + hh * w1, w2, s1, p)
+    w3 = w + h * a2
+    a3 = bending_acceleration(q + h * w2, w3, s2, p)
+    return q + h / 6.0 * (w + 2.0 * (w1 + w2) + w3), w + h / 6.0 * (a0 + 2.0 * (a1 + a2) + a3)
+
+
+def bending_at_rest(mu_sum: float, p: PlantParameters) -> float:
+    """Deflection [rad] at which the mode rests under ``mu_sum`` [V]: the law is linear in q, so two values tell."""
+    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)
+    return at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))
 
 
 def step(

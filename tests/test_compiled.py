@@ -8,8 +8,7 @@ from textwrap import dedent
 import numpy as np
 import pytest
 
-from heli_plant.code_cache import cache_folder
-from heli_plant.compiled import PARAMETER_DTYPE, compiled, compiled_for, parameter_record
+from heli_plant.compiled import PARAMETER_DTYPE, cache_folder, compiled, compiled_for, parameter_record
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import PlantError
 from heli_plant.laws import added_pitch, thrust_voltages

@@ -8,10 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from heli_plant.ado import mass_after
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import accelerations, measured_angles, rigid_start, step
+from heli_plant.plant import accelerations, mass_after, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 

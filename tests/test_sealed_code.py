@@ -1,4 +1,4 @@
-"""Machine code is kept sealed, whoever compiles it: nothing that numba would unpickle lies about unsealed."""
+"""Machine code is kept in the folder of the user alone: numba itself would keep it beside the sources."""
 
 import re
 from pathlib import Path
