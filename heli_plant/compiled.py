@@ -7,11 +7,11 @@ fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`param
 numba's disk cache notices a change in a function's own file only, not in what the function calls or names; the folder
 of a function is therefore named by the content of everything that takes part. numba unpickles what it finds there, so
 whoever can write there can run code: the folder has to belong to the user, and nobody else may write to it. It stands
-in ``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``, or else, where that cannot be used, in one that is removed when
-the process ends. What a full disk or another library has damaged is dropped and compiled again.
+in ``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``, or else, where that cannot be used, in one that is removed
+when the process ends. What a full disk or another library has damaged is dropped and compiled again.
 
-Two thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python calls a
-function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
+Two thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python
+calls a function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
 """
 
 import atexit
@@ -235,8 +235,8 @@ def cache_folder() -> Path:
             ) from problem
         if not _is_private(folder):
             raise PlantError(
-                f"compiled code cannot be kept in {named}: others can write to it, so what is loaded need not be yours; "
-                f"set {VARIABLE} to a folder of your own (chmod go-w)"
+                f"compiled code cannot be kept in {named}: others can write to it, so what is loaded need not be "
+                f"yours; set {VARIABLE} to a folder of your own (chmod go-w)"
             )
         return folder
     with suppress(RuntimeError, OSError):  # there is no home, or it cannot be written

@@ -8,8 +8,8 @@ The bending of the arm is a mode that the rotors drive, so it takes its own Rung
 its law is :mod:`heli_plant.effects.arm_bending`.
 
 The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
-mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between the
-ends of its travel; over one integration step it counts as standing where it arrives.
+mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between
+the ends of its travel; over one integration step it counts as standing where it arrives.
 """
 
 from .delay import mean_held
