@@ -11,7 +11,7 @@ in ``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``, or else, where that ca
 when the process ends. What a full disk or another library has damaged is dropped and compiled again.
 
 Two thirds of a cold start go into Python's side of numba, a fixed share of that into the wrappers by which Python
-calls a function: only the function that is asked for gets them (and a place in the cache), the functions it calls do not.
+calls a function: only the function that is asked for gets them (and a place in the cache), those it calls do not.
 """
 
 import atexit

@@ -19,12 +19,12 @@ from .signals import LagCoefficients, SignalCoefficients, lag_coefficients
 from .state_filter import FilterCoefficients, discretise
 from .watch import WatchCoefficients, candidate, watch_coefficients
 from .whitening import (
+    ANY_ROOM,
     BANDWIDTH_CHANGE,
     BANDWIDTHS,
     CORNER_CHANGE,
     CORNERS,
     NEWEST,
-    WINDY,
     Noise,
     filter_polynomial,
     noise_coefficients,
@@ -176,7 +176,7 @@ class IdentifierSettings:
     watched: tuple[tuple[str, str], ...] = ()
     method: str = ADAPTATION
     lag_known: bool = False
-    noise: tuple[Noise, Noise, Noise] = WINDY
+    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")

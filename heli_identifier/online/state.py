@@ -6,7 +6,7 @@ reads into the same state again, exact to the bit: the annotations of a NamedTup
 
 from functools import cache
 from math import atan2, copysign, sqrt
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from .adaptation import AxisState
@@ -93,7 +93,7 @@ def frozen_state(state: Any) -> Any:
 def thawed_state(saved: Any, kind: Any) -> Any:
     """Return the state of type ``kind``, a NamedTuple, tuple or list, that was saved as lists."""
     if get_origin(kind) in (Union, UnionType):  # X | None
-        (kind,) = (one for one in get_args(kind) if one is not NoneType)
+        (kind,) = (one for one in get_args(kind) if one is not type(None))
     if saved is None or not isinstance(saved, tuple | list):
         return saved
     if hasattr(kind, "_fields"):

@@ -155,8 +155,9 @@ def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[
 BANDWIDTHS, CORNERS = (2.0, 40.0), (0.05, 5.0)
 """Bounds of omega_o and gamma [rad/s]."""
 
-BANDWIDTH_PRIOR, CORNER_PRIOR = 0.4, 0.7
-"""Standard deviations of ln omega_o and ln gamma before the first sample: factors of 1.5 and 2."""
+BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
+"""Standard deviations of ln omega_o and ln gamma before the first sample: factors of 2.7, which reaches a rig without
+air as well as a stirred one, and of 2."""
 
 BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
 """Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
@@ -191,8 +192,8 @@ class Noise(NamedTuple):
     corner: float = 1.0
 
 
-WINDY = Noise(20.0, 2.5), Noise(15.0, 2.5), Noise(12.0, 2.5)
-"""Where pitch, elevation and travel begin."""
+ANY_ROOM = Noise(10.0, 1.6)
+"""Where every axis begins: between the air of a calm room (7 and 1 rad/s) and that of measured rigs (15 and 2.5)."""
 
 
 class NoiseCoefficients(NamedTuple):

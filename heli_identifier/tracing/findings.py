@@ -89,7 +89,7 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out: Mapping[str,
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in finding.alternatives),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
-        max(finding.score.score, finding.family_score if finding.leads else 0.0), experiment, in_plant,
+        finding.stated, experiment, in_plant,
         left_out.get(effect.field), _together(finding, fitted),
     )  # fmt: skip
 
@@ -106,7 +106,7 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
             )
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(
-                LogFault(fault.name, fault.channel, words, size, finding.score.score, others, fault.advice)
+                LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice)
             )
     return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
 
@@ -171,7 +171,7 @@ def _verdict(selection: Selection, effect: Effect, stated: FoundEffect | None) -
     if stated is not None:
         return CatalogueVerdict(
             effect.name, effect.axis, stated.verdict, stated.coefficient or estimate, stated.score, visibility,
-            _bound(effect, stated.coefficient or estimate), asked, stated.experiment,
+            _bound(effect, stated.coefficient or estimate), f"score {stated.score:.1f} nats", stated.experiment,
         )  # fmt: skip
     if visibility < LEAST_VISIBILITY:
         why = f"only {100.0 * visibility:.2g} % of its signature is left beside the fitted parameters"

@@ -23,7 +23,7 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, NAMED_CERTAIN, ROUNDS, SCAN_GAIN
+from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, NAMED_CERTAIN, REFITTED, ROUNDS, SCAN_GAIN
 
 _NOT: Mapping[str, float] = {}
 
@@ -43,6 +43,8 @@ class Finding:
         Effects that would explain the data about as well in its place.
     leads : bool
         Whether it is the strongest of its family, which is named by it.
+    exact : float or None
+        What is lost without its family by a refit [nats]; None where that was not asked for.
     """
 
     effect: Effect
@@ -50,12 +52,20 @@ class Finding:
     family_score: float
     alternatives: tuple[Effect, ...]
     leads: bool = True
+    exact: float | None = None
 
     @property
     def established(self) -> bool:
         """Whether it is shown."""
         asked = NAMED_CERTAIN if self.effect.certain else NAMED
-        return self.score.score > asked or (self.leads and self.family_score > asked)
+        named = self.score.score > asked or (self.leads and self.family_score > asked)
+        return named and (self.exact is None or self.exact > REFITTED)
+
+    @property
+    def stated(self) -> float:
+        """Score that is stated [nats]: of the family where it leads, and not more than a refit leaves."""
+        score = max(self.score.score, self.family_score if self.leads else 0.0)
+        return score if self.exact is None else min(score, self.exact)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +142,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
                     continue
             needless = [
                 f.effect.field for f in findings
-                if f.score.score < around.asked(f.effect.field) <= scores[f.effect.field].score
+                if f.stated < around.asked(f.effect.field) <= scores[f.effect.field].score
             ]  # fmt: skip
             if not needless:
                 break
@@ -166,7 +176,7 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
             around = Scores(fitted, candidates)
             scores = around.scores(selected)
             findings = [_finding(around, name, selected, scores, without) for name in selected]
-    findings.sort(key=lambda f: -max(f.score.score, f.family_score))
+    findings.sort(key=lambda f: -f.stated)
     return Selection(null, fitted, tuple(findings), scores, around)
 
 
@@ -238,8 +248,7 @@ def _finding(
         return found
     if found.established:
         exact = (without(relatives) - around.fitted.value) / phi - around.price[name] - KEPT * (len(relatives) - 1)
-        own = replace(own, score=min(own.score, max(exact, 0.0)))
-        found = replace(found, score=own, family_score=min(family, max(exact, 0.0)))
+        found = replace(found, exact=max(exact, 0.0))
     return replace(found, alternatives=tuple(_alternatives(around, name, selected, own)))
 
 

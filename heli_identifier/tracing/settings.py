@@ -112,6 +112,10 @@ NAMED = 8.0
 """Score [nats] that establishes an effect, a standard score of 4: chance reaches it on one of 30 000 entries, so on one
 in 500 rigs over the whole catalogue."""
 
+REFITTED = 6.0
+"""Score [nats] that a refit has to leave of what the quadratic form establishes: chance alone reaches that on one of
+3 500 entries, so on one in 100 rigs."""
+
 NAMED_CERTAIN = 6.0
 """The same for an effect that every rig has, of which only the size is open."""
 
