@@ -6,8 +6,7 @@ reads into the same state again, exact to the bit: the annotations of a NamedTup
 
 from functools import cache
 from math import atan2, copysign, sqrt
-from types import UnionType
-from typing import Any, NamedTuple, Union, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, Optional, Union, get_args, get_origin, get_type_hints
 
 from .adaptation import AxisState
 from .instruments import References, contradicts
@@ -18,7 +17,8 @@ from .settings import ModelParameters, Plan
 from .signals import LagState, Signals
 from .watch import NOTHING, Score, WatchState
 
-Predictors = tuple[PredictorState | None, PredictorState | None, PredictorState | None]
+_Predictor = Optional[PredictorState]  # noqa: UP045 - a host's Python may be 3.9, where types have no |
+Predictors = tuple[_Predictor, _Predictor, _Predictor]
 """Of pitch, elevation and travel; None where the method is the adaptation."""
 
 
@@ -35,8 +35,8 @@ class IdentifierState(NamedTuple):
     samples: int
     voltages: tuple[float, float]
     signals: Signals
-    lag: LagState | None
-    watch: WatchState | None
+    lag: Optional[LagState]  # noqa: UP045
+    watch: Optional[WatchState]  # noqa: UP045
     pitch: AxisState
     elevation: AxisState
     travel: AxisState
@@ -92,7 +92,7 @@ def frozen_state(state: Any) -> Any:
 
 def thawed_state(saved: Any, kind: Any) -> Any:
     """Return the state of type ``kind``, a NamedTuple, tuple or list, that was saved as lists."""
-    if get_origin(kind) in (Union, UnionType):  # X | None
+    if get_origin(kind) is Union:  # with None
         (kind,) = (one for one in get_args(kind) if one is not type(None))
     if saved is None or not isinstance(saved, tuple | list):
         return saved
