@@ -9,7 +9,7 @@ from heli_identifier.tracing import likelihood as module
 from heli_identifier.tracing.fit import bounded_step, covariance, fit, with_own_spread
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
-from heli_identifier.tracing.records import held_factor, record_of, records_of
+from heli_identifier.tracing.records import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import HUBER, DiagnosisSettings
 from tests.blind.battery import Case
 
@@ -130,9 +130,19 @@ def test_a_passage_that_is_left_out_counts_nowhere_until_the_filter_has_settled(
     assert record.weights[inside].sum() == 0.0 and record.weights[~inside].any()
 
 
-def test_a_log_faster_than_its_controller_is_read_at_the_controllers_rate(clean):
+def test_a_fast_log_is_averaged_from_the_middle_of_a_block_to_the_next(clean):
     log = clean[0][0]
-    held = Log("held", 500.0, np.repeat(log.voltages, 5, axis=0), np.repeat(log.angles, 5, axis=0))
-    assert held_factor(held) == 5 and held_factor(log) == 1
-    rig = helicopter(DiagnosisSettings(), [held.angles], [held.voltages])
-    np.testing.assert_array_equal(record_of(held, rig).inputs, log.voltages)
+    for n in (4, 5):
+        time = np.arange(n * log.samples) / (n * log.rate_hz)
+        middle = (log.samples - 1) * log.step / 2.0
+        ramp = (time - middle)[:, None] * np.array([0.3, -0.2])  # held over a sample: on average half a sample later
+        fast = Log("fast", n * log.rate_hz, ramp, np.column_stack((time, 2.0 * time, -time)))
+        assert block_samples(fast) == n and block_samples(log) == 1
+        record = record_of(fast, helicopter(DiagnosisSettings(), [fast.angles], [fast.voltages]))
+        ends = (record.angles[1:, 0], record.angles[:-1, 0])
+        np.testing.assert_allclose(ends[0] - ends[1], record.step, rtol=1e-9)
+        held = (0.5 * (ends[0] + ends[1]) - 0.5 / fast.rate_hz - middle)[:, None] * np.array([0.3, -0.2])
+        np.testing.assert_allclose(record.inputs[:-1], held, atol=1e-12)
+    record = record_of(log, helicopter(DiagnosisSettings(), [log.angles], [log.voltages]))
+    np.testing.assert_array_equal(record.angles, log.angles)
+    np.testing.assert_array_equal(record.inputs, log.voltages)

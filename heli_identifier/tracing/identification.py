@@ -32,7 +32,7 @@ from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .records import records_of
+from .records import averaged, records_of
 from .references import References, find_references
 from .result import Agreement, Event, FoundEffect, ParameterReport
 from .rig import Effect
@@ -202,8 +202,6 @@ def _outside(plant: Fit, logs: Sequence[Log], references: References) -> Instrum
         return None
     rig, records = plant.likelihood.rig, plant.likelihood.records
     regressions, signals = rig.regressions(records, plant.parameters)
-    moved = []
-    for signal, record, log in zip(references.signals, records, logs, strict=True):
-        moved.append(signal[:: round(record.step * log.rate_hz)][: record.samples])
+    moved = [averaged(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]
     return instruments(regressions, signals, moved, [1.0 / record.step for record in records], keep)

@@ -75,17 +75,20 @@ class Coordinate:
 
     def coordinate(self, value: float) -> float:
         """Give the coordinate of a value, moved into the bounds."""
-        if not self.sign:
-            return (min(max(value, self.lower), self.upper) - self.centre) / self.width
-        size = value * self.sign / self.centre
-        return min(max(log(size) / self.width, -FARTHEST), FARTHEST) if size > 0.0 else -FARTHEST
+        low, high = self.bounds
+        return min(max(self._unbounded(value), low), high)
 
     @property
     def bounds(self) -> tuple[float, float]:
         """Bounds of the coordinate."""
-        if self.sign:
-            return -FARTHEST, FARTHEST
-        return (self.lower - self.centre) / self.width, (self.upper - self.centre) / self.width
+        low, high = sorted((self._unbounded(self.lower), self._unbounded(self.upper)))
+        return low, high
+
+    def _unbounded(self, value: float) -> float:
+        if not self.sign:
+            return (value - self.centre) / self.width
+        size = value * self.sign / self.centre
+        return min(max(log(size) / self.width, -FARTHEST), FARTHEST) if size > 0.0 else -FARTHEST
 
     def slope(self, value: float) -> float:
         """Give abs(dp/dx) at a value, in the parameter's unit."""

@@ -49,6 +49,10 @@ REST_COUNTS, REST_TIME = 1.5, 0.5
 MOVING_SHARE = 0.5
 """Least share of the samples in which an axis has to move; else it is left to its priors."""
 
+RECORD_STEP = 0.01
+"""Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
+as long as encoders of benches need for a count."""
+
 HUBER = 3.0
 """Innovation in standard deviations beyond which its loss is linear: one touch of a hand must not decide. It costs
 .3 % of a Gaussian sample's information."""
