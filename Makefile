@@ -23,11 +23,8 @@ $(VENV)/.test: pyproject.toml | $(BIN)/python
 	$(PIP) --no-deps 'axe-playwright-python>=0.1.8'  # for the axe-core in it; the tests drive Chromium themselves
 	touch $@ $(VENV)/.demo
 
-# SysIdentPy bounds numpy's version: in an environment of its own it leaves this one's numpy alone.
 $(VENV)/.bench: pyproject.toml $(VENV)/.test
 	$(PIP) --editable '.[bench]'
-	$(BIN)/python -m venv $(VENV)/sysidentpy
-	$(VENV)/sysidentpy/bin/python -m pip install --quiet --disable-pip-version-check 'sysidentpy>=0.9'
 	touch $@
 
 demo: $(VENV)/.demo
@@ -57,10 +54,10 @@ docs: $(VENV)/.test
 bench: $(VENV)/.bench
 	$(BIN)/python -m benchmarks
 
-# The blind battery takes more than an hour and is no part of bench. It writes docs/results.md, and continues where it
-# stopped unless code that a diagnosis depends on has changed since.
+# The blind battery takes more than an hour and is no part of bench. It continues where it stopped unless code that a
+# diagnosis depends on has changed since.
 blind: $(VENV)/.test
-	$(BIN)/python -m benchmarks.blind
+	$(BIN)/python -m benchmarks blind
 
 # Known vulnerabilities of all that is pinned for the demonstration. Exit code 2: no advisory database could be asked.
 audit: | $(BIN)/python

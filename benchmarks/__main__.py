@@ -1,62 +1,69 @@
-"""Run benchmarks by name and write each into its section of docs/benchmarks.md as soon as it is done.
+"""Run benchmarks by name: ``python -m benchmarks [NAME [OPTION...]]``.
 
-Usage: python -m benchmarks [NAME...]. Without a name all of them run, in about a quarter of an hour; nothing else
-should run on the machine. The blind battery is separate, `python -m benchmarks.blind`: it takes more than an hour.
+Those of `SECTIONS` measure times and numbers and write their section of docs/benchmarks.md; without a name all of them
+run, in about a quarter of an hour, on a machine that does nothing else. The others judge results by rigs whose truth is
+known, or by measured rigs; they take options (``NAME --help``) and print tables.
 """
 
-import argparse
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
-from time import perf_counter
+from typing import Any
 
-from benchmarks.machine import load
-from benchmarks.page import BENCHMARKS, assembled
-from heli_identifier.files import write_atomically
+from benchmarks.harness import PAGE, write_section
 
-MODULES = {
-    "commands": "benchmarks.commands",
-    "loop": "benchmarks.loop",
-    "simulation": "benchmarks.simulation",
-    "adaptation": "benchmarks.adaptation",
-    "fit": "benchmarks.fit",
-    "campaign": "benchmarks.campaign_speed",
-    "cost": "benchmarks.cost",
-    "memory": "benchmarks.memory",
-    "native": "benchmarks.native",
-    "runs": "benchmarks.native_runs",
-    "soak": "benchmarks.soak",
-    "numbers": "benchmarks.references",
+SECTIONS = {
+    "commands": "commands",
+    "campaign": "commands",
+    "loop": "masters",
+    "native": "masters",
+    "simulation": "simulation",
+    "fit": "fit",
+    "memory": "units",
+    "lockstep": "units",
+    "runs": "units",
+    "soak": "soak",
+    "numbers": "numbers",
 }
-"""Module of each section; its function ``section`` measures and gives the text."""
+"""Module of each section of docs/benchmarks.md; its function of the section's name gives the text."""
 
-HEAD = """# Benchmarks
-
-Written by `make bench`; `.venv/bin/python -m benchmarks NAME` measures one section again. The contenders of a section
-run in turn, each once per round; ratios are ratios of medians. The blind battery and other rigs are in
-[Results](results.md).
-"""
+PRINTED = {
+    "blind": "blind",
+    "windy": "halves",
+    "field": "halves.field_battery",
+    "measured": "halves",
+    "damage": "damage",
+    "follow": "follow",
+    "closed_loop": "closed_loop",
+    "quiet": "closed_loop",
+    "watched": "closed_loop",
+    "suspicion": "reading",
+    "large_logs": "reading",
+    "paper": "paper",
+    "figures": "figures",
+    "freeze": "freeze",
+}
+"""Module of each benchmark that prints; its function, by default of the benchmark's name, takes the options."""
 
 
 def main(arguments: Sequence[str]) -> None:
-    for name in _parsed(arguments):
-        began, busy = perf_counter(), load()
-        print(f"{name} ...", file=sys.stderr, flush=True)
-        measure: Callable[[float], str] = import_module(MODULES[name]).section
-        text = f"{measure(busy)}\n\n`python -m benchmarks {name}`"
-        page = BENCHMARKS.read_text(encoding="utf-8") if BENCHMARKS.exists() else ""
-        write_atomically(BENCHMARKS, assembled(HEAD, tuple(MODULES), page, {name: text}))
-        print(f"{name}: {perf_counter() - began:.0f} s, written to {BENCHMARKS.name}", file=sys.stderr, flush=True)
+    """Run the benchmark that is named first, or every section."""
+    name, *options = arguments or ("",)
+    if name in PRINTED:
+        function_of(name)(options)
+        return
+    if name not in ("", *SECTIONS):
+        sys.exit(f"{name} is no benchmark; choose from {', '.join((*SECTIONS, *PRINTED))}")
+    for section in (name, *options) if name else SECTIONS:
+        print(f"{section} ...", file=sys.stderr, flush=True)
+        write_section(PAGE, section, f"{function_of(section)()}\n\n`python -m benchmarks {section}`")
 
 
-def _parsed(arguments: Sequence[str]) -> list[str]:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"one or more of {', '.join(MODULES)}; default: all")
-    names = parser.parse_args(arguments).names
-    strange = [name for name in names if name not in MODULES]
-    if strange:
-        parser.error(f"{', '.join(strange)} is no benchmark; choose from {', '.join(MODULES)}")
-    return names or list(MODULES)
+def function_of(name: str) -> Callable[..., Any]:
+    """Give the function of a benchmark."""
+    module, _, function = (SECTIONS | PRINTED)[name].partition(".")
+    found: Callable[..., Any] = getattr(import_module(f"benchmarks.{module}"), function or name)
+    return found
 
 
 if __name__ == "__main__":

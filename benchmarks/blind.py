@@ -1,91 +1,186 @@
-"""Run the blind battery as a campaign: diagnose every rig, compare with its truth, write the figures.
+"""The blind battery: every rig diagnosed and held against its truth, as a campaign that goes on where it stopped.
 
-Usage: python -m benchmarks.blind [--groups single,weak] [--limit RIGS] [--workers N]. It continues where it stopped.
-After a change to the code of a diagnosis, to the generator or to the measures, all results are computed again. The
-figures go into the section of docs/results.md, and one row per rig into benchmarks/results/blind.parquet.
+    python -m benchmarks blind [--groups single,weak] [--limit RIGS] [--workers N] [--output FOLDER]
+
+All results are computed again after a change to the code of a diagnosis, to the generator or to the measures. Bars:
+clean rigs accused 0, single effects named first .98 and without a false one .98, weak effects that a test that is told
+the structure sees .95, pairs .97, unknown torques .95, 95 % intervals that hold the truth .93 to .98.
 """
 
 import argparse
-import shlex
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.blind_page import misses, section
-from benchmarks.blind_rigs import GROUPS, sources
-from benchmarks.page import write_section
+import numpy as np
+
+from benchmarks.harness import ROOT, measured_at, table
+from benchmarks.rigs import DETECTABLE, GROUPS, TOLD, blind_sources
 from heli_identifier.cli.on_logs import rigs_done
-from heli_identifier.errors import IdentifierError
+from heli_identifier.online import ModelParameters
 from heli_identifier.tools.campaign import run_campaign
-from heli_identifier.tools.campaign_rows import Row, write_rows
+from heli_identifier.tools.campaign_rows import (
+    UNKNOWN,
+    Row,
+    coverage,
+    false_entries,
+    found_entries,
+    named_first,
+    right,
+    unknown_recognised,
+)
 
-ROOT = Path(__file__).resolve().parent.parent
+BASE = ModelParameters._fields
+
+Rows = Mapping[str, list[Row]]
+"""Rows by group."""
 
 
-def main(arguments: Sequence[str]) -> None:
-    asked = _parsed(arguments)
-    rigs = sources(asked.groups, asked.limit)
-    with rigs_done() as progress:
-        rows = run_campaign(
-            [source for _, source in rigs.values()],
-            asked.output,
-            measure="benchmarks.blind_measures:measured",
-            scheduler=asked.scheduler,
-            workers=asked.workers,
-            progress=progress,
-        )
+@dataclass(frozen=True)
+class Share:
+    """``hits`` of ``count``."""
+
+    hits: int
+    count: int
+
+    @property
+    def value(self) -> float:
+        """Share; NaN if nothing was counted."""
+        return self.hits / self.count if self.count else float("nan")
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval (Wilson 1927); what is counted twice on one rig is correlated, which widens it somewhat."""
+        if not self.count:
+            return 0.0, 1.0
+        n, p, z = self.count, self.value, 1.959964
+        middle, half = p + z * z / (2 * n), z * np.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+        return float((middle - half) / (1 + z * z / n)), float((middle + half) / (1 + z * z / n))
+
+    def __str__(self) -> str:
+        low, high = self.interval
+        return f"{100 * self.value:.1f} % ({100 * low:.1f} to {100 * high:.1f})" if self.count else ""
+
+
+def share(rows: Iterable[Row], hit: Callable[[Row], object]) -> Share:
+    """Share of rows for which ``hit`` is true."""
+    hits = [bool(hit(row)) for row in rows]
+    return Share(sum(hits), len(hits))
+
+
+def told(row: Row) -> float:
+    """Score of a test that is told which effect to look for [nats]; NaN where there is none."""
+    return (row["measures"] or {}).get(TOLD, float("nan"))
+
+
+def testable(rows: Iterable[Row]) -> list[Row]:
+    """Rigs whose effect is found by a test that is told which effect to look for."""
+    return [row for row in rows if told(row) > DETECTABLE]
+
+
+def wrongly_named(row: Row) -> bool:
+    """Whether an entry of the catalogue was named that the rig does not have."""
+    return any(name != UNKNOWN for name, _ in false_entries(row))
+
+
+def covered(rows: Iterable[Row], kept: Callable[[str], bool]) -> Share:
+    """Share of the 95 % intervals of the quantities ``kept`` that hold the true value."""
+    held = [hit for row in rows for name, hit in coverage(row).items() if kept(name)]
+    return Share(sum(held), len(held))
+
+
+def bars(groups: Rows) -> list[tuple[str, Share, float, float]]:
+    """Give what is counted in every group that was run, with the least and the most that is asked."""
+    clean, single, weak, pair, unknown = (groups.get(n, []) for n in ("clean", "single", "weak", "pair", "unknown"))
+    seen, everything = testable(weak), [row for rows in groups.values() for row in rows]
+    found = [
+        ("clean rigs accused of anything", share(clean, found_entries), 0.0, 0.0),
+        ("single effects named first", share(single, named_first), 0.98, 1.0),
+        ("single effects without a false one", share(single, lambda row: not false_entries(row)), 0.98, 1.0),
+        (f"weak effects (told: above {DETECTABLE:g}) named first", share(seen, named_first), 0.95, 1.0),
+        ("weak effects with a false one", share(seen, false_entries), 0.0, 0.05),
+        ("pairs: both named, nothing else", share(pair, right), 0.97, 1.0),
+        ("unknown torques: right axis and variable", share(unknown, unknown_recognised), 0.95, 1.0),
+        ("unknown torques wrongly named", share(unknown, wrongly_named), 0.0, 0.05),
+        ("95 % intervals of parameters that hold the truth", covered(everything, BASE.__contains__), 0.93, 0.98),
+        ("the same of coefficients", covered(everything, lambda name: name not in BASE), 0.93, 0.98),
+        *((f"the same of {name}", covered(everything, name.__eq__), 0.93, 0.98) for name in BASE),
+    ]
+    return [bar for bar in found if bar[1].count]
+
+
+def is_miss(group: str, row: Row) -> bool:
+    """Whether the result on a rig counts against the bar of its group."""
+    if row["error"] is not None:
+        return True
+    if group in ("clean", "pair", "unknown"):
+        return not right(row)
+    if group == "weak" and not told(row) > DETECTABLE:
+        return bool(false_entries(row))
+    return not named_first(row) or bool(false_entries(row))
+
+
+def miss(row: Row) -> str:
+    """Give a rig that counts against its bar as a line: its truth and what was found."""
+    true = [f"{e['name']} {e['axis']} {e['coefficient'] or 0.0:.3g}" for e in row["true_effects"] or ()]
+    if row["true_unknown"]:
+        true.append(f"unknown {row['true_unknown']['axis']} by {row['true_unknown']['variable']}")
+    found = [
+        f"{e['name']} {e['axis']} {e['variable'] or ''}{e['coefficient'] or 0.0:.3g} (score {e['score']:.1f})"
+        for e in row["effects"] or ()
+    ]
+    said = row["error"] or "; ".join(found) or "nothing"
+    return f"{row['rig']}: true {'; '.join(true) or 'nothing'} (told {told(row):.1f}) | found {said}"
+
+
+def report(groups: Rows, command: str) -> str:
+    """Give the tables: bars, and every kind of rig."""
+    everything = [row for rows in groups.values() for row in rows]
+    failed = sum(row["error"] is not None for row in everything)
+    seconds = [row["seconds"] for row in everything if row["error"] is None]
+    lines = [
+        (what, str(own), str(own.count), f"{100 * low:g} to {100 * high:g} %",
+         "yes" if low <= own.value <= high else "**no**")
+        for what, own, low, high in bars(groups)
+    ]  # fmt: skip
+    kinds = []
+    for group, rows in groups.items():
+        for kind in dict.fromkeys(row["true_kind"] for row in rows):
+            own = [row for row in rows if row["true_kind"] == kind]
+            judged = testable(own) if group == "weak" else own
+            counts = (share(judged, named_first), share(judged, false_entries), share(judged, right))
+            score = np.median([told(row) for row in own])
+            kinds.append(
+                (group, str(kind), str(len(own)), f"{score:.1f}" if np.isfinite(score) else "")
+                + tuple(f"{one.hits}/{one.count}" for one in counts)
+            )
+    head = ("group", "kind", "rigs", "told, median [nats]", "named first", "with a false one", "as it is")
+    return "\n\n".join(
+        [
+            f"`{command}`: {len(everything)} rigs, {failed} of which could not be diagnosed. Shares with their 95 % "
+            f"interval (Wilson). One diagnosis on one core: median {np.median(seconds):.1f} s, longest "
+            f"{max(seconds):.1f} s. {measured_at('numpy')}",
+            table(("what", "found", "of", "asked", "met"), lines),
+            table(head, kinds),
+        ]
+    )
+
+
+def blind(arguments: Sequence[str]) -> None:
+    """Run the battery; print the rigs that are missed and the tables."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks blind", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--groups", default=",".join(GROUPS), help=f"of {', '.join(GROUPS)}")
+    parser.add_argument("--limit", type=int, help="most rigs of each case; all if not given")
+    parser.add_argument("--workers", type=int, help="processes; one per core if not given")
+    parser.add_argument("--output", type=Path, default=ROOT / "build/blind", help="folder of the single results")
+    asked = parser.parse_args(arguments)
+    limits = dict.fromkeys(GROUPS, asked.limit) if asked.limit else None
+    rigs = blind_sources(asked.groups.split(","), limits)
     groups: dict[str, list[Row]] = {}
+    with rigs_done() as progress:
+        rows = run_campaign([source for _, source in rigs.values()], asked.output, measure="benchmarks.rigs:measured",
+                            workers=asked.workers, progress=progress)  # fmt: skip
     for row in rows:
         groups.setdefault(rigs[row["rig"]][0].group, []).append(row)
-    for line in misses(groups):
-        print(line)
-    command = shlex.join(["python", "-m", "benchmarks.blind", *arguments])
-    asked.table.parent.mkdir(parents=True, exist_ok=True)
-    write_rows(rows, asked.table)
-    write_section(asked.page, "blind", section(groups, {name: case for name, (case, _) in rigs.items()}, command))
-    print(f"{len(rows)} rigs; figures in {asked.page}, rows in {asked.table}", file=sys.stderr)
-
-
-def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.blind", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--groups", type=_groups, default=GROUPS, help=f"of {', '.join(GROUPS)}, separated by commas")
-    parser.add_argument(
-        "--limit",
-        type=_limits,
-        help="most rigs of each case, for all groups (5) or by group (clean=40,single=4); all if not given",
-    )
-    parser.add_argument("--workers", type=_positive, help="processes on this machine; one per core if not given")
-    parser.add_argument("--scheduler", help="address of a Dask scheduler in place of processes on this machine")
-    parser.add_argument("--output", type=Path, default=ROOT / "build/blind", help="folder of the single results")
-    parser.add_argument("--page", type=Path, default=ROOT / "docs/results.md", help="page that gets the section")
-    parser.add_argument(
-        "--table", type=Path, default=ROOT / "benchmarks" / "results" / "blind.parquet", help="all rows"
-    )
-    return parser.parse_args(arguments)
-
-
-def _groups(text: str) -> tuple[str, ...]:
-    strange = set(text.split(",")) - set(GROUPS)
-    if strange:
-        raise argparse.ArgumentTypeError(f"{', '.join(sorted(strange))} is no group; choose from {', '.join(GROUPS)}")
-    return tuple(text.split(","))
-
-
-def _limits(text: str) -> dict[str, int]:
-    if "=" not in text:
-        return dict.fromkeys(GROUPS, _positive(text))
-    pairs = (item.partition("=") for item in text.split(","))
-    return {_groups(group)[0]: _positive(count) for group, _, count in pairs}
-
-
-def _positive(text: str) -> int:
-    if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} must be a whole number of at least 1")
-    return int(text)
-
-
-if __name__ == "__main__":
-    try:
-        main(sys.argv[1:])
-    except IdentifierError as error:
-        sys.exit(str(error))
+    print(*(miss(row) for group, own in groups.items() for row in own if is_miss(group, row)), sep="\n")
+    print(report(groups, " ".join(("python -m benchmarks blind", *arguments))))

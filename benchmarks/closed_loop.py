@@ -1,168 +1,171 @@
-"""The on-line identifier in closed loop: generated rigs with truth, every method, and its own standard errors.
+"""The on-line identifier of the native unit in closed loop: generated rigs with truth, and its own standard errors.
 
-    python -m benchmarks.closed_loop            the rigs that figures are reported on
-    python -m benchmarks.closed_loop --tuning   the rigs that the method and its constants were chosen on
+    python -m benchmarks closed_loop [--tuning] [--setting K] [--single]    estimates and intervals, five logs together
+    python -m benchmarks quiet [--tuning]                                   hover in which nobody moves the joystick
+    python -m benchmarks watched [--tuning]                                 scores of watched effects
 
-Per setting (sampling rate, noise, motors' lag) twelve rigs (:mod:`benchmarks.closed_loop_rigs`), five logs each; the
-logs of a rig are combined as `heli identify` does. Printed are, for each method, k_z, a_e and k_x over the truth in the
-median with the range, the share of 95 % intervals that cover over the eight parameters, and the same over those that
-the data determine by the method's own intervals (:func:`heli_identifier.online.determined`). With ``--single`` every
-log is judged by itself.
+Twelve rigs (:mod:`benchmarks.flown`), five logs each; ``--tuning`` takes the rigs that the method's constants were
+chosen on. Bars: 90 to 98 % of the 95 % intervals of determined parameters hold the truth; k_z is .9 to 1.1 of the truth
+where determined; in hover nothing is determined; 1 % of the scores of absent effects are beyond 3.
 """
 
 import argparse
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from benchmarks.closed_loop_methods import Axis, generalised, instrumental, named
-from benchmarks.closed_loop_rigs import ClosedLoopRig, closed_loop_rigs
-from benchmarks.native_identifier import Units, built_units
-from benchmarks.tables import table
+from benchmarks.flown import DURATIONS, ClosedLoopRig, closed_loop_rigs
+from benchmarks.harness import table
+from benchmarks.native_unit import Units, built_units
 from fmu_src.variables import Value
-from heli_identifier.online import ADAPTATION, PREDICTION_ERROR, Estimate, IdentifierSettings
-from heli_identifier.records import RigConfiguration
-from heli_identifier.tools.identification import begun_at, combined, identify_log, settings_for
+from heli_identifier.online import PREDICTION_ERROR, Estimate
 
 JUDGED = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "k_z", "a_wy", "k_y")
 SHOWN = ("k_z", "a_e", "k_x")
 REPORTED, TUNING = 2, 1
 """Seeds of the two halves of the rigs."""
 
-SETTINGS = (
+SETTINGS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("100 Hz", {}),
     ("500 Hz", {"rate": 500.0}),
     ("100 Hz, noise x 3", {"noise": 3.0}),
     ("500 Hz, noise x 3", {"rate": 500.0, "noise": 3.0}),
     ("100 Hz, lag .12 s, .08 s assumed", {"lag": 0.12}),
 )
+UNIT: dict[str, Value] = {"method": PREDICTION_ERROR, "report.interval": 0.5}
 
-Estimates = Mapping[str, Estimate]
+LAGS: dict[str, dict[str, Value]] = {"given": {"motor.lag_known": True}, "estimated": {}}
 
-
-def adaptation(frequency: float) -> Callable[[ClosedLoopRig], Estimates]:
-    def found(rig: ClosedLoopRig) -> Estimates:
-        histories = [
-            identify_log(log, settings_for(log, RigConfiguration(), frequency, method=ADAPTATION)) for log in rig.logs
-        ]
-        return combined(histories).estimates
-
-    return found
+ERRORS = tuple(f"standard_error.{name}" for name in JUDGED)
 
 
-def prediction_error(rig: ClosedLoopRig) -> Estimates:
-    """As `heli identify` does: two passes, the motors' lag estimated."""
+def together(results: NDArray[np.float64]) -> dict[str, Estimate]:
+    """Combine logs (L, 2, 8), values and standard errors, by inverse squares with the Birge ratio, as `heli identify`.
 
-    def settings(log) -> IdentifierSettings:
-        return settings_for(log, RigConfiguration(), method=PREDICTION_ERROR)
-
-    first = [identify_log(log, settings(log)) for log in rig.logs]
-    return combined([identify_log(log, begun_at(settings(log), first)) for log in rig.logs]).estimates
-
-
-def in_unit(units: Units, **parameters: Value) -> Callable[[ClosedLoopRig], Estimates]:
-    """As the unit does, in its native twin: one pass."""
-
-    def found(rig: ClosedLoopRig) -> Estimates:
-        given = {"method": PREDICTION_ERROR, "report__interval": 0.5, **parameters}
-        return _together([units.last(log, **given) for log in rig.logs])
-
-    return found
+    The ratio is the scatter of the logs over what their errors say; it widens an interval and never narrows it.
+    """
+    values, weights = results[:, 0], results[:, 1] ** -2.0
+    mean = (weights * values).sum(axis=0) / weights.sum(axis=0)
+    ratio = np.sqrt((weights * (values - mean) ** 2).sum(axis=0) / max(len(values) - 1, 1))
+    errors = weights.sum(axis=0) ** -0.5 * np.maximum(1.0, ratio)
+    return {name: Estimate(float(v), float(e), "") for name, v, e in zip(JUDGED, mean, errors, strict=True)}
 
 
-def _together(results: list[dict[str, Estimate]]) -> Estimates:
-    """Combine logs by the inverse squares of their standard errors, with the Birge ratio, as `heli identify` does."""
-    found = {}
-    for name in JUDGED:
-        values = np.array([one[name].value for one in results])
-        weights = np.array([one[name].standard_error for one in results], dtype=float) ** -2.0
-        mean = float(weights @ values / weights.sum())
-        ratio = float(np.sqrt(weights @ (values - mean) ** 2 / max(len(values) - 1, 1)))
-        found[name] = Estimate(mean, float(weights.sum() ** -0.5) * max(1.0, ratio), "")
-    return found
-
-
-def _estimates(axes: list[Axis]) -> dict[str, Estimate]:
-    values, errors = named(axes)
-    return {name: Estimate(value, errors[name], "") for name, value in values.items()}
-
-
-def gls(rig: ClosedLoopRig) -> Estimates:
-    return _together([_estimates(generalised(log, 3.0, 10)) for log in rig.logs])
-
-
-def iv(rig: ClosedLoopRig) -> Estimates:
-    return _together([_estimates(instrumental(log, r)) for log, r in zip(rig.logs, rig.outside, strict=True)])
-
-
-def methods(units: Units, only_unit: bool) -> dict[str, Callable[[ClosedLoopRig], Estimates]]:
-    """Return the methods by their titles; with ``only_unit`` those of the unit's prediction errors."""
-    own: dict[str, Callable[[ClosedLoopRig], Estimates]] = {
-        "prediction errors, unit: one pass, lag given": in_unit(units, motor__lag_known=True),
-        "prediction errors, unit: one pass, lag estimated": in_unit(units),
-    }
-    if only_unit:
-        return own
-    return {
-        "adaptation (7), omega_f = 1 rad/s": adaptation(1.0),
-        "adaptation (7), omega_f = 3 rad/s": adaptation(3.0),
-        "least squares, autoregression of the residual": gls,
-        "instrumental variables, joystick's part known": iv,
-        **own,
-        "prediction errors, `heli identify`": prediction_error,
-    }
-
-
-def judged(rigs: list[ClosedLoopRig], method: Callable[[ClosedLoopRig], Estimates]) -> tuple[str, ...]:
+def judged(units: Units, rigs: Sequence[ClosedLoopRig], given: Mapping[str, Value]) -> tuple[str, ...]:
     """Cells of a row of the table."""
     shares: dict[str, list[float]] = {name: [] for name in SHOWN}
     covered, determined = [], []
     for rig in rigs:
-        found = method(rig)
-        for name in JUDGED:
-            truth, estimate = getattr(rig.truth, name), found[name]
-            low, high = estimate.interval
-            covered.append(low <= truth <= high)
+        last = [units.run(log, (*JUDGED, *ERRORS), len(log.angles), {**UNIT, **given})[-1] for log in rig.logs]
+        for name, estimate in together(np.array(last).reshape(-1, 2, len(JUDGED))).items():
+            true = getattr(rig.truth, name)
+            covered.append(estimate.interval[0] <= true <= estimate.interval[1])
             if estimate.is_determined:
                 determined.append(covered[-1])
-                if name in SHOWN:
-                    shares[name].append(estimate.value / truth)
+                shares.setdefault(name, []).append(estimate.value / true)
     cells = [
-        f"{np.median(shares[name]):.3f} ({min(shares[name]):.3f} to {max(shares[name]):.3f}), {len(shares[name])}"
-        if shares[name]
-        else "none"
+        f"{np.median(own):.3f} ({min(own):.3f} to {max(own):.3f}), {len(own)}" if (own := shares[name]) else "none"
         for name in SHOWN
     ]
     return (*cells, f"{100 * np.mean(covered):.0f} %", f"{100 * np.mean(determined):.0f} % of {len(determined)}")
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.closed_loop")
+def closed_loop(arguments: Sequence[str]) -> None:
+    """Print a table for each setting."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks closed_loop")
     parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
     parser.add_argument("--setting", type=int, action="append", help="one of the settings, by number; repeatable")
-    parser.add_argument("--unit", action="store_true", help="only the unit's prediction errors, in its native twin")
     parser.add_argument("--single", action="store_true", help="every log by itself, as if it were a rig's only one")
-    chosen = parser.parse_args()
+    asked = parser.parse_args(arguments)
+    head = ("lag", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
     with built_units() as units:
-        _print(chosen, methods(units, chosen.unit))
+        for number in asked.setting or range(len(SETTINGS)):
+            title, settings = SETTINGS[number]
+            rigs = closed_loop_rigs(TUNING if asked.tuning else REPORTED, **settings)
+            if asked.single:
+                rigs = [replace(rig, logs=(log,)) for rig in rigs for log in rig.logs]
+            rows = [(lag, *judged(units, rigs, given)) for lag, given in LAGS.items()]
+            print(f"{title}\n\n{table(head, rows)}\n", flush=True)
 
 
-def _print(chosen: argparse.Namespace, methods: Mapping[str, Callable[[ClosedLoopRig], Estimates]]) -> None:
-    head = ("method", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
-    for number, (title, settings) in enumerate(SETTINGS):
-        if chosen.setting and number not in chosen.setting:
-            continue
-        rigs = closed_loop_rigs(TUNING if chosen.tuning else REPORTED, **settings)
-        if chosen.single:
-            rigs = [
-                replace(rig, logs=(log,), outside=(own,))
-                for rig in rigs
-                for log, own in zip(rig.logs, rig.outside, strict=True)
-            ]
-        rows = [(name, *judged(rigs, method)) for name, method in methods.items()]
-        print(f"{title}\n\n{table(head, rows)}\n", flush=True)
+def _half(name: str, arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(prog=f"python -m benchmarks {name}")
+    parser.add_argument("--tuning", action="store_true", help="the other half of the rigs")
+    return TUNING if parser.parse_args(arguments).tuning else REPORTED
 
 
-if __name__ == "__main__":
-    main()
+def quiet(arguments: Sequence[str]) -> None:
+    """Print how much the unit calls determined in logs of 240 s, and how often it is wrong there.
+
+    Nobody moves the joystick at all, or nobody does after the first 60 s; counted are the seconds from 20 s on, or from
+    90 s on.
+    """
+    seed, rows = _half("quiet", arguments), []
+    outputs = (*JUDGED, *ERRORS, *(f"determined.{name}" for name in JUDGED))
+    with built_units() as units:
+        for noise in (1.0, 0.0):
+            for title, until, first in (("never", -6.0, 20), ("for 60 s", 60.0, 90)):
+                rigs = closed_loop_rigs(seed, durations=(240.0, 240.0), quiet_from=until, noise=noise)
+                for forgetting in (0.001, 0.3):
+                    given = {**UNIT, "adaptation.forgetting": forgetting}
+                    found = []
+                    for own, log in ((rig.truth, log) for rig in rigs for log in rig.logs):
+                        record = units.run(log, outputs, round(log.rate_hz), given)[first:]
+                        value, error, determined = np.split(record, 3, axis=1)
+                        truth = np.array([getattr(own, name) for name in JUDGED])
+                        off = np.abs(value - truth)
+                        far = off > 0.1 * np.abs(truth)
+                        found.append(np.stack([determined == 1.0, off > 1.96 * error, far]))
+                    sure, missed, far = np.concatenate(found, axis=1)
+                    shares = [f"{100.0 * part[sure].mean():.1f} %" if sure.any() else "-" for part in (missed, far)]
+                    rows.append((title, f"{noise:g}", f"{forgetting:g}", f"{100.0 * sure.mean():.2f} %", *shares))
+    head = ("excited", "torque, times .012 rad/s^2", "forgetting [1/s]", "determined", "missed", "off by a tenth")
+    print(table(head, rows))
+
+
+WATCHED = (
+    ("dry_friction", "pitch", "score.pitch[1]", {"dry_friction_pitch": 0.03}),
+    ("quadratic_drag", "pitch", "score.pitch[2]", {"quadratic_drag_pitch": 0.3}),
+    ("dry_friction", "elevation", "score.elevation[1]", {"dry_friction_elevation": 0.02}),
+    ("dry_friction", "travel", "score.travel[1]", {"dry_friction_travel": 0.03}),
+    ("quadratic_thrust", "pitch", "score.pitch[3]", {"quadratic_thrust": 0.1}),
+)
+"""Watched effects, their outputs, and the strength at which the power is measured [rad/s^2], [1/rad], [1/V]."""
+
+LIMIT = 3.0
+
+
+def watched(arguments: Sequence[str]) -> None:
+    """Print how often the score of an absent effect is beyond 3, and of a present one, in short and in long logs."""
+    seed = _half("watched", arguments)
+    watch: dict[str, Value] = {
+        f"watch.{axis}": ",".join(name for name, own, _, _ in WATCHED if own == axis)
+        for axis in ("pitch", "elevation", "travel")
+    }
+
+    def scores(units: Units, **settings: Any) -> NDArray[np.float64]:
+        outputs = tuple(output for _, _, output, _ in WATCHED)
+        logs = [log for rig in closed_loop_rigs(seed, **settings) for log in rig.logs]
+        return np.array([units.run(log, outputs, len(log.angles), UNIT | watch)[-1] for log in logs])
+
+    head = ("effect", "absent, beyond 3", "decided", "root mean square", "strength", "present, beyond 3", "median")
+    with built_units() as units:
+        for durations in (DURATIONS, (180.0, 180.0)):
+            absent, rows = scores(units, durations=durations), []
+            for column, (name, axis, _, effects) in enumerate(WATCHED):
+                present = scores(units, durations=durations, effects=effects)[:, column]
+                decided = absent[absent[:, column] != 0.0, column]
+                rows.append(
+                    (f"{name}:{axis}", _percent(absent[:, column]), f"{100.0 * len(decided) / len(absent):.0f} %",
+                     f"{np.sqrt(np.mean(decided**2)):.2f}" if len(decided) else "-", f"{[*effects.values()][0]:g}",
+                     _percent(present), f"{np.median(present):.1f}")
+                )  # fmt: skip
+            rows.append(("all", f"{_percent(absent)} of {absent.size}", "", "", "", "", ""))
+            print(f"logs of {durations[0]:g} to {durations[1]:g} s\n\n{table(head, rows)}\n", flush=True)
+
+
+def _percent(scores: NDArray[np.float64]) -> str:
+    return f"{100.0 * np.mean(np.abs(scores) > LIMIT):.1f} %"

@@ -1,6 +1,6 @@
 """Damaged logs of clean rigs: whether the rig is accused, and whether the damage is named.
 
-Usage: python -m benchmarks.damage [--open 0:4] [--flown 0:4] [--workers N] [DAMAGE...]    words of the damages' names
+    python -m benchmarks damage [--open 0:4] [--flown 0:4] [--workers N] [DAMAGE...]    words of the damages' names
 
 Rigs of the blind generator in open loop, and bare windy rigs under a controller whose references are logged; every
 damage of :mod:`tests.blind.damage` strikes all logs of a rig. Printed is a line for each damage: rigs of which a plant
@@ -8,13 +8,12 @@ effect is shown, rigs whose damage is named or whose logs are refused by its nam
 """
 
 import argparse
-import sys
 from collections import Counter
-from collections.abc import Iterator
-from multiprocessing import Pool
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from benchmarks.harness import in_parallel, table
 from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
@@ -72,9 +71,9 @@ def is_named(damage: str, said: str) -> bool:
     return bool(words) and any(word in said for word in words.split("|"))
 
 
-def main(arguments: list[str]) -> None:
+def damage(arguments: Sequence[str]) -> None:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.damage", description=(__doc__ or "").split("\n")[0])
+    parser = argparse.ArgumentParser(prog="python -m benchmarks damage", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("damages", nargs="*")
     for kind in ("open", "flown"):
         parser.add_argument(f"--{kind}", default="0:4", help="first:behind the last rig")
@@ -82,24 +81,21 @@ def main(arguments: list[str]) -> None:
     asked = parser.parse_args(arguments)
     damages = [name for name in DAMAGES if not asked.damages or any(word in name for word in asked.damages)]
     jobs = [
-        (kind, seed, damage)
-        for damage in damages
+        (kind, seed, name)
+        for name in damages
         for kind in ("open", "flown")
         for seed in range(*map(int, getattr(asked, kind).split(":")))
     ]
     shown, named, count, words = Counter[str](), Counter[str](), Counter[str](), dict[str, Counter[str]]()
-    with Pool(asked.workers) as pool:
-        for kind, damage, effects, said in pool.imap(diagnosed, jobs):
-            count[damage] += 1
-            shown[damage] += bool(effects)
-            named[damage] += is_named(damage, said)
-            words.setdefault(damage, Counter()).update([*effects, said[:60] or "-"])
-            print(f"{kind} | {damage} | shown {sorted(effects)} | {said[:90]}", flush=True)
-    print("\n| damage | rigs | an effect shown | damage named | said |\n|---|---|---|---|---|")
-    for damage in damages:
-        most = "; ".join(f"{word} {n}" for word, n in words[damage].most_common(4))
-        print(f"| {damage} | {count[damage]} | {shown[damage]} | {named[damage]} | {most} |")
-
-
-if __name__ == "__main__":
-    main(sys.argv[1:])
+    for kind, name, effects, said in in_parallel(diagnosed, jobs, asked.workers):
+        count[name] += 1
+        shown[name] += bool(effects)
+        named[name] += is_named(name, said)
+        words.setdefault(name, Counter()).update([*effects, said[:60] or "-"])
+        print(f"{kind} | {name} | shown {sorted(effects)} | {said[:90]}", flush=True)
+    rows = [
+        (name, f"{count[name]}", f"{shown[name]}", f"{named[name]}",
+         "; ".join(f"{word} {n}" for word, n in words[name].most_common(4)))
+        for name in damages
+    ]  # fmt: skip
+    print("\n" + table(("damage", "rigs", "an effect shown", "damage named", "said"), rows))

@@ -7,18 +7,21 @@ fit starts and ends at its own tolerance. Times are of one core, after compilati
 
 from collections.abc import Callable, Sequence
 from time import process_time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from benchmarks.machine import measured_at
-from benchmarks.tables import seconds, table
+from benchmarks.harness import measured_at, seconds, table
+from benchmarks.rigs import likelihood_of, log_of
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, records_of
+from heli_identifier.tracing import Likelihood
+from heli_identifier.tracing import fit as likelihood_fit
 from heli_plant.parameters import PlantParameters
+from tests.blind.coefficients import Coefficients
 from tests.blind.generator import simulate_log
 from tests.blind.kinds import draw_rig
 from tests.blind.signals import multisines
@@ -28,13 +31,13 @@ H, LOGS, SECONDS, ROUNDS = 0.01, 4, 90.0, 3
 NAMES = ModelParameters._fields
 
 
-def made() -> tuple[PlantParameters, list[Log]]:
+def made() -> tuple[Coefficients, list[Log]]:
     """Make a clean rig's logs."""
     rig = draw_rig(np.random.SeedSequence(11), "clean")
     logs = []
     for number in range(LOGS):
         samples = simulate_log(rig, multisines(SECONDS, np.random.default_rng(number)), number)
-        logs.append(Log(f"log{number}", 1.0 / H, samples[:, 1:3], samples[:, 3:]))
+        logs.append(log_of(f"log{number}", 1.0 / H, samples))
     return rig.base, logs
 
 
@@ -60,7 +63,7 @@ def casadi_shooting(likelihood: Likelihood, start: PlantParameters) -> Array:
     k = dict(zip(NAMES, ca.vertsplit(p), strict=True))
     h, T = H, start.T_m
 
-    def slope(x):
+    def slope(x: Any) -> Any:
         th, e, _, wx, wz, wy, f, r = ca.vertsplit(x)
         diff, total = f - r, f + r
         return ca.vertcat(
@@ -112,17 +115,16 @@ def timed(run: Callable[[], Array]) -> tuple[float, Array]:
     return float(np.median(times)), found
 
 
-def section(busy: float) -> str:
+def fit() -> str:
     """Measure, and give the section of the page."""
     truth, logs = made()
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
-    likelihood = Likelihood(rig, records_of(logs, rig, {}))
-    start = rig.estimate(likelihood.records)
+    likelihood = likelihood_of(logs)
+    rig, start = likelihood.rig, likelihood.rig.estimate(likelihood.records)
     fields = [name for name in rig.base if name in NAMES]
     true = np.array([getattr(truth, name) for name in NAMES])
 
     def ours() -> Array:
-        found = fit(likelihood, fields)
+        found = likelihood_fit(likelihood, fields)
         return np.array([getattr(found.parameters, name) for name in NAMES])
 
     contenders: Sequence[tuple[str, Callable[[], Array]]] = (
@@ -140,7 +142,8 @@ def section(busy: float) -> str:
     ]
     samples = sum(record.samples for record in likelihood.records)
     return (
-        f"## The fit alone\n\n{measured_at(busy)}\n\n{len(fields)} parameters, {samples} samples, processor time of "
-        f"one core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
+        f"## The fit alone\n\n{len(fields)} parameters, {samples} samples, processor time of one "
+        f"core, median of {ROUNDS}; the largest error of a gain against the truth.\n\n"
         + table(("fit", "time", "over ours", "gains off by"), rows)
+        + f"\n\n{measured_at('numpy', 'scipy', 'casadi')}"
     )

@@ -1,110 +1,341 @@
-"""Measured rigs, disjoint halves of their logs: whether gains and names agree, and the other half gets likelier.
+"""Rigs whose logs are dealt into two halves, each diagnosed by itself: against the truth, and against one another.
 
-Usage: python -m benchmarks.halves [--from SECONDS] RIG...    a folder of logs each; RIG:-pitch if its pitch counts down
+    python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
+                               [--effects KIND] [--workers N] [--csv FILE]
+    python -m benchmarks field [--groups clean,...] [--limit RIGS] [--workers N]
+    python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER]
 
-Every second log makes a half; each half is identified by itself. Printed are, by half, the gains with their 95 %
-intervals and what they rest on, the families shown, and the log-likelihood of the other half under the corrected plant
-less that under the model before [nats]; then over all rigs the shares that the bars ask for.
+*windy*: generated rigs in the air of measured ones, under students' controllers. The odd seeds report; rules are chosen
+on the even ones, ``--choose``. *field*: the field battery. *measured*: a folder of logs each, ``RIG:-pitch`` if its
+pitch counts down; every second log makes a half, and ``--download`` fetches public logs of three rigs.
+
+Printed is a line for each half, then for each kind of rig a table with its bars:
+
+* gains over the truth, median and range (.97 to 1.03, .84 to 1.18); the truth is the slope at the logs' mean voltage;
+* share of the gains' 95 % intervals that hold the truth (.92 to .99), and their median half-widths over the truth;
+* gains outside their interval and off by more than 15 %, of those determined from outside, and of those that rest on
+  the noise model (1 in 50 each);
+* halves that show a family of effects that the rig lacks (2 %);
+* families shown, of those detectable (92 %): a fit that is told the structure gives them more than 8 nats;
+* Jaccard index of the families that two halves show, where either shows any (.80), beside what sampling alone allows;
+* gains of two halves within their joint 95 % interval, where both determine them (95 %);
+* nats that the held-out logs gain by the correction; on measured rigs these are the logs of the other half;
+* log-likelihood of a second controller's logs under the true plant less that under the delivered one [nats] (6).
 """
 
 import argparse
-import sys
-from collections.abc import Sequence
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
 from pathlib import Path
 from time import process_time
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-from benchmarks.tables import table
+from benchmarks.harness import in_parallel, table
+from benchmarks.measured import DownloadError, download
+from benchmarks.rigs import DETECTABLE, FIELD_GROUPS, field_sources, likelihood_of, told_scores
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log, LogFormat, read_logs
-from heli_identifier.tracing import Determination, Diagnosis, diagnose
+from heli_identifier.tools import GeneratedRig
+from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit
+from heli_identifier.tracing.helicopter import family_of
+from heli_plant.effects import AXES
+from heli_plant.parameters import PlantParameters
+from tests.blind.air import COLOURS
+from tests.blind.windy import windy_rig
 
-OPPOSITE = ":-pitch"
-NEAR = 3.0
-"""Nats within which a plant is no worse than the model before."""
+GAINS = ("k_x", "k_z", "k_y")
 
-MARKS = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
-"""Behind a gain: nothing where references determine it, * where it rests on the noise model, ? where nothing does."""
+FAR = 0.15
+"""A gain that is stated as determined and outside its interval counts as wrong from this error on [1]."""
 
-
-def rig_logs(rig: str, first: float) -> list[Log]:
-    """Read the logs of a rig, the folder of its files, from ``first`` [s] on."""
-    signs = {"pitch": -1} if rig.endswith(OPPOSITE) else {}
-    files = sorted(Path(rig.removesuffix(OPPOSITE)).glob("*.csv*"))
-    return list(read_logs(files, LogFormat(signs=signs), start=first or None))
-
-
-def gains_agree(halves: Sequence[Diagnosis]) -> list[bool]:
-    """Tell of every gain that both halves determine whether its values lie within their joint 95 % interval."""
-    first, second = (half.parameters for half in halves)
-    found = []
-    for name in ("k_x", "k_z", "k_y"):
-        both = [half[name] for half in (first, second) if name in half]
-        if len(both) == 2 and all(r.determination is not Determination.NOT_DETERMINED for r in both):
-            errors = np.hypot(*(r.estimate.standard_error or 0.0 for r in both))
-            found.append(abs(both[0].estimate.value - both[1].estimate.value) <= 1.96 * errors)
-    return found
+WINDY_LOGS = {"a": 5, "b": 5, "t": 2, "c": 4}
+"""Logs of a windy rig by letter: two halves, held out, of the second controller."""
 
 
-def families(found: Diagnosis) -> set[str]:
-    """Families of the effects that a diagnosis shows."""
-    return {effect.family for effect in found.effects}
+@dataclass(frozen=True)
+class Known:
+    """What is known of a generated rig.
+
+    ``effects`` by field; ``slopes`` of the gains, ``plant`` and ``other``, logs of a second controller, where given.
+    """
+
+    effects: tuple[str, ...]
+    families: frozenset[str]
+    slopes: Mapping[str, float] = field(default_factory=dict)
+    plant: PlantParameters | None = None
+    other: Sequence[Log] = ()
 
 
-def main(arguments: Sequence[str]) -> None:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.halves", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("rigs", nargs="+", metavar="RIG")
-    parser.add_argument("--from", dest="start", type=float, default=6.0, help="leave out what is earlier [s]")
+@dataclass(frozen=True)
+class Half:
+    """One half of a rig's logs, diagnosed; ``found`` is None where it was refused."""
+
+    kind: str
+    rig: str
+    name: str
+    truth: Known | None
+    found: Diagnosis | None
+    refused: str = ""
+    detectable: frozenset[str] = frozenset()
+    loss: float = float("nan")
+    seconds: float = 0.0
+
+    @property
+    def shown(self) -> frozenset[str]:
+        """Families of the effects that are shown."""
+        return frozenset(effect.family for effect in self.found.effects) if self.found else frozenset()
+
+    def gain(self, name: str) -> tuple[float, float, Determination]:
+        """Give a gain, half its 95 % interval, and what it rests on."""
+        assert self.found is not None
+        report = self.found.parameters[name]
+        return report.estimate.value, 1.96 * (report.estimate.standard_error or 0.0), report.determination
+
+    @property
+    def false(self) -> frozenset[str]:
+        """Families shown that the rig lacks."""
+        return self.shown - self.truth.families if self.truth else frozenset()
+
+    def line(self) -> str:
+        """Say it in a line; ``*`` behind a gain that rests on the noise model, ``?`` behind one not determined."""
+        if self.found is None:
+            return f"{self.rig} {self.name}: refused: {self.refused}"
+        marks = {Determination.OUTSIDE: "", Determination.NOISE_MODEL: "*", Determination.NOT_DETERMINED: "?"}
+        slopes = self.truth.slopes if self.truth else {}
+        gains = [
+            f"{name} {value / slopes.get(name, 1.0):.3g}±{half / abs(slopes.get(name, 1.0)):.2g}{marks[rests]}"
+            for name, (value, half, rests) in ((name, self.gain(name)) for name in GAINS)
+        ]
+        said = [f"FALSE {', '.join(sorted(self.false))}"] if self.false else []
+        said += [f"missed {', '.join(sorted(self.detectable - self.shown))}"] if self.detectable - self.shown else []
+        said += [f"loss {self.loss:.1f}"] if np.isfinite(self.loss) else []
+        words = (*gains, f"shown {', '.join(sorted(self.shown)) or 'nothing'}", *said,
+                 f"held out {self.found.held_out.gain.value:.0f} nats", f"{self.seconds:.1f} s")  # fmt: skip
+        return f"{self.rig} {self.name}: {'; '.join(words)}"
+
+
+def half_of(
+    kind: str, rig: str, name: str, training: Sequence[Log], held_out: Sequence[Log], truth: Known | None
+) -> Half:
+    """Diagnose one half and hold it against the truth."""
+    began = process_time()
+    try:
+        found = diagnose(training, held_out=held_out)
+    except IdentifierError as error:
+        return Half(kind, rig, name, truth, None, str(error))
+    half = Half(kind, rig, name, truth, found, seconds=process_time() - began)
+    if truth is None:
+        return half
+    scores = told_scores(training, truth.effects)
+    half = replace(half, detectable=frozenset(family_of(f) for f, score in scores.items() if score > DETECTABLE))
+    if truth.plant is None:
+        return half
+    return replace(half, loss=nats_under(truth.plant, truth.other) - nats_under(found.plant_after, truth.other))
+
+
+def nats_under(plant: PlantParameters, logs: Sequence[Log]) -> float:
+    """Log-likelihood of logs under a plant, air and offsets fitted to them [nats]."""
+    likelihood = likelihood_of(logs)
+    rig = replace(likelihood.rig, parameters=plant, estimate=lambda _: plant)
+    return -fit(type(likelihood)(rig, likelihood.records), ()).value
+
+
+# --- where the rigs come from ------------------------------------------------------------------------------------
+
+Job = Callable[[], list[Half]]
+
+
+def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, logged: bool, seed: int) -> list[Half]:
+    """Make a windy rig and diagnose its halves."""
+    rig = windy_rig(seed, colour, quiet, rate, effects, logged, WINDY_LOGS)
+    fields = {name.replace("/", "_"): value for name, value in rig.truth.effects.items()}
+    plant = PlantParameters(**rig.truth.parameters, **fields)
+
+    def logs(letter: str) -> list[Log]:
+        return [
+            Log(name, round((len(log.time) - 1) / float(log.time[-1] - log.time[0]), 6), log.voltages, log.angles,
+                references=dict(log.references))
+            for name, log in rig.part(letter).items()
+        ]  # fmt: skip
+
+    words = (colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "")
+    halves = []
+    for letter in "ab":
+        training = logs(letter)
+        slopes = rig.truth.slopes(float(np.mean(np.concatenate([log.voltages for log in training]))))
+        known = Known(tuple(fields), frozenset(map(family_of, fields)), slopes, plant, logs("c"))
+        halves.append(half_of(" ".join(filter(None, words)), f"{colour} {seed}", letter, training, logs("t"), known))
+    return halves
+
+
+def field_halves(group: str, source: GeneratedRig) -> list[Half]:
+    """Diagnose a half of a rig of the field battery."""
+    rig = source.load()
+    assert rig.truth is not None
+    fields = tuple(f"{effect.name}_{effect.axis}" for effect in rig.truth.effects)
+    name, _, half = source.rig.rpartition(" ")
+    truth = Known(fields, frozenset(map(family_of, fields)))
+    return [half_of(group, name, half, rig.training, rig.held_out, truth)]
+
+
+def measured_halves(rig: str, start: float) -> list[Half]:
+    """Diagnose each half of a measured rig's logs, the other half held out."""
+    folder, _, mirrored = rig.partition(":")
+    files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".csv.gz", ".mat")))
+    logs = list(read_logs(files, LogFormat(signs={"pitch": -1} if mirrored else {}), start=start or None))
+    name = Path(folder).name
+    return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2], None) for k in (0, 1)]
+
+
+# --- tables ------------------------------------------------------------------------------------------------------
+
+
+def summary(halves: Sequence[Half]) -> str:
+    """Give the table of one kind of rig."""
+    done = [half for half in halves if half.found]
+    rows = [("diagnosed, s each", f"{len(done)} of {len(halves)}, {np.median([half.seconds for half in done]):.1f}")]
+    known = [half for half in done if half.truth]
+    rows += _of_gains([half for half in known if half.truth and half.truth.slopes]) + _of_names(known)
+    pairs = [(a, b) for a, b in zip(done[:-1], done[1:], strict=True) if a.rig == b.rig]
+    either = [(a, b) for a, b in pairs if a.shown | b.shown]
+    if either:
+        index = np.mean([len(a.shown & b.shown) / len(a.shown | b.shown) for a, b in either])
+        expected = [half.found.agreement.expected for half in done if half.found and half.found.agreement]
+        said = f"{index:.2f}; {np.mean(expected or [np.nan]):.2f} ({len(either)} rigs)"
+        rows.append(("halves agree; expected", said))
+    agree = [
+        abs(a.gain(name)[0] - b.gain(name)[0]) <= np.hypot(a.gain(name)[1], b.gain(name)[1])
+        for (a, b), name in product(pairs, GAINS)
+        if Determination.NOT_DETERMINED not in (a.gain(name)[2], b.gain(name)[2])
+    ]
+    rows.append(("gains within their joint interval", f"{sum(agree)} of {len(agree)}"))
+    nats = [half.found.held_out.gain.value for half in done if half.found]
+    count = f"{sum(n > -3.0 for n in nats)} of {len(nats)}; {np.median(nats):.0f}"
+    rows.append(("held-out gain above -3 nats; median", count))
+    return table(("what", halves[0].kind), rows)
+
+
+def _of_gains(halves: Sequence[Half]) -> list[tuple[str, str]]:
+    if not halves:
+        return []
+    slopes = np.array([[half.truth.slopes[name] for name in GAINS] for half in halves if half.truth])
+    gains = np.array([[half.gain(name)[:2] for name in GAINS] for half in halves]) / np.abs(slopes)[..., None]
+    ratio, width = gains[..., 0] * np.sign(slopes), gains[..., 1]
+    rests = np.array([[half.gain(name)[2].value for name in GAINS] for half in halves])
+    missed = np.abs(ratio - 1.0) > width
+    wrong = missed & (np.abs(ratio - 1.0) > FAR)
+    medians, widths = (" ".join(f"{m:.3f}" for m in np.median(values, axis=0)) for values in (ratio, width))
+    stated = "; ".join(f"{wrong[rests == d].sum()} of {(rests == d).sum()} {d.value}" for d in Determination)
+    loss = [half.loss for half in halves]
+    return [
+        ("gains over the truth; range", f"{medians}; {ratio.min():.2f} to {ratio.max():.2f}"),
+        ("intervals cover; half-widths", f"{1.0 - missed.mean():.3f} of {missed.size}; {widths}"),
+        ("wrong gains", stated),
+        ("loss, median; largest [nats]", f"{np.median(loss):.1f}; {np.max(loss):.1f}"),
+    ]
+
+
+def _of_names(halves: Sequence[Half]) -> list[tuple[str, str]]:
+    if not halves:
+        return []
+    found, detectable = (sum(len(names) for names in own) for own in zip(
+        *((half.shown & half.detectable, half.detectable) for half in halves), strict=True))  # fmt: skip
+    return [
+        ("halves with something false", f"{sum(bool(half.false) for half in halves)} of {len(halves)}"),
+        ("detectable effects shown", f"{found} of {detectable}"),
+    ]
+
+
+def errors_table(halves: Sequence[Half]) -> str:
+    """Give the errors 1 s ahead on the other half's logs [mrad]: before, after and, in brackets, the noise floor."""
+    rows = []
+    for half in halves:
+        assert half.found is not None
+        figures = [(r.before.prediction_1s, r.after.prediction_1s, r.noise_floor.prediction_1s)
+                   for r in (half.found.axes[axis] for axis in AXES)]  # fmt: skip
+        cells = ["{:.3g}, {:.3g} ({:.3g})".format(*(1e3 * figure.value for figure in own)) for own in figures]
+        rows.append((f"{half.rig} {half.name}", *cells))
+    return table(("half", *(f"{axis}, before, after (floor) [mrad]" for axis in AXES)), rows)
+
+
+def _called(job: Job) -> list[Half]:
+    return job()
+
+
+def _run(jobs: Sequence[Job], workers: int) -> dict[str, list[Half]]:
+    kinds: dict[str, list[Half]] = {}
+    for halves in in_parallel(_called, jobs, workers):
+        for half in halves:
+            kinds.setdefault(half.kind, []).append(half)
+            print(half.line(), flush=True)
+    print(*("\n" + summary(halves) for halves in kinds.values()), sep="\n")
+    return kinds
+
+
+# --- commands ----------------------------------------------------------------------------------------------------
+
+
+def _parser(name: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=f"python -m benchmarks {name}", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--workers", type=int, default=1)
+    return parser
+
+
+def windy(arguments: Sequence[str]) -> None:
+    """Windy rigs."""
+    parser = _parser("windy")
+    parser.add_argument("--seeds", default="0:16", help="first:behind the last")
+    parser.add_argument("--choose", action="store_true", help="even seeds, to choose rules on; else the odd ones")
+    parser.add_argument("--colours", default=",".join(COLOURS), help=f"of {', '.join(COLOURS)}")
+    parser.add_argument("--quiet", action="store_true", help="quiet rigs as well")
+    parser.add_argument("--unlogged", action="store_true", help="rigs whose references are not logged as well")
+    parser.add_argument("--rate", type=float, default=100.0, choices=(100.0, 500.0), help="of the controller [Hz]")
+    parser.add_argument("--effects", help="bare, coupled or effects of the generator; default: drawn")
+    parser.add_argument("--csv", type=Path, help="file that gets the gains over the truth")
     asked = parser.parse_args(arguments)
-    rows: list[tuple[str, ...]] = []
-    agree: list[bool] = []
-    nats: list[float] = []
-    indices: list[tuple[float, float]] = []
-    for rig in asked.rigs:
-        logs, name = rig_logs(rig, asked.start), Path(rig.removesuffix(OPPOSITE)).name
-        halves = []
-        for half in (0, 1):
-            began = process_time()
-            try:
-                with threadpool_limits(1):
-                    found = diagnose(logs[half::2], held_out=logs[1 - half :: 2])
-            except IdentifierError as error:
-                print(f"{name} {half}: {error}", flush=True)
-                continue
-            halves.append(found)
-            nats.append(found.held_out.gain.value)
-            cells = [
-                f"{r.estimate.value:.3g} ± {1.96 * (r.estimate.standard_error or 0.0):.2g}{MARKS[r.determination]}"
-                for r in (found.parameters[gain] for gain in ("k_x", "k_z", "k_y"))
-            ]
-            shown = ", ".join(sorted(families(found))) or "nothing"
-            rows.append(
-                (
-                    f"{name} {'ab'[half]}",
-                    found.references,
-                    *cells,
-                    shown,
-                    f"{nats[-1]:.0f}",
-                    f"{process_time() - began:.1f}",
-                )
-            )
-            print(" | ".join(rows[-1]), flush=True)
-        if len(halves) == 2:
-            agree += gains_agree(halves)
-            both, either = (families(halves[0]) & families(halves[1])), (families(halves[0]) | families(halves[1]))
-            expected = float(np.mean([half.agreement.expected for half in halves if half.agreement]))
-            indices += [(len(both) / len(either), expected)] if either else []
-    head = ("half", "references", "k_x", "k_z", "k_y", "shown", "nats of the other half", "s")
-    print(f"\n{table(head, rows)}\n")
-    print(f"gains agree within their joint 95 % interval: {sum(agree)} of {len(agree)} determined by both")
-    if indices:
-        observed, expected = np.mean(indices, axis=0)
-        print(f"families shown by both over shown by either: {observed:.2f}, expected from sampling {expected:.2f}")
-    fine = sum(value > -NEAR for value in nats)
-    print(f"nats of the other half: above -{NEAR:g} on {fine} of {len(nats)}; median {np.median(nats):.0f}")
+    seeds = [seed for seed in range(*map(int, asked.seeds.split(":"))) if seed % 2 == (0 if asked.choose else 1)]
+    kinds = product(asked.colours.split(","), (False, True)[: 1 + asked.quiet], (True, False)[: 1 + asked.unlogged])
+    jobs = [partial(windy_halves, colour, quiet, asked.rate, asked.effects, logged, seed)
+            for colour, quiet, logged in kinds for seed in seeds]  # fmt: skip
+    done = [half for halves in _run(jobs, asked.workers).values() for half in halves]
+    if asked.csv:
+        with asked.csv.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(("kind", "rig", "half", "gain", "ratio", "half_width", "rests"))
+            for half, name in product([half for half in done if half.found], GAINS):
+                value, width, rests = half.gain(name)
+                slope = half.truth.slopes[name] if half.truth else 1.0
+                cells = (f"{value / slope:.4f}", f"{width / abs(slope):.4f}", rests.value)
+                writer.writerow((half.kind, half.rig, half.name, name, *cells))
 
 
-if __name__ == "__main__":
-    main(sys.argv[1:])
+def field_battery(arguments: Sequence[str]) -> None:
+    """Run the field battery."""
+    parser = _parser("field")
+    parser.add_argument("--groups", default=",".join(FIELD_GROUPS), help=f"of {', '.join(FIELD_GROUPS)}")
+    parser.add_argument("--limit", type=int, default=3, help="most rigs of each case")
+    asked = parser.parse_args(arguments)
+    groups = asked.groups.split(",")
+    rigs = field_sources(groups, dict.fromkeys(groups, asked.limit)).values()
+    _run([partial(field_halves, case.group, source) for case, source in rigs], asked.workers)
+
+
+def measured(arguments: Sequence[str]) -> None:
+    """Measured rigs."""
+    parser = _parser("measured")
+    parser.add_argument("rigs", nargs="*", metavar="RIG")
+    parser.add_argument("--from", dest="start", type=float, default=6.0, help="leave out what is earlier [s]")
+    parser.add_argument("--download", type=Path, metavar="FOLDER", help="fetch public logs of three rigs first")
+    asked = parser.parse_args(arguments)
+    try:
+        rigs = [*asked.rigs, *(map(str, download(asked.download)) if asked.download else ())]
+    except DownloadError as error:
+        parser.error(str(error))
+    done = _run([partial(measured_halves, rig, asked.start) for rig in rigs], asked.workers).get("measured", [])
+    print("\n" + errors_table([half for half in done if half.found]))

@@ -1,157 +1,125 @@
-"""Diagnoses of rigs whose truth is not known: verdicts, effects with intervals, errors before and after.
+"""Measured logs of three rigs of one make, fetched from where their owners published them, as logs of the contract.
 
-Usage: python -m benchmarks.measured --name rigs FOLDER...        each folder a rig, as for heli fleet
-       python -m benchmarks.measured --name ntnu --each-in-turn --from 6 LOG...   each log held out once
-       python -m benchmarks.measured --name ctu --voltage-limit 6 --hold-out LAST.csv LOG...
-       python -m benchmarks.measured --name fleet --from 6 --download    public logs of three rigs of one make
+Public student work, Quanser 3-DOF helicopters at NTNU, 500 Hz, closed loop. The repositories carry no licence, so this
+project holds citations only: ``measured_sources.csv`` names repository, commit, path and SHA-256 of every file.
 
-The figures go into docs/results.md, into a section of the given name; behind those of a download stands what repeats
-from rig to rig.
+A file holds one matrix, one signal a row: time [s], travel, travel rate, pitch, pitch rate, elevation, elevation rate,
+and further down the commanded difference V_d and sum V_s of the voltages. From these V_front = (V_s + V_d) / 2 and
+V_rear = (V_s - V_d) / 2, clipped to the converter's +-5 V. One rig has the opposite sign of the pitch, and of V_d.
 """
 
-import argparse
-import shlex
-import sys
-from collections.abc import Iterator, Sequence
+import csv
+import io
+from dataclasses import dataclass
+from hashlib import sha256
+from http.client import HTTPException
 from pathlib import Path
+from urllib.parse import quote
+from urllib.request import urlopen
 
-from threadpoolctl import threadpool_limits
+import numpy as np
 
-from benchmarks.measured_download import PUBLIC, DownloadError, download
-from benchmarks.page import PAGE, ROOT, write_section
-from benchmarks.tables import table
-from heli_identifier.records import read_logs
-from heli_identifier.results.words import is_known
-from heli_identifier.tools import Fleet, fleet_of, fleet_sentence, rig_folder
-from heli_identifier.tools import fleet_tables as fleet_tables_of
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, FoundEffect, NamedShape, diagnose
-from heli_plant.effects import AXES
+from heli_identifier.files import write_atomically
+from heli_identifier.records import Log, write_log
 
-PLACES = ("--source", "--folder", "--page")
-"""Options whose values are places."""
+SOURCES = Path(__file__).with_name("measured_sources.csv")
+PUBLIC = "https://raw.githubusercontent.com/{repository}/{commit}/{path}"
+RATE = 500.0
+"""Sampling rate of all files [Hz]."""
 
-HEAD = (
-    "| held out | verdict | found | possible | nats | pitch [mrad] | elevation [mrad] | travel [mrad] |\n"
-    "| --- | --- | --- | --- | --- | --- | --- | --- |"
-)
+CONVERTER_LIMIT = 5.0
+"""Voltage at which the converter clips the commands that the files hold [V]."""
 
 
-def main(arguments: Sequence[str]) -> None:
-    asked = _parsed(arguments)
-    if asked.download:
-        try:
-            asked.paths = download(asked.folder, asked.source)
-        except DownloadError as error:
-            sys.exit(str(error))
-    rows, diagnoses = [], {}
-    for title, training, held in _cases(asked):
-        settings = DiagnosisSettings(voltage_limit=asked.voltage_limit)
-        logs = [read_logs(paths, start=asked.start) for paths in (training, held)]
-        diagnoses[title] = diagnose(logs[0], held_out=logs[1], settings=settings)
-        rows.append(row(title, diagnoses[title]))
-        print(rows[-1], flush=True)
-    over_rigs = fleet_tables(fleet_of(diagnoses)) if asked.download else ""
-    command = shlex.join(["python", "-m", "benchmarks.measured", *_without_places(arguments)])
-    write_section(
-        asked.page,
-        asked.name,
-        f"### {asked.title or asked.name}\n\n`{command}`\n\n{EXPLANATION}\n\n{HEAD}\n" + "\n".join(rows) + over_rigs,
-    )
+class DownloadError(Exception):
+    """A file cannot be fetched, or is not the one that was cited."""
 
 
-EXPLANATION = (
-    "Coefficients with 95 % intervals. *Nats*: what the held-out log gains by the correction. The errors are root mean "
-    "squares of the prediction 1 s ahead on the held-out log under the measured voltages, before and after, with the "
-    "noise floor in brackets. A dash means that no noise floor can be computed, because the model runs away from the "
-    "rig within seconds even on its own data."
-)
+@dataclass(frozen=True)
+class Source:
+    """One published file: where it is, and what it has to be."""
+
+    bytes: int
+    rig: str
+    log: str
+    repository: str
+    commit: str
+    path: str
+    sha256: str
 
 
-def fleet_tables(fleet: Fleet) -> str:
-    """Give what repeats over the rigs, what differs and what is one rig's own, and the parameters, as two tables."""
-    tables = fleet_tables_of(fleet)
-    parts = [fleet_sentence(fleet), *(table(_plain(columns), rows) for _, columns, rows in tables)]
-    return "\n\n" + "\n\n".join(parts)
+@dataclass(frozen=True)
+class Layout:
+    """How a rig's files are laid out: rows of V_d and V_s, unit of the angles [rad], sign of pitch and V_d."""
+
+    difference: int
+    sum: int
+    unit: float = 1.0
+    sign: int = 1
 
 
-def _plain(columns: Sequence[str]) -> tuple[str, ...]:
-    return tuple(column.removesuffix(" >") for column in columns)
+LAYOUTS = {
+    "ntnu-05": Layout(difference=9, sum=10),
+    "ntnu-08a": Layout(difference=7, sum=8, unit=np.pi / 180.0),
+    "ntnu-01b": Layout(difference=7, sum=8, sign=-1),
+}
+TIME, TRAVEL, PITCH, ELEVATION = 0, 1, 3, 5
 
 
-def row(title: str, found: Diagnosis) -> str:
-    """One diagnosis as a row of the table."""
-    effects, possible = ("; ".join(map(effect_text, own)) or "nothing" for own in (found.effects, found.possible))
-    cells = [title, found.verdict, effects, possible, f"{found.held_out.gain.value:.0f}"]
-    for axis in AXES:
-        report = found.axes[axis]
-        before, after = (1e3 * error.prediction_1s.value for error in (report.before, report.after))
-        floor = report.noise_floor.prediction_1s
-        known = f"{1e3 * floor.value:.3g}" if is_known(floor) else "–"
-        cells.append(f"{before:.3g}, {after:.3g} ({known})")
-    return f"| {' | '.join(cells)} |"
+def sources() -> tuple[Source, ...]:
+    """Give every published file."""
+    with SOURCES.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    names = ("rig", "log", "repository", "commit", "path", "sha256")
+    return tuple(Source(int(row["bytes"]), *(row[name] for name in names)) for row in rows)
 
 
-def effect_text(effect: FoundEffect) -> str:
-    """Describe one effect for a cell of the table."""
-    c = effect.coefficient
-    if c is None or not isinstance(effect.shape, NamedShape):
-        return f"unknown on {effect.axis}: {effect.shape.to_dict()['description']}"
-    text = f"{effect.name} on {effect.axis} {c.value:.3g} +- {1.96 * (c.standard_error or 0.0):.2g} {c.unit}"
-    shapes = [
-        f"{name} {s.value:.4g} {s.unit}" for name, s in effect.shape.parameters.items() if s.standard_error is not None
-    ]
-    if shapes:
-        text += f" ({', '.join(shapes)})"
-    if effect.alternatives:
-        text += " (ambiguous with " + ", ".join(name for name, _ in effect.alternatives) + ")"
-    return text
+def download(folder: Path, template: str = PUBLIC) -> list[Path]:
+    """Fetch every file that is not there yet into ``folder``/raw, and give the folders of the rigs' logs.
+
+    ``template`` is an address with {repository}, {commit} and {path}. Raises DownloadError if a file cannot be fetched
+    or is not the one that was cited; what was fetched before stays and is not fetched again.
+    """
+    rigs = {}
+    for source in sources():
+        raw = folder / "raw" / f"{source.rig}-{source.log}.mat"
+        if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source.sha256:
+            write_atomically(raw, fetched(source, template))
+        rigs[source.rig] = folder / source.rig
+        write_log(converted(raw.read_bytes(), source), rigs[source.rig] / f"{source.log}.csv")
+    return list(rigs.values())
 
 
-def _cases(asked: argparse.Namespace) -> Iterator[tuple[str, list[Path], list[Path]]]:
-    """Title, training logs and held-out logs of every diagnosis."""
-    if asked.each_in_turn:
-        for held in asked.paths:
-            yield held.stem, [path for path in asked.paths if path != held], [held]
-    elif asked.hold_out is not None:
-        yield asked.hold_out.stem, list(asked.paths), [asked.hold_out]
-    else:
-        for folder in asked.paths:
-            rig = rig_folder(folder, folder.name)
-            if rig.held_out:
-                yield rig.rig, list(rig.training), list(rig.held_out)
-            else:
-                yield rig.rig, list(rig.training[:-1]), [rig.training[-1]]
+def fetched(source: Source, template: str = PUBLIC) -> bytes:
+    """Give the content of one published file, if it is the one that was cited; DownloadError otherwise."""
+    address = template.format(repository=source.repository, commit=source.commit, path=quote(source.path))
+    try:
+        with urlopen(address, timeout=60.0) as answer:
+            content = answer.read(source.bytes + 1)  # no more than shows that it is too long
+    except (OSError, HTTPException) as error:
+        raise DownloadError(f"{address} cannot be fetched: {error}.") from error
+    found = sha256(content).hexdigest()
+    if found != source.sha256:
+        raise DownloadError(
+            f"{address} is not the file that was cited: {len(content)} bytes with SHA-256 {found}, "
+            f"{source.bytes} with {source.sha256} are expected; nothing of it was kept."
+        )
+    return content
 
 
-def _without_places(arguments: Sequence[str]) -> Iterator[str]:
-    """Give the arguments without options that say where files lie, and paths by their last part: that says nothing."""
-    words = iter(arguments)
-    for word in words:
-        if word in PLACES:
-            next(words)
-        else:
-            yield Path(word).name if "/" in word else word
+def converted(content: bytes, source: Source) -> Log:
+    """Give a published file as a log with the contract's signals and signs; DownloadError if its layout is another."""
+    from scipy.io import loadmat
 
-
-def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.measured", description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("paths", nargs="*", type=Path)
-    parser.add_argument("--download", action="store_true", help="fetch public logs, in place of paths")
-    parser.add_argument("--source", default=PUBLIC, metavar="URL", help="where from; default: %(default)s")
-    parser.add_argument("--folder", type=Path, default=ROOT / "build" / "measured", help="where to")
-    parser.add_argument("--name", required=True, help="of the section")
-    parser.add_argument("--title", help="heading of the section")
-    parser.add_argument("--each-in-turn", action="store_true", help="hold out each log once")
-    parser.add_argument("--hold-out", type=Path, help="the log to hold out")
-    parser.add_argument("--from", dest="start", type=float, help="first second used of every log")
-    parser.add_argument("--voltage-limit", type=float, default=5.0)
-    parser.add_argument("--page", type=Path, default=PAGE)
-    asked = parser.parse_args(arguments)
-    if bool(asked.paths) == asked.download:
-        parser.error("name paths, or --download without any")
-    return asked
-
-
-if __name__ == "__main__":
-    with threadpool_limits(1):
-        main(sys.argv[1:])
+    layout = LAYOUTS[source.rig]
+    matrices = [value for name, value in loadmat(io.BytesIO(content)).items() if not name.startswith("__")]
+    if len(matrices) != 1 or matrices[0].ndim != 2 or len(matrices[0]) <= layout.sum:
+        shapes = [matrix.shape for matrix in matrices]
+        raise DownloadError(f"{source.path} holds {shapes}, one matrix of {layout.sum + 1} rows or more is needed.")
+    rows = matrices[0]
+    if not np.allclose(rows[TIME], np.arange(rows.shape[1]) / RATE, rtol=0.0, atol=1e-9):
+        raise DownloadError(f"{source.path} is not sampled at {RATE:g} Hz from 0 s on.")
+    V_d, V_s = layout.sign * rows[layout.difference], rows[layout.sum]
+    voltages = np.clip(np.column_stack((V_s + V_d, V_s - V_d)) / 2.0, -CONVERTER_LIMIT, CONVERTER_LIMIT)
+    angles = layout.unit * np.column_stack((layout.sign * rows[PITCH], rows[ELEVATION], rows[TRAVEL]))
+    return Log(source.log, RATE, voltages, angles)

@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from benchmarks.closed_loop_rigs import TORQUE_STD, TORQUE_TIME
-from benchmarks.follow_bound import excitation
-from benchmarks.follow_changes import GAIN
-from benchmarks.follow_flights import errors_ahead
-from benchmarks.follow_streams import FAULTY, broken
+from benchmarks.flown import TORQUE_STD, TORQUE_TIME
+from benchmarks.follow import FAULTY, GAIN, broken, errors_ahead, excited_until
 from heli_identifier.following import FollowSettings, prepare_following
 from heli_plant.parameters import TABLE_2
 from tests.blind.coefficients import Coefficients
@@ -18,23 +16,26 @@ from tests.following import followed, record
 HOVER = [2.7, 2.7, 0.15, 0.0, 0.0]
 
 
-def test_the_bound_of_a_constant_change_is_that_of_the_torques_spectrum_at_zero():
+def test_information_on_a_constant_change_is_that_of_the_torques_spectrum_at_zero():
     """A constant g against a torque of the spectrum 2 std^2 tau at frequency zero: J grows by g^2/(2 std^2 tau).
 
-    How much its beginning tells cancels in the difference of two delays. Samples make 1 % of difference at most.
+    J* grows by what the quantile of a longer time between false alarms adds; how much the beginning of the change tells
+    cancels in the difference of two times. Samples make 1 % of difference at most.
     """
     c = Coefficients()
-    rows = np.tile(HOVER, (9000, 1))
-    g = GAIN * c.k_y * 5.4 * math.sin(0.15)
+    rows = np.tile(HOVER, (30000, 1))
+    rows[:, 2] *= 0.5
+    g = GAIN * c.k_y * 5.4 * math.sin(0.075)
     rate = g * g / (2.0 * TORQUE_STD**2 * TORQUE_TIME)
-    near, far = (excitation("k_y", rows, c, 20.0, time) for time in (3.6e4, 3.6e7))
-    assert far.delay - near.delay == pytest.approx(2.0 * math.log(1000.0) / rate, rel=0.01)
+    near, far = (excited_until("k_y", rows, c, 0.0, time) for time in (3.6e4, 3.6e7))
+    needed = [(norm.ppf(1.0 - 20.0 / (32 * time)) + norm.ppf(0.95)) ** 2 for time in (3.6e4, 3.6e7)]
+    assert far - near == pytest.approx((needed[1] - needed[0]) / rate, rel=0.01)
 
 
-def test_of_no_change_as_much_is_noticed_as_alarms_are_false():
+def test_where_a_change_does_not_show_excited_flight_never_ends():
     rows = np.tile([2.7, 2.7, 0.0, 0.0, 0.0], (4500, 1))
-    found = excitation("k_y", rows, Coefficients(), 20.0, 3.6e4)
-    assert found == (pytest.approx(20.0 / 3.6e4), math.inf, math.inf)
+    assert excited_until("k_y", rows, Coefficients(), 20.0, 3.6e4) == math.inf
+    assert excited_until("cable", rows, Coefficients(), 20.0, 3.6e4) is None
 
 
 def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
@@ -44,14 +45,14 @@ def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
     """
     rows = np.tile(HOVER, (30000, 1))
     slower = rows * [1.0, 1.0, 0.5, 1.0, 1.0]
-    near, far = (excitation("k_y", own, Coefficients(), 0.0, 3.6e4).excited for own in (rows, slower))
+    near, far = (excited_until("k_y", own, Coefficients(), 0.0, 3.6e4) for own in (rows, slower))
     assert near > 20.0
     assert 4.0 * near + 3.0 * 2.0 < far < 4.0 * near + 3.0 * 4.0
 
 
 def test_a_change_that_shows_at_once_has_20_s_of_excited_flight_after_20_s():
     rows = np.tile(HOVER, (6000, 1))
-    assert excitation("mass", rows, Coefficients(), 20.0, 3.6e4).excited == 20.0
+    assert excited_until("mass", rows, Coefficients(), 20.0, 3.6e4) == 20.0
 
 
 def test_a_stream_at_fault_stands_still_and_stops_once_a_minute():

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.field_rigs import field_half, field_sources, half_of, half_truth, name_of
-from heli_plant.effects import CATALOGUE
+from benchmarks.rigs import field_half, field_sources
 from tests.blind.coefficients import Coefficients
 from tests.blind.encoders import COUNTS_PER_TURN
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
@@ -422,27 +421,21 @@ def test_campaign_has_both_halves_of_every_rig_under_different_names():
 
 
 def test_half_of_a_campaign_has_its_logs_and_their_truth_in_the_names_of_the_catalogue():
-    case = FieldCase("single", "speed_stability", 4)
-    made = case.rig(0)
+    made = FieldCase("single", "speed_stability", 4).rig(0)
     rig = field_half("single", "speed_stability", 4, 1.0, False, 0, 1)
     half = made.halves[1]
-    assert [log.name for log in rig.training] == [name_of(number) for number in half.train_numbers]
+    assert [log.name for log in rig.training] == [f"log{number:02d}" for number in half.train_numbers]
     assert rig.held_out[0].angles == pytest.approx(half.held[0][:, 3:])
     assert rig.training[0].rate_hz == made.truth.rate
     assert {(log.path, log.notes, len(log.extra)) for log in (*rig.training, *rig.held_out)} == {("", (), 0)}
-    assert set(rig.truth.logs) == {log.name for log in (*rig.training, *rig.held_out)}
     held = {(effect.name, effect.axis): effect.coefficient for effect in made.truth.effects}
-    named = {(e.name, e.axis): e.coefficient for e in (*rig.truth.effects, *rig.truth.beyond)}
-    assert named == held
-    assert ("speed_stability", "pitch") in named
-    known = {(entry.name, entry.axis) for entry in CATALOGUE}
-    assert not any((effect.name, effect.axis) in known for effect in rig.truth.beyond)
+    assert {(e.name, e.axis): e.coefficient for e in rig.truth.effects} == held
+    assert ("speed_stability", "pitch") in held
     offsets = [e.shape["horizontal_offset"] for e in rig.truth.effects if e.name == "inertial_coupling"]
     assert offsets == [made.truth.horizontal_offset] * 2
 
 
 def test_truth_of_clean_halves_is_the_simplified_model():
-    rig = half_of(make_field_rig(1, "clean_linear"), 0)
-    assert (rig.truth.effects, rig.truth.beyond, rig.truth.unknown) == ((), (), None)
-    assert rig.truth.parameters["a_e"] == make_field_rig(1, "clean_linear").truth.base.a_e
-    assert half_truth(draw_field_rig(1, "clean"), (0,)).motor_lag_s == 0.08
+    truth = field_half("clean", "clean_linear", 100, 1.0, False, 1, 0).truth
+    assert (truth.effects, truth.unknown) == ((), None)
+    assert truth.parameters["a_e"] == FieldCase("clean", "clean_linear", 100).rig(1).truth.base.a_e

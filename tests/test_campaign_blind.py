@@ -5,11 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.blind_figures import Share, bars, is_miss
-from benchmarks.blind_measures import measured
-from benchmarks.blind_page import misses, section
-from benchmarks.blind_rigs import GROUPS, blind_rig, sources, truth
-from benchmarks.page import markers, write_section
+from benchmarks.blind import Share, bars, is_miss, miss, report
+from benchmarks.rigs import GROUPS, blind_rig, blind_sources, measured, true_structure
 from heli_identifier.tools import TrueEffect, TrueUnknown, Truth
 from heli_identifier.tools.campaign_rows import complete, truth_columns
 from heli_plant.effects import effect
@@ -44,9 +41,9 @@ CLEAN = Truth("clean")
 
 
 def test_battery_as_a_campaign_holds_every_rig_under_a_name_of_its_own():
-    everything = sources()
+    everything = blind_sources()
     assert len(everything) == sum(case.count for case in BATTERY)
-    few = sources(("single", "clean"), limits={"single": 2, "clean": 2})
+    few = blind_sources(("single", "clean"), limits={"single": 2, "clean": 2})
     assert {case.group for case, _ in few.values()} == {"single", "clean"}
     assert set(few) < set(everything)
     assert max(sum(case == other for case, _ in few.values()) for other, _ in few.values()) == 2
@@ -68,7 +65,7 @@ def test_logs_of_a_rig_carry_no_word_of_its_truth():
 @pytest.mark.parametrize("kind", STRENGTHS)
 def test_catalogue_knows_every_effect_of_the_battery_with_its_shapes(kind):
     drawn = draw_rig(3, kind)
-    told = truth(kind, drawn)
+    told = true_structure(kind, drawn)
     assert [(e.name, e.axis) for e in told.effects] == [(e.name, e.axis) for e in drawn.effects]
     for true, held in zip(told.effects, drawn.effects, strict=True):
         fields = {shape.field for shape in effect(true.name, true.axis).shapes}
@@ -77,8 +74,8 @@ def test_catalogue_knows_every_effect_of_the_battery_with_its_shapes(kind):
 
 
 def test_unknown_torque_is_told_by_axis_and_variable():
-    drawn = draw_rig(3, "unknown:periodic")
-    assert truth("unknown:periodic", drawn).unknown == TrueUnknown(drawn.unknown.axis, "time")
+    rig = blind_rig("unknown", "unknown:periodic", 20, 1.0, 0)
+    assert rig.truth.unknown == TrueUnknown(Case("unknown", "unknown:periodic", 20).rig(0).truth.unknown.axis, "time")
 
 
 # --- measures ----------------------------------------------------------------------------------------------------
@@ -92,7 +89,7 @@ def test_a_test_that_is_told_the_effect_sees_it_and_a_clean_rig_has_none():
 
 
 def test_nothing_is_measured_of_a_torque_that_no_parameter_describes():
-    assert measured(SimpleNamespace(truth=DETENT), SimpleNamespace()) == {}
+    assert measured(SimpleNamespace(truth=DETENT, training=()), SimpleNamespace()) == {}
 
 
 # --- figures -----------------------------------------------------------------------------------------------------
@@ -126,7 +123,7 @@ GROUPED = {
 
 
 def shares():
-    return {bar.what: (bar.share.hits, bar.share.count, bar.met) for bar in bars(GROUPED)}
+    return {what: (own.hits, own.count, low <= own.value <= high) for what, own, low, high in bars(GROUPED)}
 
 
 def test_bars_count_what_they_say():
@@ -144,42 +141,20 @@ def test_weak_effect_that_even_the_told_test_would_miss_is_not_held_against_the_
 
 
 def test_group_that_was_not_run_has_no_bar():
-    assert all("clean" in bar.what for bar in bars({"clean": GROUPED["clean"]}))
+    assert [bar[0] for bar in bars({"clean": GROUPED["clean"]})] == ["clean rigs accused of anything"]
 
 
 def test_misses_are_the_rigs_that_break_their_groups_bar():
     missed = [row["rig"] for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
     assert missed == ["c1", "s1", "s2", "p0", "u1"]
-    lines = misses(GROUPED)
+    lines = [miss(row) for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
     assert lines[0] == "c1: true nothing (told nan) | found motor_lag rotors 0.02 (score 20.0)"
     assert lines[2].endswith("true dry_friction pitch 0.02 (told 30.0) | found nothing")
 
 
-BEGIN, END = markers("blind")
-
-
-# --- page --------------------------------------------------------------------------------------------------------
-
-
-def test_section_replaces_what_stood_between_its_markers_and_nothing_else(tmp_path):
-    page = tmp_path / "results.md"
-    page.write_text(f"# Results\n\nbefore\n\n{BEGIN}\nold\n{END}\n\nafter\n")
-    write_section(page, "blind", "new\n")
-    assert page.read_text() == f"# Results\n\nbefore\n\n{BEGIN}\nnew\n{END}\n\nafter\n"
-
-
-def test_section_is_added_to_a_page_that_has_none(tmp_path):
-    page = tmp_path / "results.md"
-    write_section(page, "blind", "new")
-    page.write_text(page.read_text() + "more\n")
-    write_section(page, "blind", "newer")
-    assert page.read_text() == f"# Results\n\n{BEGIN}\nnewer\n{END}\nmore\n"
-
-
-def test_section_shows_bars_kinds_and_coverage():
-    cases = {row["rig"]: Case(group, row["true_kind"], 20) for group, rows in GROUPED.items() for row in rows}
-    text = section(GROUPED, cases, "python -m benchmarks.blind")
-    assert "| clean rigs accused of anything | 50.0 % (9.5 to 90.5) | 2 | at most 0 % | **no** |" in text
-    assert "| single | dry_friction | 3 | 30.0 (3) | 2/3 | 1/3 | 1/3 | 30 |" in text
+def test_report_shows_bars_and_kinds():
+    text = report(GROUPED, "python -m benchmarks blind")
+    assert "| clean rigs accused of anything | 50.0 % (9.5 to 90.5) | 2 | 0 to 0 % | **no** |" in text
+    assert "| single | dry_friction | 3 | 30.0 | 2/3 | 1/3 | 1/3 |" in text
     assert "10 rigs, 0 of which could not be diagnosed" in text
     assert "median 9.0 s" in text

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from benchmarks import measured, measured_download
-from benchmarks.measured_download import LAYOUTS, TRIES, DownloadError, Source, converted, download, fetched, sources
+from benchmarks import halves, measured
+from benchmarks.measured import LAYOUTS, DownloadError, Source, converted, download, fetched, sources
 from heli_identifier.records import read_log
 
 RAW = os.environ.get("HELI_MEASURED_RAW")
@@ -27,15 +27,13 @@ needs_raw = pytest.mark.skipif(
 
 
 @contextmanager
-def host(content, failures=0):
-    """Serve content by path; gives the address template and the paths asked for. The first answers may fail."""
+def host(content):
+    """Serve content by path; gives the address template and the paths asked for."""
     asked = []
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self):
             asked.append(unquote(self.path))
-            if len(asked) <= failures:
-                return self.send_error(503)
             found = content.get(asked[-1])
             if found is None:
                 return self.send_error(404)
@@ -73,7 +71,7 @@ def matrix(rows=11, samples=3000):
 
 
 def cited(content, rig="ntnu-05", path="lab 3/log, final.mat"):
-    return Source(rig, "01", "somebody/helicopter", "c" * 40, path, len(content), sha256(content).hexdigest())
+    return Source(len(content), rig, "01", "somebody/helicopter", "c" * 40, path, sha256(content).hexdigest())
 
 
 # --- fetching ----------------------------------------------------------------------------------------------------
@@ -87,51 +85,30 @@ def test_a_file_is_fetched_from_its_repository_commit_and_path():
     assert asked == [f"/somebody/helicopter/{'c' * 40}/lab 3/log, final.mat"]
 
 
-def test_a_host_that_is_busy_is_asked_again():
-    content = matrix()[1]
-    source = cited(content)
-    with host({place(source): content}, failures=TRIES - 1) as (address, asked):
-        assert fetched(source, address, pause=0.0) == content
-    assert len(asked) == TRIES
-
-
-def test_a_host_that_stays_busy_or_is_not_there_is_named():
-    source = cited(b"x")
-    with host({}, failures=99) as (address, asked):
-        with pytest.raises(DownloadError, match=f"somebody/helicopter.*{TRIES} tries.*503"):
-            fetched(source, address, pause=0.0)
-        assert len(asked) == TRIES
-    with pytest.raises(DownloadError, match="cannot be fetched in"):  # the host has gone
-        fetched(source, address, pause=0.0)
-
-
-def test_a_file_that_is_missing_is_not_asked_for_again():
-    with host({}) as (address, asked), pytest.raises(DownloadError, match="404"):
-        fetched(cited(b"x"), address, pause=0.0)
+def test_a_host_that_lacks_the_file_or_is_not_there_is_named():
+    with host({}) as (address, asked), pytest.raises(DownloadError, match="somebody/helicopter.*404"):
+        fetched(cited(b"x"), address)
     assert len(asked) == 1
+    with pytest.raises(DownloadError, match="cannot be fetched"):  # the host has gone
+        fetched(cited(b"x"), address)
 
 
 @pytest.mark.parametrize("changed", [b"<html>please log in</html>", b"longer than what was cited" * 9])
 def test_a_file_that_is_not_the_one_cited_is_refused(changed):
     source = cited(b"what was cited")
     with host({place(source): changed}) as (address, _), pytest.raises(DownloadError, match=source.sha256):
-        fetched(source, address, pause=0.0)
-
-
-def test_an_address_without_its_three_words_is_refused():
-    with pytest.raises(DownloadError, match="lacks {commit}"):
-        fetched(cited(b"x"), "http://127.0.0.1:9/{repository}/{path}")
+        fetched(source, address)
 
 
 def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, monkeypatch):
     content = matrix()[1]
     good = cited(content)
     bad = replace(good, log="02", path="other.mat", sha256="0" * 64)
-    monkeypatch.setattr(measured_download, "sources", lambda: (good, bad))
+    monkeypatch.setattr(measured, "sources", lambda: (good, bad))
     with host({place(good): content, place(bad): content}) as (address, asked):
         for _ in range(2):
             with pytest.raises(DownloadError, match=r"other\.mat is not the file"):
-                download(tmp_path, address, pause=0.0)
+                download(tmp_path, address)
     assert asked == [place(good), place(bad), place(bad)]
     assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == [
         "ntnu-05/01.csv",
@@ -139,14 +116,19 @@ def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, mon
     ]
     (tmp_path / "raw" / "ntnu-05-01.mat").write_bytes(content[:-1])  # spoilt on the disk: fetched again
     with host({place(good): content}) as (address, asked), pytest.raises(DownloadError, match="404"):
-        download(tmp_path, address, pause=0.0)
+        download(tmp_path, address)
     assert asked == [place(good), place(bad)]
     assert (tmp_path / "raw" / "ntnu-05-01.mat").read_bytes() == content
 
 
-def test_the_command_ends_with_the_sentence(tmp_path):
-    with host({}) as (address, _), pytest.raises(SystemExit, match="404"):
-        measured.main(["--name", "x", "--download", "--source", address, "--folder", str(tmp_path)])
+def test_the_command_ends_with_the_sentence(tmp_path, monkeypatch, capsys):
+    def refused(folder):
+        raise DownloadError("no such file")
+
+    monkeypatch.setattr(halves, "download", refused)
+    with pytest.raises(SystemExit):
+        halves.measured(["--download", str(tmp_path)])
+    assert "no such file" in capsys.readouterr().err
 
 
 # --- conversion --------------------------------------------------------------------------------------------------

@@ -148,7 +148,7 @@ def test_the_state_of_a_native_identifier_is_that_of_the_unit_in_python_to_the_b
     script = """
 import sys
 from pathlib import Path
-from benchmarks.native_memory import identifier_state
+from benchmarks.native_unit import identifier_state
 from fmu_src.master.instance import Instance
 from unit_host import answer
 states = []

@@ -9,7 +9,6 @@ from math import inf, nan, radians
 import numpy as np
 import pytest
 
-from benchmarks.replay import replay
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierSettings,
@@ -26,6 +25,7 @@ from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
 from tests.online_record import multisines, read, record
+from tests.replay import replay
 
 TRUTH = ModelParameters(*(getattr(TABLE_2, name) for name in ModelParameters._fields))
 KNOWN = IdentifierSettings(rest_angle=TABLE_2.theta0)

@@ -1,6 +1,6 @@
 """The scenario closed_loop as users run it: PID flying, exciter on top, identifier right."""
 
-from benchmarks.closed_loop_figure import ORDER
+from benchmarks.figures import ORDER
 from fmu_src.master import run_apart
 from heli_plant.parameters import TABLE_2
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.page import write_section
+from benchmarks.harness import write_section
 from fmu_src import UNITS
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -1,10 +1,11 @@
 """The paper's experiments on the units: its Tables 1 and 2 and counterparts of its Figures 2 to 5, as CSV and SVG.
 
-    python -m benchmarks.paper --output paper
+    python -m benchmarks paper --output paper
 
 The paper's text is not at hand; its tables, signals and settings are those that the project restates. The contents of
 the figures are inferred: 2 and 5 the histories of the estimates (pitch; elevation and travel), 3 plant and model in
-open loop with the adaptation error, 4 pitch steps in closed loop.
+open loop, 4 pitch steps in closed loop. Bars: every pitch run and the means of elevation and travel within .1 % of
+Table 2.
 
 Exciter -> HelicopterPlant -> AdaptiveIdentifier run on the plant of Table 2 with encoders on and no disturbance. The
 pitch experiment drives v_f - v_r alone, and two identifiers receive the same voltages and angles: one knows theta0, the
@@ -13,7 +14,6 @@ turning. Each of the twelve runs of an experiment has its own Omega(0), Gamma(0)
 
 An estimate keeps a share of Omega(0) of the order of 1 / (Gamma(0) int phi phi^T dt). With the paper's Gamma(0) = 1e3
 that is some percent in the elevation of experiment 2, so the means of Table 2 are those from `CERTAIN` on.
-:mod:`benchmarks.paper.spread` looks for what makes the paper's two experiments differ.
 """
 
 import argparse
@@ -26,23 +26,31 @@ from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import matplotlib
 import numpy as np
-from matplotlib import pyplot
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from benchmarks.paper.spread import EXPERIMENTS, PITCH, TABLE_1, candidates, search, spread_table, within_table
 from fmu_src import AXES, OPEN_LOOP, VOLTAGES, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
+from heli_identifier.results import INK, canvas, key, styled, write_figure
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
 
+EXPERIMENTS = (1, 2)
 NAMES = ModelParameters._fields
 TRUTH = ModelParameters(*(getattr(TABLE_2, name) for name in NAMES))
 UNITS = {name: BY_FIELD[name].unit for name in NAMES}
 OF_PITCH, OTHERS = NAMES[:4], NAMES[4:]
+PITCH = ("a_wx", "a_th", "k_x")
+"""Parameters of the paper's Table 1 [1/s, 1/s^2, rad/s^2/V]."""
+
+TABLE_1 = {
+    1: {"a_wx": (0.059, 0.062), "a_th": (0.658, 0.668), "k_x": (0.289, 0.298)},
+    2: {"a_wx": (0.064, 0.068), "a_th": (0.595, 0.623), "k_x": (0.257, 0.269)},
+}
+"""Ranges of twelve estimates, as printed, by experiment."""
 
 STEP = 0.01
 """Control and communication period [s]."""
@@ -98,14 +106,13 @@ class Start:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Time (M,) [s], estimates (M, 11) by `KNOWN` and `FREE`, and the pitch's adaptation error (M,) [rad/s^2]."""
+    """Time (M,) [s] and estimates (M, 11) by `KNOWN` and `FREE`."""
 
     kind: Kind
     experiment: int
     start: Start
     time: NDArray[np.float64]
     estimates: dict[str, NDArray[np.float64]]
-    sigma: NDArray[np.float64]
 
     def deviations(self, names: Sequence[str], rest_angle: str) -> NDArray[np.float64]:
         """Give the relative deviations of the last estimates from Table 2 [1]."""
@@ -159,15 +166,14 @@ def run_once(kind: Kind, experiment: int, start: Start, fmus: dict[str, Path]) -
         }
     scenario = Scenario("paper", f"the paper's experiments: {kind.name}", tuple(units), tuple(wires))
     columns = {unit: [f"{unit}.{name}" for name in NAMES] for unit in kind.identifiers}
-    error = f"{kind.identifiers[0]}.sigma.pitch"
-    record = [*(name for names in columns.values() for name in names), error]
+    record = [name for names in columns.values() for name in names]
     files = {name: fmus[unit] for name, unit in units}
     result = run_apart(scenario, kind.duration, STEP, order, files, record=record)
     last = len(result.time) - 1
     late = min(round(30.0 / STEP), last)  # the estimates move most soon after the adaptation begins, at 10 s
     rows = np.concatenate([np.arange(0, late, 10), np.arange(late, last, 100), [last]])
     estimates = {unit: result.columns(*names)[rows] for unit, names in columns.items()}
-    return Run(kind, experiment, start, result.time[rows], estimates, result.column(error)[rows])
+    return Run(kind, experiment, start, result.time[rows], estimates)
 
 
 def run_all(
@@ -182,7 +188,7 @@ def run_all(
         if start.number in numbers
     ]
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        runs = list(pool.map(lambda job: run_once(*job, fmus), jobs))
+        runs = list(pool.map(lambda job: run_once(*(*job, fmus)), jobs))
     return {kind.name: [run for run in runs if run.kind == kind] for kind in kinds}
 
 
@@ -198,86 +204,72 @@ def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[objec
 
 
 def write_table_1(runs: Sequence[Run], folder: Path) -> None:
-    """Write ranges beside the paper's, and every run."""
+    """Write ranges beside the paper's."""
     rows = []
     for experiment, rest_angle in product(EXPERIMENTS, (KNOWN, FREE)):
         own = [run for run in runs if run.experiment == experiment]
         for name in OF_PITCH if rest_angle == FREE else PITCH:
             values = [run.final(rest_angle)[name] for run in own]
-            worst = max(abs(run.deviations([name], rest_angle)[0]) for run in own)
-            printed = TABLE_1[experiment].get(name, ("", ""))
-            rows.append(
-                (experiment, rest_angle, name, UNITS[name], min(values), max(values))
-                + (float(100.0 * worst), getattr(TRUTH, name), *printed)
-            )
+            worst = float(max(abs(run.deviations([name], rest_angle)[0]) for run in own))
+            row = (experiment, rest_angle, name, UNITS[name], min(values), max(values), 100.0 * worst)
+            rows.append((*row, getattr(TRUTH, name), *TABLE_1[experiment].get(name, ("", ""))))
     header = ("experiment", "theta0", "parameter", "unit", "lowest", "highest", "largest deviation [%]", "truth")
     write_table(folder / "table1.csv", (*header, "paper lowest", "paper highest"), rows)
-    write_table(
-        folder / "table1_runs.csv",
-        ("experiment", "run", "Omega(0)", "Gamma(0)", "theta0", *(f"{name} [{UNITS[name]}]" for name in OF_PITCH)),
-        (
-            (run.experiment, run.start.number, run.start.omega, run.start.gain, rest)
-            + tuple(run.final(rest)[name] for name in OF_PITCH)
-            for run, rest in product(runs, (KNOWN, FREE))
-        ),
-    )
+    for rest_angle, names in ((KNOWN, PITCH), (FREE, OF_PITCH)):
+        largest = max(float(np.abs(run.deviations(names, rest_angle)).max()) for run in runs)
+        print(f"Table 1: all pitch runs end within {100.0 * largest:.2g} % of Table 2 with theta0 {rest_angle}.")
 
 
 def write_table_2(runs: dict[str, list[Run]], folder: Path) -> None:
     """Write the mean of every parameter, and the largest deviation for each Gamma(0)."""
-    rows, recovery = [], {}
+    rows: list[tuple[str, str, float, float, float, float, float]] = []
+    recovery: dict[tuple[int, float], list[float]] = {}
     for kind, names in ((PITCH_RUN.name, OF_PITCH), (JOINT_RUN.name, OTHERS)):
         off = np.array([run.deviations(names, FREE) for run in runs[kind]])
         sure = off[[run.start.gain >= CERTAIN for run in runs[kind]]]
         for name, of_name in zip(names, sure.T, strict=True):
-            true = getattr(TRUTH, name)
-            figures = true * (1.0 + of_name.mean()), abs(true) * of_name.std(ddof=1), 100.0 * of_name.mean()
-            rows.append((name, UNITS[name], true, *map(float, figures), float(100.0 * np.abs(of_name).max())))
+            true, mean, worst = getattr(TRUTH, name), float(of_name.mean()), float(np.abs(of_name).max())
+            scatter = float(abs(true) * of_name.std(ddof=1))
+            rows.append((name, UNITS[name], true, true * (1.0 + mean), scatter, 100.0 * mean, 100.0 * worst))
         for experiment, gain in product(EXPERIMENTS, sorted({run.start.gain for run in runs[kind]})):
             own = [(run.experiment, run.start.gain) == (experiment, gain) for run in runs[kind]]
             recovery.setdefault((experiment, gain), []).extend((100.0 * np.abs(off[own]).max(axis=0)).tolist())
-    header = ("parameter", "unit", "truth", "mean", "scatter of a run", "deviation [%]", "worst run's deviation [%]")
-    write_table(folder / "table2.csv", header, rows)
+    head = ("parameter", "unit", "truth", "mean", "scatter of a run", "deviation [%]", "worst run's deviation [%]")
+    write_table(folder / "table2.csv", head, rows)
     header = ("experiment", "Gamma(0)", *(f"{name} worst deviation [%]" for name in NAMES))
-    write_table(folder / "recovery.csv", header, ((*key, *values) for key, values in recovery.items()))
-    worst = {row[0]: row[-1] for row in rows}
-    print(f"Table 2: from Gamma(0) = {CERTAIN:g} on the means are within {max(abs(row[-2]) for row in rows):.2g} %; "
-          f"single runs within {max(worst.values()):.2g} % (worst: {max(worst, key=worst.__getitem__)}).")  # fmt: skip
+    write_table(folder / "recovery.csv", header, ((*kept, *values) for kept, values in recovery.items()))
+    print(f"Table 2: from Gamma(0) = {CERTAIN:g} on the means are within {max(abs(row[-2]) for row in rows):.2g} %, "
+          f"single runs within {max(row[-1] for row in rows):.2g} %.")  # fmt: skip
 
 
 # --- figures -----------------------------------------------------------------------------------------------------
 
 
-def panels(heights: Sequence[float], labels: Sequence[str]) -> tuple[matplotlib.figure.Figure, list]:
-    """Give a figure with panels below each other on one time axis."""
-    figure, axes = pyplot.subplots(
-        len(heights),
-        1,
-        sharex=True,
-        figsize=(8.0, 1.0 + 1.4 * sum(heights)),
-        height_ratios=heights,
-        layout="constrained",
-    )
-    for panel, label in zip(axes, labels, strict=True):
+@styled
+def panels(labels: Sequence[str], lines: Sequence[Sequence[tuple[NDArray[np.float64], NDArray[np.float64], str]]],
+           truths: Sequence[float] = ()) -> Figure:  # fmt: skip
+    """Draw panels below each other on one time axis: lines (time, values, label), and the truth."""
+    figure, axes = canvas(8.0, 1.0 + 1.6 * len(labels), [1.0] * len(labels))
+    for number, (panel, label, own) in enumerate(zip(axes, labels, lines, strict=True)):
+        for time, values, name in own:
+            panel.plot(time, values, linewidth=0.9, label=name or None)
         panel.set_ylabel(label)
-        panel.grid(alpha=0.3)
+        if truths:
+            panel.axhline(truths[number], color=INK, linewidth=0.8, linestyle="--")
+            panel.set_ylim(*sorted((0.5 * truths[number], 1.5 * truths[number])))
+            panel.set_xscale("log")
+    key(axes[0], 4)
     axes[-1].set_xlabel("time [s]")
-    return figure, list(axes)
-
-
-def save(figure: matplotlib.figure.Figure, path: Path) -> None:
-    """Write an SVG that is the same whenever it is drawn."""
-    with matplotlib.rc_context({"svg.hashsalt": "paper", "svg.fonttype": "none"}):
-        figure.savefig(path, metadata={"Date": None})
-    pyplot.close(figure)
+    return figure
 
 
 def histories(runs: Sequence[Run], names: Sequence[str], rest_angle: str, number: int, folder: Path) -> None:
-    """Write and draw the histories of ``names``; colours show Omega(0), fainter lines a lower Gamma(0)."""
+    """Write and draw the histories of ``names``."""
     columns = [NAMES.index(name) for name in names]
+    labels = [f"{name} [{UNITS[name]}]" for name in names]
     write_table(
         folder / f"figure{number}.csv",
-        ("experiment", "run", "Omega(0)", "Gamma(0)", "time [s]", *(f"{name} [{UNITS[name]}]" for name in names)),
+        ("experiment", "run", "Omega(0)", "Gamma(0)", "time [s]", *labels),
         (
             (run.experiment, run.start.number, run.start.omega, run.start.gain, *row)
             for run in runs
@@ -285,18 +277,12 @@ def histories(runs: Sequence[Run], names: Sequence[str], rest_angle: str, number
         ),
     )
     for experiment in EXPERIMENTS:
-        figure, axes = panels([1.0] * len(names), [f"{name}\n[{UNITS[name]}]" for name in names])
-        for panel, column in zip(axes, columns, strict=True):
-            for run in (run for run in runs if run.experiment == experiment):
-                style = {"color": f"C{[*OMEGAS].index(run.start.omega)}", "linewidth": 0.9}
-                label = f"Omega(0): {run.start.omega}" if run.start.gain == GAINS[-1] and panel is axes[0] else None
-                faint = 0.3 + 0.7 * (GAINS.index(run.start.gain) + 1) / len(GAINS)
-                panel.plot(run.time, run.estimates[rest_angle][:, column], alpha=faint, label=label, **style)
-            panel.axhline(TRUTH[column], color="black", linewidth=0.8, linestyle="--")
-            panel.set_ylim(*sorted((0.5 * TRUTH[column], 1.5 * TRUTH[column])))
-        axes[0].legend(loc="upper right", ncols=3)
-        axes[-1].set_xscale("log")
-        save(figure, folder / f"figure{number}_experiment{experiment}.svg")
+        own = [run for run in runs if run.experiment == experiment]
+        named = {run.start.number: f"{run.start.omega}, Gamma(0) {run.start.gain:g}" for run in own}
+        lines = [[(run.time, run.estimates[rest_angle][:, column], named[run.start.number]) for run in own]
+                 for column in columns]  # fmt: skip
+        drawing = panels(labels, lines, [TRUTH[column] for column in columns])
+        write_figure(drawing, folder / f"figure{number}_experiment{experiment}.svg")
 
 
 def model_of(estimates: dict[str, float], unit: str) -> dict[str, Value]:
@@ -304,10 +290,8 @@ def model_of(estimates: dict[str, float], unit: str) -> dict[str, Value]:
     return {f"{unit}.{BY_FIELD[name].name}": estimates[name] for name in PITCH}
 
 
-def side_by_side(runs: Sequence[Run], fmus: dict[str, Path], folder: Path) -> float:
-    """Draw plant and the model of experiment 1 under experiment 2, and sigma; give the difference's rms [rad]."""
-    of_first = sorted((run for run in runs if run.experiment == 1), key=lambda run: run.start.gain)
-    best = max(of_first, key=lambda run: run.start.gain)
+def side_by_side(best: Run, fmus: dict[str, Path], folder: Path) -> None:
+    """Draw the plant and the model of a run of experiment 1 under experiment 2."""
     units = (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("model", "HelicopterPlant"))
     wires = tuple(Connection("exciter", v, unit, v) for unit in ("plant", "model") for v in VOLTAGES)
     order = parameters_of(best.kind, 2, best.start)
@@ -320,22 +304,14 @@ def side_by_side(runs: Sequence[Run], fmus: dict[str, Path], folder: Path) -> fl
     time, plant, model = result.time, result.column("plant.pitch"), result.column("model.pitch")
     header = ("time [s]", "plant pitch [rad]", "model pitch [rad]")
     write_table(folder / "figure3.csv", header, np.column_stack([time, plant, model])[::10].tolist())
-    figure, (angle, difference, sigma) = panels((1.5, 1.0, 1.0), ("pitch [rad]", "difference [mrad]", "|σ| [rad/s²]"))
-    angle.plot(time, plant, linewidth=2.4, color="0.6", label="plant, encoder")
-    angle.plot(time, model, linewidth=1.0, label="model of experiment 1")
-    difference.plot(time, 1e3 * (plant - model), linewidth=0.8)
-    same = [run for run in of_first if run.start.omega == best.start.omega]
-    for run in (same[0], same[-1]):
-        on = run.sigma != 0.0
-        sigma.semilogy(run.time[on], np.abs(run.sigma[on]), linewidth=0.9, label=f"Gamma(0) = {run.start.gain:g} I")
-    angle.legend(loc="upper right")
-    sigma.legend(loc="upper right")
-    save(figure, folder / "figure3.svg")
-    return float(np.sqrt(np.mean((plant - model) ** 2)))
+    lines = [[(time, plant, "plant, encoder"), (time, model, "model")], [(time, 1e3 * (plant - model), "")]]
+    write_figure(panels(("pitch [rad]", "difference [mrad]"), lines), folder / "figure3.svg")
+    apart = float(np.sqrt(np.mean((plant - model) ** 2)))
+    print(f"Figure 3: the model of experiment 1 follows experiment 2 to {1e3 * apart:.2f} mrad rms.")
 
 
-def closed_loops(models: dict[str, dict[str, float]], fmus: dict[str, Path], folder: Path) -> dict[str, float]:
-    """Draw pitch steps of the plant and of models, each under a PID; give the largest differences [rad]."""
+def closed_loops(models: dict[str, dict[str, float]], fmus: dict[str, Path], folder: Path) -> None:
+    """Draw pitch steps of the plant and of models, each under a PID."""
     rigs, units, wires = ("plant", *models), [], []
     order: dict[str, Value] = {}
     for rig in rigs:
@@ -344,26 +320,16 @@ def closed_loops(models: dict[str, dict[str, float]], fmus: dict[str, Path], fol
         order |= {f"{rig}.encoder.enabled": True, f"{pid}.reference.step_pitch": PITCH_STEP}
         order |= {f"{pid}.reference.step_time": STEP_TIME} | (model_of(models[rig], rig) if rig in models else {})
     scenario = Scenario("paper_closed_loop", "pitch steps in closed loop", tuple(units), tuple(wires))
-    record = [name for rig in rigs for name in (f"{rig}.pitch", *(f"controller_{rig}.{v}" for v in VOLTAGES))]
+    record = [f"{rig}.pitch" for rig in rigs]
     result = run_apart(scenario, LOOP_DURATION, STEP, order, {name: fmus[unit] for name, unit in units}, record=record)
-    figure, axes = panels((1.5, 1.0, 1.0), ("pitch [rad]", "v_f − v_r [V]", "model − plant [mrad]"))
-    columns, header, worst = [result.time], ["time [s]"], {}
-    for rig in rigs:
-        pitch = result.column(f"{rig}.pitch")
-        front, rear = (result.column(f"controller_{rig}.{v}") for v in VOLTAGES)
-        difference = pitch - result.column("plant.pitch")
-        for panel, values in zip(axes, (pitch, front - rear, 1e3 * difference), strict=True):
-            panel.plot(result.time, values, linewidth=1.0, label=rig.replace("paper_", "paper's experiment "))
-        columns += [pitch, front - rear]
-        header += [f"{rig} pitch [rad]", f"{rig} v_f - v_r [V]"]
-        worst[rig] = float(np.abs(difference).max())
-    write_table(folder / "figure4.csv", header, np.column_stack(columns)[::5].tolist())
-    axes[0].legend(loc="upper left")
-    save(figure, folder / "figure4.svg")
-    return {rig: value for rig, value in worst.items() if rig != "plant"}
-
-
-# --- all of it ---------------------------------------------------------------------------------------------------
+    pitch = result.columns(*record)
+    header = ("time [s]", *(f"{rig} pitch [rad]" for rig in rigs))
+    write_table(folder / "figure4.csv", header, np.column_stack((result.time, pitch))[::5].tolist())
+    off = 1e3 * (pitch - pitch[:, :1])
+    lines = [[(result.time, values[:, k], rig) for k, rig in enumerate(rigs)] for values in (pitch, off)]
+    write_figure(panels(("pitch [rad]", "model less plant [mrad]"), lines), folder / "figure4.svg")
+    worst = ", ".join(f"{rig} {largest:.1f} mrad" for rig, largest in zip(rigs, np.abs(off).max(axis=0), strict=True))
+    print(f"Figure 4: farthest from the plant in closed loop: {worst}.")
 
 
 def reproduce(
@@ -377,41 +343,20 @@ def reproduce(
         runs = run_all(kinds, fmus, numbers)
         of_pitch = runs[PITCH_RUN.name]
         write_table_1(of_pitch, folder)
-        worst = {
-            rest: np.max([np.abs(run.deviations(names, rest)) for run in of_pitch])
-            for rest, names in ((KNOWN, PITCH), (FREE, OF_PITCH))
-        }
-        parts = [f"{100.0 * value:.2g} % with theta0 {rest}" for rest, value in worst.items()]
-        print(f"Table 1: all {len(of_pitch)} pitch runs end within {' and '.join(parts)} of Table 2.")
         write_table_2(runs, folder)
         histories(of_pitch, PITCH, KNOWN, 2, folder)
         histories(runs[JOINT_RUN.name], OTHERS, FREE, 5, folder)
-        apart = side_by_side(of_pitch, fmus, folder)
         best = max((run for run in of_pitch if run.experiment == 1), key=lambda run: run.start.gain)
+        side_by_side(best, fmus, folder)
         middle = {
             f"paper_{experiment}": {name: float(np.mean(TABLE_1[experiment][name])) for name in PITCH}
             for experiment in EXPERIMENTS
         }
-        differences = closed_loops({"identified": best.final(KNOWN)} | middle, fmus, folder)
-    loops = ", ".join(f"{model.replace('_', ' ')} {1e3 * value:.1f} mrad" for model, value in differences.items())
-    print(f"Figure 3: the model of experiment 1 follows experiment 2 to {1e3 * apart:.2f} mrad rms.")
-    print(f"Figure 4: farthest from the plant in closed loop: {loops}.")
+        closed_loops({"identified": best.final(KNOWN)} | middle, fmus, folder)
 
 
-def main(words: Sequence[str] | None = None) -> None:
-    """Run the whole paper, then look for the cause of its spread."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=str(__doc__).splitlines()[0])
+def paper(arguments: Sequence[str]) -> None:
+    """Run the whole paper."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks paper", description=str(__doc__).splitlines()[0])
     parser.add_argument("--output", type=Path, default=Path("paper"), help="folder of the tables and figures")
-    folder = parser.parse_args(words).output
-    reproduce(folder)
-    found = search(candidates())
-    write_table(folder / "spread.csv", *spread_table(found))
-    write_table(folder / "within.csv", *within_table())
-    for one in found[:3]:
-        parts = zip(one.effects, one.coefficients, strict=True)
-        words = " with ".join(f"{effect.name} on {effect.axis}, c = {c:.2g} {effect.unit}" for effect, c in parts)
-        print(f"Spread between the paper's experiments: {one.misfit:.2f} half widths with {words or 'no effect'}.")
-
-
-if __name__ == "__main__":
-    main()
+    reproduce(parser.parse_args(arguments).output)

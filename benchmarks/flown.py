@@ -1,39 +1,165 @@
-"""Generated rigs that change in flight, with their truth: what the following twin is judged by.
+"""Generated rigs in flight, with their truth: what the on-line identifier and the twin that follows are judged by.
 
 The physics are those of the blind battery (:mod:`tests.blind`), which share nothing with the packages that are judged:
-Moreau's midpoint rule in steps of 1 ms, dry friction that sticks, Ornstein-Uhlenbeck torques on every axis (.012
-rad/s^2, 1 s), encoders of 4096 counts whose lines shake by a quarter count. What changes from rig to rig is drawn as in
-:mod:`benchmarks.closed_loop_rigs`: coefficients of the paper or within 20 % of them, hover, controller and pilot. In
-open loop the rig flies multisines on the sum and the difference of the voltages.
+Moreau's midpoint rule, dry friction that sticks, Ornstein-Uhlenbeck torques on every axis, encoders of 4096 counts
+whose lines shake by a quarter count. Every second rig, or half of them, has the paper's coefficients, the others each
+within 20 % of them. Each hovers at an elevation and a thrust of its own, under a controller of pitch and elevation (PID
+or state feedback on filtered rates, tuned by poles with gains known to ten percent), while a joystick moves the
+references in steps. In open loop a rig flies multisines on the sum and the difference of the voltages.
 
-A flight is a sequence of stages, each with coefficients of its own and shares of thrust of the two rotors; between two
-stages everything changes at once, or along a straight line in time where ``slow`` is given.
+A rig for the identifier flies five logs (:func:`closed_loop_rig`). A rig for the twin changes in :func:`flight`: a
+sequence of stages, each with coefficients of its own and shares of thrust of the two rotors; between two stages
+everything changes at once, or along a straight line in time where ``slow`` is given.
 """
 
 import hashlib
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numba import njit
 
-from benchmarks.closed_loop_rigs import SHAKE, TORQUE_STD, TORQUE_TIME, _tuned
+from heli_identifier.records import Log
 from tests.blind.coefficients import Coefficients, Strange
 from tests.blind.encoders import COUNTS_PER_TURN
 from tests.blind.field.control import V_MAX, Control, clipped, pitch_reference
+from tests.blind.field.flight import fly
 from tests.blind.field.references import joystick
 from tests.blind.integration import accelerations, kicked
 from tests.blind.rigs import draw_base
 from tests.blind.rotors import spun
 
+TORQUE_STD, TORQUE_TIME, SHAKE = 0.012, 1.0, 0.25
+"""Random torque [rad/s^2], its correlation time [s], shake of the encoders' lines [counts]."""
+
+_LEAD = 6.0
+"""A flight begins this much before its log does [s]."""
+
+_HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
+_PITCH_POLES, _ELEVATION_POLES, _DAMPING = (1.6, 2.5), (1.9, 2.6), (0.65, 0.9)
+_GAIN_ERROR = (0.9, 1.1)
+_RATE_BANDWIDTH = (18.0, 35.0)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A rig before it changes: coefficients, controller and hover (elevation [rad], mu_s [V])."""
+
+    coefficients: Coefficients
+    control: Control
+    hover: tuple[float, float]
+
+
+def draw_rig(rng: np.random.Generator, like_paper: bool | None = None, lag: float | None = None) -> Rig:
+    """Return a rig; every second one has the paper's coefficients if it is not said which."""
+    base = Coefficients() if (rng.random() < 0.5 if like_paper is None else like_paper) else draw_base(rng)
+    hover = float(rng.uniform(*_HOVER)), float(rng.uniform(*_THRUST))
+    theta0 = float(rng.uniform(-0.14, 0.06))
+    base = base._replace(
+        theta0=theta0, a_1=base.k_z * hover[1] - base.a_e * hover[0], t_m=base.t_m if lag is None else lag
+    )
+    return Rig(base, _tuned(base, hover, rng), hover)
+
+
+def _tuned(base: Coefficients, hover: tuple[float, float], rng: np.random.Generator) -> Control:
+    """Loops by poles, no faster than the motors and the rate filter allow."""
+    bandwidth = rng.uniform(*_RATE_BANDWIDTH)
+    fastest = 0.42 / (base.t_m + 1.0 / bandwidth)
+    omega_p, omega_e = (min(rng.uniform(*poles), fastest) for poles in (_PITCH_POLES, _ELEVATION_POLES))
+    zeta = rng.uniform(*_DAMPING)
+    k_x, k_z = base.k_x * rng.uniform(*_GAIN_ERROR), base.k_z * rng.uniform(*_GAIN_ERROR)
+    integral = rng.random() < 0.5
+    k_pp, k_pe = max(omega_p**2 - base.a_th, 0.8) / k_x, max(omega_e**2 - base.a_e, 0.6) / k_z
+    return Control(
+        mu_d0=-base.a_th * math.sin(base.theta0) / k_x,
+        k_pp=k_pp,
+        k_dp=2.0 * zeta * omega_p / k_x,
+        k_ip=0.25 * k_pp * integral,
+        mu_s0=hover[1] * rng.uniform(0.98, 1.02),
+        k_pe=k_pe,
+        k_de=2.0 * zeta * math.sqrt(k_pe * k_z + base.a_e) / k_z,
+        k_ie=0.5 * k_pe * integral,
+        rate_bandwidth=bandwidth,
+    )
+
+
+# --- logs of one rig ---------------------------------------------------------------------------------------------
+
+LOGS, DURATIONS = 5, (22.0, 40.0)
+
+
+@dataclass(frozen=True)
+class ClosedLoopRig:
+    """A rig with the logs flown on it."""
+
+    truth: Coefficients
+    logs: tuple[Log, ...]
+
+
+def closed_loop_rig(
+    seed: int,
+    like_paper: bool,
+    rate: float = 100.0,
+    noise: float = 1.0,
+    lag: float = 0.08,
+    effects: Mapping[str, float] | None = None,
+    durations: tuple[float, float] = DURATIONS,
+    quiet_from: float | None = None,
+) -> ClosedLoopRig:
+    """Return one rig with five logs.
+
+    Parameters
+    ----------
+    seed : int
+        Of the rig, its pilot and its noise.
+    like_paper : bool
+        Coefficients of the paper's Table 2, or each drawn within 20 % of them.
+    rate : float
+        Of samples and controller [Hz].
+    noise : float
+        Times the standard deviation of the random torque.
+    lag : float
+        Time constant of the motors [s].
+    effects : mapping, optional
+        Fields of :class:`tests.blind.coefficients.Coefficients` that are not zero.
+    durations : tuple of float
+        Shortest and longest log [s].
+    quiet_from : float, optional
+        Time in a log from which nobody moves the joystick any more [s].
+    """
+    rng = np.random.default_rng([13, seed])
+    rig = draw_rig(rng, like_paper, lag)
+    truth, hover, control = rig.coefficients._replace(**(effects or {})), rig.hover, rig.control
+    lead, logs = round(_LEAD * rate), []
+    for number in range(LOGS):
+        samples = round((_LEAD + rng.uniform(*durations)) * rate)
+        references = joystick(samples, rate, 1.0, False, rng)
+        if quiet_from is not None:
+            references[lead + round(quiet_from * rate) :] = 0.0
+        at = np.array([0.0, hover[0], 0.0])
+        at[:2] += rng.uniform(-0.03, 0.03, 2)
+        calm = ((0.0, 0.0, 0.0), 1.0), ((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0)), np.zeros((0, 4))
+        read, _, _, voltages = fly(
+            references, np.full((samples, 2), control.mu_s0 / 2), at, lead, True, truth, control, hover,
+            (noise * TORQUE_STD, TORQUE_TIME, SHAKE), *calm, rate, rng,
+        )  # fmt: skip
+        logs.append(Log(f"log{number}", rate, voltages[lead:], read[lead:].round(6)))
+    return ClosedLoopRig(truth, tuple(logs))
+
+
+def closed_loop_rigs(seed: int, **settings: Any) -> list[ClosedLoopRig]:
+    """Return six rigs with the paper's coefficients and six drawn around them; ``settings`` as for one rig."""
+    return [closed_loop_rig(100 * seed + number, number < 6, **settings) for number in range(12)]
+
+
+# --- rigs that change in flight ----------------------------------------------------------------------------------
+
 RATE, STEPS = 100.0, 10
 """Samples in a second, and steps of the integration in a sample."""
 
-_LEAD = 6.0
-"""A flight begins this much before its record does [s]."""
-
-_HOVER, _THRUST = (-0.2, 0.4), (4.4, 6.4)
 _OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.35
 """Standard deviation of the voltages' sum and difference in open loop [V]."""
 
@@ -58,37 +184,12 @@ class Stage:
     slow: float = 0.0
 
 
-@dataclass(frozen=True)
-class Flight:
-    """A record: ``rows`` (N, 5), voltages [V] and angles [rad] as they are read, every 10 ms."""
-
-    stages: tuple[Stage, ...]
-    closed: bool
-    rows: np.ndarray
-
-
-@dataclass(frozen=True)
-class Rig:
-    """A rig before it changes: coefficients, controller and hover (elevation [rad], mu_s [V])."""
-
-    coefficients: Coefficients
-    control: Control
-    hover: tuple[float, float]
-
-
-def draw_rig(rng: np.random.Generator) -> Rig:
-    """Return a rig; every second one has the paper's coefficients."""
-    base = Coefficients() if rng.random() < 0.5 else draw_base(rng)
-    hover = float(rng.uniform(*_HOVER)), float(rng.uniform(*_THRUST))
-    base = base._replace(theta0=float(rng.uniform(-0.14, 0.06)), a_1=base.k_z * hover[1] - base.a_e * hover[0])
-    return Rig(base, _tuned(base, hover, rng), hover)
-
-
-def _make_loop(fingerprint: int):
+def _make_loop(fingerprint: int) -> Callable[..., Any]:
     # numba's cache on disk looks at this file alone; the fingerprint of the compiled files makes a new entry when any
     # law is edited, as in tests/blind/integration.py.
     @njit(cache=True)
-    def loop(references, voltages, start, lead, closed, noise, std, time, shake, tables, shares, which, hover_e,
+    def loop(  # type: ignore[no-untyped-def]
+             references, voltages, start, lead, closed, noise, std, time, shake, tables, shares, which, hover_e,
              resolution, c, u):  # fmt: skip
         _ = fingerprint
         n, h_sample = references.shape[0], 0.01
@@ -155,8 +256,11 @@ _SLOW_STEPS = 40
 """Pieces that a slow change is made of."""
 
 
-def fly(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng: np.random.Generator) -> Flight:
-    """Fly a rig through ``stages`` (the first begins at 0) for ``duration`` [s]."""
+def flight(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng: np.random.Generator) -> np.ndarray:
+    """Fly a rig through ``stages`` (the first begins at 0) for ``duration`` [s].
+
+    Returns the record (N, 5), voltages [V] and angles [rad] as they are read, every 10 ms.
+    """
     lead, n = round(_LEAD * RATE), round((_LEAD + duration) * RATE)
     time = np.arange(n) / RATE - _LEAD
     tables: list[Coefficients] = [stages[0].coefficients]
@@ -190,7 +294,7 @@ def fly(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, rng:
         references, voltages, at, lead, closed, noise, TORQUE_STD, TORQUE_TIME, shake, records, shares, which,
         rig.hover[0], 2 * np.pi / COUNTS_PER_TURN, rig.control, Strange(),
     )  # fmt: skip
-    return Flight(stages, closed, np.column_stack([voltages, read])[lead:])
+    return np.column_stack([voltages, read])[lead:]
 
 
 def _multisine(n: int, around: np.ndarray, std: float, rng: np.random.Generator) -> np.ndarray:

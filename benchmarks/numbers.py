@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 
-from benchmarks.machine import measured_at
-from benchmarks.tables import table
+from benchmarks.harness import measured_at, table
+from benchmarks.rigs import likelihood_of
 from heli_identifier.online.adaptation import adapt, adaptation_coefficients, gain_matrix, initial_factor
 from heli_identifier.online.state_filter import discretise, filter_line
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import TO_ROTORS, controller, controller_response, frequencies, plant_response
-from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, records_of
+from heli_identifier.tracing import fit
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -92,6 +92,7 @@ def apart(ours: Array, reference: Array) -> float:
 
 
 def adaptation() -> Iterator[Row]:
+    """Compare the adaptation (7) with 60 digits and with a Kalman filter."""
     phi, y = regressors(1.0)
     (omega, gamma), (wanted, covariance) = recursive(phi, y, 0.001, 1e3), exact(phi, y, 0.001, 1e3)
     yield "adaptation (7): Omega, 2000 steps", "mpmath, 60 digits", apart(omega, wanted), "largest element"
@@ -126,6 +127,7 @@ def collinear() -> Iterator[tuple[str, ...]]:
 
 
 def signals() -> Iterator[Row]:
+    """Compare the state filter (11)."""
     omega, rho = 1.0, 0.7
     f, u = discretise(omega, rho, H, 0.08), np.random.default_rng(2).standard_normal(20_000)
     a, b = np.array([[0.0, 1.0], [-(omega**2), -2.0 * rho * omega]]), np.array([[0.0], [omega**2]])
@@ -164,6 +166,7 @@ def motion() -> Iterator[Row]:
 
 
 def linear() -> Iterator[Row]:
+    """Compare frequency responses."""
     model = linear_model(TABLE_2, operating_point(TABLE_2, 0.1, 0.2))
     omega = frequencies(H)
     z = np.exp(1j * omega * H)
@@ -181,8 +184,8 @@ def linear() -> Iterator[Row]:
 def fits() -> Iterator[Row]:
     """Minimise the criterion with scipy from beside where the fit stops; the logs' offsets stay."""
     logs = [noisy(TABLE_2, drive(60.0, seed), seed) for seed in (1, 2)]
-    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
-    likelihood = Likelihood(rig, records_of(logs, rig, {}))
+    likelihood = likelihood_of(logs)
+    rig = likelihood.rig
     own = fit(likelihood, rig.base)
     H, P = own.quadratic.total[0], len(own.x)
     width = 1.0 / np.sqrt(np.diag(H))
@@ -203,16 +206,11 @@ def fits() -> Iterator[Row]:
     yield "the same: criterion above scipy's", "scipy L-BFGS-B", max(0.0, own.value - other.fun), "nats"
 
 
-def section(load: float) -> str:
+def numbers() -> str:
+    """Compare all."""
     rows = [row for part in (adaptation, signals, motion, linear, fits) for row in part()]
-    head = (
-        "difference of the columns",
-        "condition",
-        "Omega",
-        "Gamma",
-        "Gamma positive definite",
-        "textbook RLS: Omega",
-    )
+    head = ("difference of the columns", "condition", "Omega", "Gamma", "Gamma positive definite",
+            "textbook RLS: Omega")  # fmt: skip
     return "\n\n".join(
         [
             "## Numbers against independent references",
@@ -220,8 +218,8 @@ def section(load: float) -> str:
             "Two of five regressors nearly collinear: largest difference from 60 digits over the largest element.",
             table(head, list(collinear())),
             "The plant's difference is the error of the Runge-Kutta method at its step, all others are rounding or, of "
-            "the fits, where a search stops. Collinear regressors cost digits of Omega in any form; the factored gain "
+            "the fit, where a search stops. Collinear regressors cost digits of Omega in any form; the factored gain "
             "stays positive definite.",
-            measured_at(("numpy", "scipy", "statsmodels", "control", "mpmath"), load),
+            measured_at("numpy", "scipy", "statsmodels", "control", "mpmath"),
         ]
     )

@@ -1,0 +1,300 @@
+"""What the program says, recorded by one commit and compared with another: what a move leaves, and what it changes.
+
+    python -m benchmarks freeze record FOLDER [--only KIND] [--most N]      what is there already is kept
+    python -m benchmarks freeze compare OLD NEW
+
+A kind is a folder, an entry a JSON file in it. A long array is kept as the hash of its bytes and every so many of its
+numbers, so that a difference has a size. The comparison gives for each kind how many entries have the same bits and the
+largest relative difference of a number, and names what has come, gone or another text. It ends with 1 if anything
+differs.
+"""
+
+import argparse
+import hashlib
+import json
+import math
+import re
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+
+import heli_identifier as hi
+from benchmarks.follow import flown
+from benchmarks.rigs import log_of
+from heli_identifier.errors import IdentifierError
+from heli_identifier.files import write_atomically
+from tests.blind.battery import BATTERY
+from tests.blind.field.battery import FIELD_BATTERY
+
+Entries = Iterator[tuple[str, Callable[[], Any]]]
+"""Names of entries, each with what makes its content."""
+
+VOLATILE = ("seconds", "provenance", "file", "sha256", "path")
+"""Keys of what differs from run to run."""
+
+RIGS = ("rig-a", "rig-b", "rig-c")
+
+SHOWN = 500
+"""Most numbers that are kept of an array."""
+
+
+def shown(values: Any) -> dict[str, Any]:
+    """Give an array as the hash of its bytes and evenly chosen numbers."""
+    array = np.ascontiguousarray(values, dtype=float)
+    flat = array.ravel()
+    chosen = flat[:: max(1, math.ceil(len(flat) / SHOWN))]
+    return {
+        "shape": list(array.shape),
+        "hash": hashlib.sha256(array.tobytes()).hexdigest(),
+        "numbers": chosen.tolist(),
+    }
+
+
+def steady(document: Any) -> Any:
+    """Give a document without what differs from run to run."""
+    if isinstance(document, dict):
+        return {key: steady(value) for key, value in document.items() if key not in VOLATILE}
+    return [steady(value) for value in document] if isinstance(document, list | tuple) else document
+
+
+# --- what is recorded --------------------------------------------------------------------------------------------
+
+
+def diagnosis(rate: float, training: Sequence[np.ndarray], held_out: Sequence[np.ndarray]) -> Any:
+    """Give diagnosis.json of a rig's logs."""
+    logs, held = (
+        [log_of(f"{name}{number}", rate, samples) for number, samples in enumerate(own, 1)]
+        for name, own in (("train", training), ("held", held_out))
+    )
+    return steady(hi.diagnose(logs, held_out=held).to_dict())
+
+
+def battery(most: int) -> Entries:
+    """Rigs of the blind battery, spread evenly over its cases."""
+    for case in [BATTERY[int(k * len(BATTERY) / most)] for k in range(min(most, len(BATTERY)))]:
+
+        def made(case: Any = case) -> Any:
+            rig = case.rig(0)
+            return diagnosis(100.0, rig.train, [rig.held])
+
+        yield f"{case.group} {case.kind} {case.scale:g}", made
+
+
+def field(most: int) -> Entries:
+    """First halves of rigs of the field battery."""
+    cases = [FIELD_BATTERY[int(k * len(FIELD_BATTERY) / most)] for k in range(min(most, len(FIELD_BATTERY)))]
+    for case in cases:
+
+        def made(case: Any = case) -> Any:
+            rig = case.rig(0)
+            return diagnosis(rig.truth.rate, rig.halves[0].train, rig.halves[0].held)
+
+        yield f"{case.group} {case.kind}", made
+
+
+def flights(most: int) -> Entries:
+    """Followed flights: events, adoptions and errors of the twin's predictions."""
+    for kind in ("k_x", "friction_elevation", "mass", "stuck", "loss")[:most]:
+        yield kind, partial(flown, 2, 400, kind)
+
+
+def identifier(most: int) -> Entries:
+    """Histories of the on-line identifier over the demonstration's logs."""
+
+    def made(rig: str, method: str) -> Any:
+        found = hi.identify([hi.read_log(path) for path in hi.demo_logs(rig)[0]], method=method)
+        histories = {one.name: [shown(one.parameters), shown(one.standard_errors)] for one in found.histories}
+        return {"document": steady(found.to_dict()), "histories": histories}
+
+    for rig in RIGS[:most]:
+        for method in ("adaptation", "prediction_error"):
+            yield f"{rig} {method}", partial(made, rig, method)
+
+
+def scenarios(most: int) -> Entries:
+    """Every output of the scenarios' units over 20 s, in Python and natively."""
+    from fmu_src import SCENARIOS, build
+    from fmu_src.master import run_apart
+    from fmu_src.native import NATIVE_UNITS, build_native
+
+    def made(name: str, native: bool) -> Any:
+        with TemporaryDirectory() as folder:
+            units = dict(SCENARIOS[name].units)
+            fmus = {unit: (build_native if native else build)(kind, Path(folder)) for unit, kind in units.items()}
+            run = run_apart(name, 20.0, 0.01, {"plant.encoder.enabled": True}, fmus)
+        return {output: shown(run.column(output)) for output in run.names}
+
+    for name in ("open_loop", "closed_loop")[:most]:
+        for native in (False, True):
+            if not native or all(kind in NATIVE_UNITS for _, kind in SCENARIOS[name].units):
+                yield f"{name} {'native' if native else 'python'}", partial(made, name, native)
+
+
+def units(most: int) -> Entries:
+    """Model descriptions of every unit, without identifiers and dates."""
+    from fmu_src import UNITS, build
+    from fmu_src.native import NATIVE_UNITS, build_native
+
+    def made(unit: str, native: bool) -> Any:
+        with TemporaryDirectory() as folder, ZipFile((build_native if native else build)(unit, Path(folder))) as fmu:
+            text = fmu.read("modelDescription.xml").decode()
+        return re.sub(r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', "", text).splitlines()
+
+    for native in (False, True):
+        for unit in list(NATIVE_UNITS if native else UNITS)[:most]:
+            yield f"{unit} {'native' if native else 'python'}", partial(made, unit, native)
+
+
+def logs(most: int) -> Entries:
+    """Log files of several formats read to arrays, or the sentence that refuses them."""
+    import pandas
+
+    root = Path(__file__).resolve().parent.parent
+
+    def read(path: Path) -> Any:
+        try:
+            log = hi.read_log(path)
+        except IdentifierError as error:
+            return str(error).replace(f"{path.parent}/", "")
+        return {"rate": log.rate_hz, "voltages": shown(log.voltages), "angles": shown(log.angles), "notes": log.notes}
+
+    def written(path: Path, ending: str) -> Any:
+        table = pandas.read_csv(path)
+        with TemporaryDirectory() as folder:
+            copy = Path(folder, f"log.{ending.replace(' ', '.')}")
+            if ending == "parquet":
+                table.to_parquet(copy)
+            elif ending == "xlsx":
+                table.iloc[:2000].to_excel(copy, index=False)
+            elif ending == "mat":
+                from scipy.io import savemat
+
+                plain = {re.sub(r" \[(.*)\]", r"_\1", name): table[name].to_numpy() for name in table.columns}
+                savemat(copy, plain)
+            else:
+                table.to_csv(copy, index=False, sep=";" if ending == "comma csv" else ",",
+                             decimal="," if ending == "comma csv" else ".")  # fmt: skip
+            return read(copy)
+
+    paths = [path for rig in RIGS for part in hi.demo_logs(rig) for path in part]
+    for number, path in enumerate(paths[:most]):
+        yield f"demo {number}", partial(read, path)
+    for ending in ("comma csv", "csv.gz", "parquet", "xlsx", "mat"):
+        for rig in RIGS[:most]:
+            yield f"{rig} as {ending}", partial(written, hi.demo_logs(rig)[1][0], ending)
+    for path in sorted((root / "tests" / "corpus" / "a-text-log").iterdir())[:most]:
+        yield f"corpus {path.name}", partial(read, path)
+
+
+def messages(most: int) -> Entries:
+    """Exit code and sentence of every fault of tests/faults that needs no process of its own."""
+    from tests.faults.case import Fault, tried
+    from tests.faults.page import FAULTS
+
+    def made(fault: Fault) -> Any:
+        with TemporaryDirectory() as folder:
+            answer = tried(fault, Path(folder))
+        return [answer.code, answer.sentence, list(answer.left)]
+
+    for section, fault in [pair for pair in FAULTS if not pair[1].shell][:most]:
+        yield f"{section} {fault.what}", partial(made, fault)
+
+
+KINDS: dict[str, tuple[Callable[[int], Entries], int]] = {
+    "battery": (battery, 67),
+    "field": (field, 10),
+    "flights": (flights, 5),
+    "identifier": (identifier, 3),
+    "scenarios": (scenarios, 2),
+    "units": (units, 9),
+    "logs": (logs, 30),
+    "messages": (messages, 1000),
+}
+"""What is recorded, and how many entries of each, or of each sort within it, at most."""
+
+
+def record(folder: Path, only: Sequence[str], most: int | None) -> None:
+    """Write the entries that are not there yet."""
+    for kind in only or KINDS:
+        entries, usual = KINDS[kind]
+        for name, made in entries(min(usual, most or usual)):
+            path = folder / kind / f"{re.sub(r'[^A-Za-z0-9_.+-]+', '-', name)[:120]}.json"
+            if not path.exists():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                write_atomically(path, json.dumps(made(), indent=1, ensure_ascii=False))
+                print(path.relative_to(folder), flush=True)
+
+
+# --- comparison --------------------------------------------------------------------------------------------------
+
+
+def differences(old: Any, new: Any, place: str = "") -> Iterator[tuple[float, str]]:
+    """Give what differs: the relative difference of two numbers, infinite for everything else, and its place."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in [*old, *(key for key in new if key not in old)]:
+            if key not in new or key not in old:
+                yield math.inf, f"{place}.{key} {'is new' if key in new else 'has gone'}"
+            elif key != "hash" or len(old.get("numbers", ())) == 0:
+                yield from differences(old[key], new[key], f"{place}.{key}")
+            elif old[key] != new[key]:
+                yield 0.0, f"{place}: other bits"
+    elif isinstance(old, list) and isinstance(new, list):
+        if len(old) != len(new):
+            yield math.inf, f"{place}: {len(old)} became {len(new)} values"
+        for index, (one, other) in enumerate(zip(old, new, strict=False)):
+            yield from differences(one, other, f"{place}[{index}]")
+    elif isinstance(old, int | float) and isinstance(new, int | float) and not isinstance(old, bool):
+        if old != new and not (math.isnan(old) and math.isnan(new)):
+            yield abs(old - new) / max(abs(old), abs(new)), place
+    elif old != new:
+        yield math.inf, f"{place}: {old!r} became {new!r}"
+
+
+def compare(old: Path, new: Path) -> bool:
+    """Print what differs between two folders; give whether nothing does."""
+    same = True
+    for kind in sorted({path.parent.name for folder in (old, new) for path in folder.glob("*/*.json")}):
+        names = [{path.name for path in (folder / kind).glob("*.json")} for folder in (old, new)]
+        equal, largest, where = 0, 0.0, ""
+        lines = [f"  {name}: only in {folder}" for own, other, folder in (
+            (names[0], names[1], old), (names[1], names[0], new)) for name in sorted(own - other)]  # fmt: skip
+        for name in sorted(names[0] & names[1]):
+            pair = [json.loads((folder / kind / name).read_text(encoding="utf-8")) for folder in (old, new)]
+            found = list(differences(*pair))
+            equal += not found
+            numbers = [one for one in found if one[0] < math.inf]
+            if numbers and max(numbers)[0] >= largest:
+                largest, where = max(numbers)[0], f"{name}{max(numbers)[1]}"
+            others = [text for size, text in found if size == math.inf]
+            lines += [f"  {name}{text[:300]}" for text in others[:3]]
+            lines += [f"  {name}: {len(others) - 3} more"] if len(others) > 3 else []
+        count = len(names[0] & names[1])
+        said = f"; largest relative difference {largest:.1e} ({where})" if where else ""
+        print(f"{kind}: {equal} of {count} with the same bits{said}", *lines, sep="\n")
+        same = same and equal == count and not lines
+    return same
+
+
+def freeze(arguments: Sequence[str]) -> None:
+    """Record or compare."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks freeze", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("task", choices=("record", "compare"))
+    parser.add_argument("folders", nargs="+", type=Path, metavar="FOLDER")
+    parser.add_argument("--only", action="append", default=[], choices=KINDS, metavar="KIND", help=", ".join(KINDS))
+    parser.add_argument("--most", type=int, help="entries of a kind at most")
+    asked = parser.parse_args(arguments)
+    wanted = 1 if asked.task == "record" else 2
+    if len(asked.folders) != wanted:
+        parser.error(f"{asked.task} takes {wanted} folder{'s' * (wanted - 1)}, got {len(asked.folders)}")
+    if asked.task == "record":
+        record(asked.folders[0], asked.only, asked.most)
+    else:
+        with suppress(BrokenPipeError):
+            sys.exit(not compare(*asked.folders))

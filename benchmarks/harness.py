@@ -1,0 +1,210 @@
+"""What all benchmarks share: contenders in turn, work in other processes, tables with bars, sections of a page."""
+
+import json
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import Pool
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from heli_identifier.files import write_atomically
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "benchmarks.md"
+FIGURES = ROOT / "docs" / "figures"
+
+Work = Callable[[], object]
+
+# --- time and processes ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Times:
+    """Seconds of each round of one contender, at least one."""
+
+    seconds: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.seconds:
+            raise ValueError("times of no round: at least one is needed.")
+
+    @property
+    def median(self) -> float:
+        """Median of the rounds [s]."""
+        return median(self.seconds)
+
+    @property
+    def least(self) -> float:
+        """Fastest round [s]."""
+        return min(self.seconds)
+
+
+def in_turn(contenders: Mapping[str, Work], rounds: int, warm_up: bool = True) -> dict[str, Times]:
+    """Time every contender once a round, so that a busy moment of the machine affects all of them.
+
+    With ``warm_up`` each runs once before, not timed: imports, compiled code from the disk cache.
+    """
+    if warm_up:
+        for work in contenders.values():
+            work()
+    seen: dict[str, list[float]] = {name: [] for name in contenders}
+    for _ in range(rounds):
+        for name, work in contenders.items():
+            began = perf_counter()
+            work()
+            seen[name].append(perf_counter() - began)
+    return {name: Times(tuple(seconds)) for name, seconds in seen.items()}
+
+
+def ratio(other: Times, own: Times) -> float:
+    """How many times as long another takes, by the medians."""
+    return other.median / own.median
+
+
+_CHILD = """
+import json, os, sys
+from importlib import import_module
+module, function, arguments = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
+print("\\n" + json.dumps(getattr(import_module(module), function)(*arguments)), flush=True)
+os._exit(0)  # pythonfmu's library may abort while the interpreter ends
+"""
+
+
+def apart(function: Callable[..., Any], *arguments: Any, **environment: str) -> Any:
+    """Call a function of a module in a process of its own; arguments and result pass as JSON.
+
+    Raises
+    ------
+    RuntimeError
+        If it fails.
+    """
+    libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
+    command = [sys.executable, "-c", _CHILD, function.__module__, function.__name__, json.dumps(arguments)]
+    told = {**os.environ, "PYTHONPATH": str(ROOT), "LD_LIBRARY_PATH": libraries, **environment}
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=told)
+    if done.returncode:
+        raise RuntimeError(f"{function.__name__}{arguments} failed: {done.stdout[-500:]}{done.stderr[-1500:]}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def in_parallel(function: Callable[[Any], Any], jobs: Iterable[Any], workers: int) -> Iterator[Any]:
+    """Give the results in the order of the jobs, with one thread of linear algebra in each process."""
+    with threadpool_limits(1):
+        if workers == 1:
+            yield from map(function, jobs)
+        else:
+            with Pool(workers, threadpool_limits, (1,)) as pool:
+                yield from pool.imap(function, jobs)
+
+
+# --- figures, tables and bars ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Requirement on a figure: ``value`` at most, or at least, ``bound``, both in ``unit``."""
+
+    what: str
+    value: float
+    bound: float
+    unit: str
+    at_least: bool = False
+
+    @property
+    def met(self) -> bool:
+        """Whether the figure meets its bar; NaN does not."""
+        return self.value >= self.bound if self.at_least else self.value <= self.bound
+
+
+def bar_table(bars: Iterable[Bar]) -> str:
+    """Give bars as a table: what, measured, asked, met."""
+    rows = [
+        (
+            bar.what,
+            f"{figure(bar.value)} {bar.unit}".strip(),
+            f"{'at least' if bar.at_least else 'at most'} {bar.bound:g} {bar.unit}".strip(),
+            "yes" if bar.met else "**no**",
+        )
+        for bar in bars
+    ]
+    return table(("what", "measured", "asked", "met"), rows)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Give a Markdown table; a bar in a cell is escaped. A row of another length than the head is a ValueError."""
+    lines = [tuple(head), ("---",) * len(head)]
+    for row in rows:
+        if len(row) != len(head):
+            raise ValueError(f"row {tuple(row)} has {len(row)} cells, the head {len(head)}.")
+        lines.append(tuple(row))
+    return "\n".join(f"| {' | '.join(cell.replace('|', '&#124;') for cell in line)} |" for line in lines)
+
+
+def figure(value: float) -> str:
+    """Give three significant digits, without an exponent between a thousandth and a million."""
+    if value != value:
+        return "none"
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        digits = 2 if value == 0.0 else next(k for k in range(7) if abs(value) * 10**k >= 99.5 or k == 6)
+        return f"{value:.{digits}f}"
+    return f"{value:.2e}"
+
+
+def seconds(value: float) -> str:
+    """Give a time in the unit that suits it."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if value >= size:
+            return f"{figure(value / size)} {unit}"
+    return f"{figure(value / 1e-6)} us"
+
+
+# --- page --------------------------------------------------------------------------------------------------------
+
+
+def measured_at(*packages: str) -> str:
+    """Give the line at the foot of a section: date, machine, load now, packages."""
+    load = os.getloadavg()[0] if hasattr(os, "getloadavg") else float("nan")
+    return (
+        f"{datetime.now(UTC):%Y-%m-%d}; {_processor()}, {os.cpu_count()} cores, {platform.system()} "
+        f"{platform.machine()}, Python {platform.python_version()}; load {load:.1f}; "
+        f"{', '.join(f'{name} {_version(name)}' for name in packages)}."
+    )
+
+
+def _processor() -> str:
+    information = Path("/proc/cpuinfo")
+    lines = information.read_text().splitlines() if information.exists() else []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.processor() or platform.machine())
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def markers(name: str) -> tuple[str, str]:
+    """First and last line of the section ``name`` of a page."""
+    return f"<!-- {name}:begin -->", f"<!-- {name}:end -->"
+
+
+def write_section(page: Path, name: str, section: str) -> None:
+    """Put a section between its markers, or at the end of the page; the others stay as they are."""
+    text = page.read_text(encoding="utf-8") if page.exists() else "# Results\n"
+    first, last = markers(name)
+    before, begin, rest = text.partition(first)
+    _, end, after = rest.partition(last)
+    own = f"{first}\n{section.strip()}\n{last}"
+    write_atomically(page, f"{before}{own}{after}" if begin and end else f"{text.rstrip()}\n\n{own}\n")

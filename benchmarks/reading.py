@@ -1,0 +1,113 @@
+"""Reading logs: memory that a large one takes, and how often wrong columns and signs are noticed.
+
+Usage::
+
+    python -m benchmarks large_logs [ROWS]      every format, ten million rows by default
+    python -m benchmarks suspicion LOG...       measured logs as they stand, and with each mistake put into them
+"""
+
+import resource
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from benchmarks.harness import apart, table
+from heli_identifier.errors import LogError
+from heli_identifier.records import Log, read_log, suspicions
+
+NAMES = ("time [s]", "v_front [V]", "v_rear [V]", "pitch [rad]", "elevation [rad]", "travel [rad]")
+FORMATS = ("csv", "csv.gz", "parquet", "mat", "tdms", "mf4")
+RATE, SHORT = 500.0, 3000
+"""Sampling rate [Hz], and rows of the log that shows what a process needs for anything but the log."""
+
+
+def write(path: str, rows: int) -> None:
+    """Write a flight with the digits of an encoder, in the format of the name's ending."""
+    import pyarrow
+
+    t = np.arange(rows) / RATE
+    volts = (1.5 + 0.5 * np.sign(np.sin(0.7 * t)), 1.4 + 0.4 * np.sin(0.9 * t))
+    angles = (0.3 * np.sin(0.8 * t), 0.2 * np.sin(0.5 * t), 0.4 * np.sin(0.1 * t) + 1e-4 * t)
+    columns = [t, *(np.round(v, 4) for v in volts), *(np.round(a / 0.001534) * 0.001534 for a in angles)]
+    parts = [name.rstrip("]").split(" [") for name in NAMES]
+    if ".csv" in path:
+        import pyarrow.csv
+
+        with pyarrow.output_stream(path) as out:  # packed by the ending of its name
+            options = pyarrow.csv.WriteOptions(quoting_style="none")
+            pyarrow.csv.write_csv(pyarrow.table(columns, names=list(NAMES)), out, options)
+    elif path.endswith("parquet"):
+        import pyarrow.parquet
+
+        pyarrow.parquet.write_table(pyarrow.table(columns, names=list(NAMES)), path)
+    elif path.endswith("mat"):
+        from scipy.io import savemat
+
+        savemat(path, {"_".join(part): values for part, values in zip(parts, columns, strict=True)})
+    elif path.endswith("tdms"):
+        import nptdms
+
+        with nptdms.TdmsWriter(path) as out:
+            out.write_segment([nptdms.ChannelObject("run", *one) for one in zip(NAMES, columns, strict=True)])
+    else:
+        import asammdf
+
+        with asammdf.MDF(version="4.10") as out:
+            named = zip(columns[1:], parts[1:], strict=True)
+            out.append([asammdf.Signal(values, t, name=name, unit=unit) for values, (name, unit) in named])
+            out.save(path)
+
+
+def peaks(path: str) -> tuple[int, float, float]:
+    """Read a log in this process; give its rows and the largest memory of this process and of the one that tried it."""
+    log = read_log(path)
+    kib = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return log.samples, 1024.0 * kib[0], 1024.0 * kib[1]
+
+
+def large_logs(arguments: Sequence[str]) -> None:
+    """Print the peak while a log is read, less that of a log of 6 s, in multiples of the columns' 48 bytes a row."""
+    rows, lines = int(arguments[0]) if arguments else 10_000_000, []
+    for ending in FORMATS:
+        with TemporaryDirectory() as folder:
+            short, long = (f"{folder}/{count}.{ending}" for count in (SHORT, rows))
+            for path, count in ((short, SHORT), (long, rows)):
+                apart(write, path, count)
+            size = Path(long).stat().st_size
+            (_, *before), (_, *after) = apart(peaks, short), apart(peaks, long)
+        own, trial = ((b - a) / (48.0 * rows) for a, b in zip(before, after, strict=True))
+        lines.append((ending, f"{size / 1e6:.0f}", f"{48e-6 * rows:.0f}", f"{own:.2f}", f"{trial:.2f}"))
+    print(table(("format", "file [MB]", "arrays [MB]", "peak, in arrays", "peak of the trial, in arrays"), lines))
+
+
+def suspicion(arguments: Sequence[str]) -> None:
+    """Print the counts; a log whose pitch is suspected is counted with its pitch mirrored, if that clears it."""
+    found: Counter[str] = Counter()
+    mirrored, lowered = np.array([-1.0, 1.0, 1.0]), np.array([1.0, -1.0, 1.0])
+
+    def said(log: Log, word: str) -> bool:
+        return any(word in text for text in suspicions(log))
+
+    for path in arguments:
+        try:
+            log = read_log(path, start=6.0)
+        except LogError as error:
+            print(f"left out: {error}")
+            continue
+        found["logs"] += 1
+        if said(log, "WRONG"):
+            log = replace(log, angles=log.angles * mirrored)
+            found["suspected either way" if said(log, "WRONG") else "pitch of the other sign"] += 1
+        found["too calm to show it"] += said(log, "too calm")
+        for mistake, changed in {
+            "rotors exchanged": replace(log, voltages=log.voltages[:, ::-1]),
+            "pitch mirrored": replace(log, angles=log.angles * mirrored),
+            "elevation mirrored": replace(log, angles=log.angles * lowered),
+            "voltages of another time": replace(log, voltages=np.roll(log.voltages, log.samples // 3, axis=0)),
+        }.items():
+            found[mistake] += bool(suspicions(changed))
+    print(table(("what", "logs"), [(what, str(count)) for what, count in found.items()]))

@@ -1,0 +1,137 @@
+"""Rigs of the blind and of the field battery as a campaign takes them, with their truth in the catalogue's names.
+
+A diagnosis sees the logs alone. What a test can see that is told the structure (:func:`told_scores`) is measured with
+the tracer's own likelihood: it says which effects the logs show at all.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from heli_identifier.online import ModelParameters
+from heli_identifier.records import Log
+from heli_identifier.tools import GeneratedRig, Rig, TrueEffect, TrueUnknown, Truth
+from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Likelihood, Scores, fit, helicopter, records_of
+from heli_identifier.tracing.select import with_shapes
+from heli_plant.effects import effect
+from tests.blind.battery import BATTERY, Case
+from tests.blind.field.battery import FIELD_BATTERY, FieldCase
+from tests.blind.rigs import Effect
+
+GROUPS, FIELD_GROUPS = (tuple(dict.fromkeys(case.group for case in own)) for own in (BATTERY, FIELD_BATTERY))
+
+SHAPE_NAMES = {
+    "w_s": "stribeck_rate",
+    "t_1": "step_time",
+    "w_b": "frequency",
+    "zeta": "damping",
+    "eps_ground": "ground_elevation",
+    "eps_g": "ground_height",
+    "eps_0": "horizontal_offset",
+}
+"""The catalogue's names for the shape parameters of the generators' laws."""
+
+STATED_ELSEWHERE = {"ground_effect"}
+"""Effects whose coefficient the tracer states at another point of the law than the generators do."""
+
+DETECTABLE = 8.0
+"""Score from which on a test that is told the structure shows an effect [nats]."""
+
+TOLD = "told_score"
+"""Name of the measure in a campaign's rows."""
+
+Sources = dict[str, tuple[Any, GeneratedRig]]
+"""Case and source of each rig by its name, which no diagnosis sees."""
+
+
+def log_of(name: str, rate: float, samples: np.ndarray) -> Log:
+    """Give rows of a generator as a log: time, two voltages, three angles."""
+    return Log(name, rate, samples[:, 1:3], samples[:, 3:])
+
+
+def blind_sources(groups: Collection[str] = GROUPS, limits: Mapping[str, int] | None = None) -> Sources:
+    """Give the rigs of some groups of the blind battery, at most ``limits[group]`` of each of its cases."""
+    return {
+        name: (case, _generated(name, blind_rig, case, index))
+        for case in BATTERY
+        if case.group in groups
+        for index in range(min(case.count, (limits or {}).get(case.group, case.count)))
+        for name in (f"{case.group} {case.kind} {index}",)
+    }
+
+
+def field_sources(groups: Collection[str] = FIELD_GROUPS, limits: Mapping[str, int] | None = None) -> Sources:
+    """Give both halves of rigs of the field battery, each half a rig of its own with the same truth."""
+    return {
+        name: (case, _generated(name, field_half, case, index, half))
+        for case in FIELD_BATTERY
+        if case.group in groups
+        for index in range(min(case.count, (limits or {}).get(case.group, case.count)))
+        for half in range(2)
+        for name in (f"{case.group} {case.kind} {index} {'ab'[half]}",)
+    }
+
+
+def _generated(name: str, make: Any, case: Case | FieldCase, *numbers: int) -> GeneratedRig:
+    words = (case.group, case.kind, case.count, case.scale, *((case.touched,) if isinstance(case, FieldCase) else ()))
+    return GeneratedRig(name, f"benchmarks.rigs:{make.__name__}", (*words, *numbers), ("tests.blind",))
+
+
+def blind_rig(group: str, kind: str, count: int, scale: float, index: int) -> Rig:
+    """Make one rig of the blind battery."""
+    made = Case(group, kind, count, scale).rig(index)
+    training = tuple(log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(made.train, 1))
+    unknown = made.truth.unknown
+    true = true_structure(kind, made.truth, TrueUnknown(unknown.axis, unknown.variable) if unknown else None)
+    return Rig(training, (log_of("held", 100.0, made.held),), true)
+
+
+def field_half(group: str, kind: str, count: int, scale: float, touched: bool, index: int, half: int) -> Rig:
+    """Make one half of one rig of the field battery; logs carry their number on the rig and nothing else."""
+    made = FieldCase(group, kind, count, scale, touched).rig(index)
+    dealt, rate = made.halves[half], made.truth.rate
+    training, held_out = (
+        tuple(log_of(f"log{number:02d}", rate, samples) for number, samples in zip(numbers, own, strict=True))
+        for numbers, own in ((dealt.train_numbers, dealt.train), (dealt.held_numbers, dealt.held))
+    )
+    return Rig(training, held_out, true_structure(made.truth.kind, made.truth))
+
+
+def true_structure(kind: str, rig: Any, unknown: TrueUnknown | None = None) -> Truth:
+    """Translate the truth of a generator's rig into the names of the catalogue."""
+    parameters = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
+    return Truth(kind, parameters, tuple(map(_true_effect, rig.effects)), unknown)
+
+
+def _true_effect(held: Effect) -> TrueEffect:
+    fields = {shape.name: shape.field for shape in effect(held.name, held.axis).shapes}
+    coefficient = None if held.name in STATED_ELSEWHERE else held.coefficient
+    return TrueEffect(
+        held.name, held.axis, coefficient, {fields[SHAPE_NAMES[name]]: value for name, value in held.shape.items()}
+    )
+
+
+def likelihood_of(logs: Sequence[Log]) -> Likelihood:
+    """Give the tracer's likelihood of some logs, nothing fitted."""
+    rig = helicopter(DiagnosisSettings(), [log.angles for log in logs], [log.voltages for log in logs])
+    return Likelihood(rig, records_of(logs, rig, {}))
+
+
+def told_scores(training: Sequence[Log], fields: Iterable[str]) -> dict[str, float]:
+    """Score of each effect [nats], by its field, in a fit that is told the structure."""
+    fields = list(fields)
+    if not fields:
+        return {}
+    likelihood = likelihood_of(training)
+    rig = likelihood.rig
+    fitted = fit(likelihood, with_shapes(list(rig.base), fields, rig.effects))
+    scores = Scores(fitted, rig.candidates).scores([field for field in fields if field not in rig.base])
+    return {field: score.score for field, score in scores.items() if field in fields}
+
+
+def measured(rig: Rig, diagnosis: Diagnosis) -> dict[str, float]:
+    """Give the largest told score of the rig's effects; nothing for an unknown torque, which no parameter describes."""
+    effects = rig.truth.effects if rig.truth else ()
+    scores = told_scores(rig.training, [effect(true.name, true.axis).field for true in effects])
+    return {TOLD: max(scores.values())} if scores else {}

@@ -1,0 +1,152 @@
+"""Many runs of units: memory of a host, aborts of the master, lockstep with native units, closed loops a minute.
+
+Bars: 5 MB over 1000 instances of a unit; no abort and the same bits in 50 processes of the master; no step of 100 000
+in which a bit of a native unit differs from the pythonfmu unit's; 2000 closed loops a minute.
+"""
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness import ROOT, Bar, apart, bar_table, measured_at, table
+
+HOSTS = ROOT / "tests" / "hosts"
+HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]\n"
+CYCLES, WARM_UP, PROCESSES = 1000, 100, 50
+
+
+def growth(fmu: str, log: str) -> float:
+    """Give the growth of this process over instances of a unit, each initialised, stepped, freed [MB]."""
+    sys.path.insert(0, str(HOSTS))
+    from unit_host import Unit  # type: ignore[import-not-found]
+
+    def resident() -> float:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+
+    unit, before = Unit(fmu), 0.0
+    given = {"log.path": log} if "log.path" in unit.variables else {}
+    for k in range(WARM_UP + CYCLES):
+        if k == WARM_UP:
+            before = resident()
+        unit.fresh(given)
+        if unit.step(0.0, 0.01) != 0:
+            raise RuntimeError(f"{fmu} refused a step")
+        unit.shown()
+        unit.free()
+    return resident() - before
+
+
+def memory() -> str:
+    """Measure the growth of a host's memory, and run whole processes of the master."""
+    from fmu_src import CLOSED_LOOP, MasterError, build_all
+    from fmu_src.master import run_apart
+
+    with TemporaryDirectory() as folder:
+        log = Path(folder) / "log.csv"
+        log.write_text(HEADER + "".join(f"{0.01 * k:.2f},1,1,0,0,0\n" for k in range(9000)))
+        built = build_all(folder)
+        grown = {name: apart(growth, str(fmu), str(log)) for name, fmu in built.items()}
+        fmus = {name: built[kind] for name, kind in CLOSED_LOOP.units}
+        aborts, results = 0, []
+        for _ in range(PROCESSES):
+            try:
+                results.append(run_apart(CLOSED_LOOP, 2.0, fmus=fmus).values)
+            except MasterError:
+                aborts += 1
+    differing = sum(not np.array_equal(one, results[0]) for one in results)
+    bars = [
+        *(Bar(f"{name}, growth over {CYCLES} instances", value, 5.0, "MB") for name, value in grown.items()),
+        Bar(f"aborts in {PROCESSES} processes of the master", float(aborts), 0.0, ""),
+        Bar("of these with other results than the first", float(differing), 0.0, ""),
+    ]
+    return "\n\n".join(["## Many runs", bar_table(bars), measured_at("fmpy", "pythonfmu")])
+
+
+ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
+VOLTAGES = {"v_front": [-5.0, 6.0], "v_rear": [-5.0, 6.0]}
+
+Case = tuple[str, str, dict[str, Any], dict[str, list[float]]]
+"""Unit, what is special, parameters, and inputs with their ranges."""
+
+
+def lockstep_cases(log: Path) -> tuple[Case, ...]:
+    """Give the cases that are stepped side by side."""
+    from heli_plant.effects import CATALOGUE
+
+    off = ("moving_mass", "thrust_fade")
+    every = {f"effects.{e.name}.{e.axis}": min(0.02, e.upper) for e in CATALOGUE if e.name not in off}
+    watched = {"watch.pitch": "dry_friction,quadratic_drag", "watch.elevation": "quadratic_thrust"}
+    errors = {"method": "prediction_error", "report.interval": 0.5}
+    return (
+        ("HelicopterPlant", "no effect", {}, VOLTAGES),
+        ("HelicopterPlant", "every effect, encoders", {**every, "encoder.enabled": True}, VOLTAGES),
+        ("HelicopterPlant", "every effect, general model", {**every, "general.enabled": 1.0}, VOLTAGES),
+        ("AdaptiveIdentifier", "adaptation, three effects watched", {**watched, "report.interval": 0.5},
+         {**VOLTAGES, **ANGLES}),
+        ("AdaptiveIdentifier", "prediction errors", errors, {**VOLTAGES, **ANGLES}),
+        ("PidController", "travel loop", {"travel.enabled": True, "reference.step_pitch": 0.2}, ANGLES),
+        ("Exciter", "experiment 2", {"excitation.experiment": 2}, {}),
+        ("Exciter", "multisines", {"excitation.experiment": 3}, {}),
+        ("LogPlayer", "a log of 1000 s", {"log.path": str(log)}, {}),
+    )  # fmt: skip
+
+
+def lockstep(steps: int = 100_000) -> str:
+    """Step every pythonfmu unit and its native twin side by side: random inputs, states saved and restored."""
+    from fmu_src import build
+    from fmu_src.native import NATIVE_UNITS, build_native
+
+    rows = []
+    with TemporaryDirectory(prefix="heli-lockstep-") as name:
+        folder = Path(name)
+        log, order = folder / "log.csv", folder / "order.json"
+        lines = (f"{0.01 * k:.2f},{k % 7},{-k % 5},{k / 1e5!r},.2,-{k / 3e4!r}\n" for k in range(100_000))
+        log.write_text(HEADER + "".join(lines))
+        pairs = {unit: (build(unit, folder / "python"), build_native(unit, folder / "native")) for unit in NATIVE_UNITS}
+        span = {"steps": steps, "seed": 14, "longest": 0.01, "shortest": 0.001}
+        for unit, what, parameters, inputs in lockstep_cases(log):
+            order.write_text(json.dumps([{"parameters": parameters, "inputs": inputs, **span}]))
+            done = subprocess.run(
+                [sys.executable, str(HOSTS / "lockstep.py"), *map(str, pairs[unit]), str(order)],
+                capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": str(HOSTS)},
+            )  # fmt: skip
+            (found,) = json.loads(done.stdout.strip().splitlines()[-1])
+            rows.append((unit, what, str(found["steps"]), str(found["different"])))
+    return "\n\n".join(
+        [
+            "## Native units in lockstep",
+            table(("unit", "case", "steps", "different"), rows),
+            "Random inputs, steps of 1 to 10 ms, states saved, serialised and restored in between; a step counts as "
+            "different if its status or any bit of any output differs from the pythonfmu unit's.",
+            measured_at("pythonfmu", "ziglang"),
+        ]
+    )
+
+
+def runs(count: int = 1000, duration: float = 30.0, step: float = 0.01) -> str:
+    """Count closed loops of four native units a minute of processor time, with start, bands and result."""
+    from fmu_src import CLOSED_LOOP
+    from fmu_src.master import run_many_apart
+    from fmu_src.native import build_native
+    from heli_plant.parameters import TABLE_2
+
+    with TemporaryDirectory(prefix="heli-bench-") as name:
+        fmus = {unit: build_native(kind, Path(name)) for unit, kind in CLOSED_LOOP.units}
+        gains = [{"plant.pitch.gain": TABLE_2.k_x * (0.9 + 0.2 * k / count)} for k in range(count)]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        bands = run_many_apart(CLOSED_LOOP, duration, step, {}, gains, fmus, ["plant.pitch", "plant.elevation"])
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    busy = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    bars = [
+        Bar("closed loops of four native units a minute", 60.0 * bands.runs / busy, 2000.0, "", True),
+        Bar("runs that were refused", float(len(bands.refused)), 0.0, ""),
+    ]
+    said = f"{count} runs of {duration:g} s in steps of {step:g} s, another pitch gain each; {busy:.1f} s of processor."
+    return "\n\n".join(["## Many closed loops", bar_table(bars), said, measured_at("numba")])
