@@ -105,9 +105,7 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
                 f"{size.value:.3g} {fault.unit}; this was undone before anything else was said"
             )
             others = tuple((other.name, other.axis) for other in finding.alternatives)
-            found.append(
-                LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice)
-            )
+            found.append(LogFault(fault.name, fault.channel, words, size, finding.stated, others, fault.advice))
     return tuple(sorted(found, key=lambda own: -(own.score or 0.0)))
 
 

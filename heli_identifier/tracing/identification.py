@@ -147,7 +147,9 @@ def identify_plant(
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
     if not imitated:  # an error of the voltages that cannot be undone bends every curve
-        selection, unknown = search_unknown(selection, candidates)
+        undone = {fault.field for fault in selection.fit.likelihood.faults}
+        left = [effect for effect in candidates if effect.fault is None or effect.field in undone]
+        selection, unknown = search_unknown(selection, left)
     gains, dropped = _not_worth_having(selection)
     plant = _without(selection, dropped)
     C = covariance(plant)

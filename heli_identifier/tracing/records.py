@@ -26,7 +26,7 @@ def block_samples(log: Log) -> int:
 
 
 def averaged(log: Log, held: Array) -> Array:
-    """Average what is held over each sample of a log (N, k), voltages or references, from one block's middle to the next.
+    """Average what is held over a sample (N, k), voltages or references, from the middle of one block to the next.
 
     Returns
     -------

@@ -108,76 +108,104 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None, mo
     -------
     Selection
     """
-    fitted = start or null
-    fields = {effect.field for effect in candidates}
-    core = [name for name in fitted.fields if name not in fields | shape_fields(candidates)]
-    faults = {effect.field: effect.fault for effect in candidates if effect.fault is not None}
-    selected = [name for name in fitted.fields if name in fields] + [f.field for f in fitted.likelihood.faults]
-    left: dict[str, int] = {}
-
-    def refitted(chosen: Sequence[str], shapes: Mapping[str, float], stretch: Mapping[str, float] = _NOT) -> Fit:
-        off = {name: 0.0 for name in fitted.fields if name in fields and name not in chosen}
-        wrong = {faults[n]: around.value(n, chosen) * stretch.get(n, 1.0) for n in chosen if n in faults}
-        likelihood = fitted.likelihood.undoing(wrong, fitted.e)
-        own = [name for name in chosen if name not in faults]
-        return fit(likelihood, with_shapes(core, own, candidates), fitted, {**shapes, **off})
-
-    def without(gone: Sequence[str]) -> float:
-        """F without some effects."""
-        rest = [name for name in selected if name not in gone]
-        return null.value if not rest and start is None else refitted(rest, {}).value  # the null undoes nothing
-
+    search, findings = _Search(null, candidates, start), list[Finding]()
     for _ in range(most or ROUNDS):
-        around = Scores(fitted, candidates)
-        chosen = stepwise(around, list(selected), left)
+        selected = search.selected
+        chosen = stepwise(search.around, list(selected), search.left)
         if set(chosen) == set(selected):
-            chosen = _simpler(around, selected, left)
+            chosen = _simpler(search.around, selected, search.left)
         if set(chosen) == set(selected):
-            scores = around.scores(selected)
-            findings = [_finding(around, name, selected, scores, without) for name in selected]
-            if any(abs(around.value(n, selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
-                other = refitted(selected, {})  # what is undone may not yet be what is asked for
-                if other.value < fitted.value - SCAN_GAIN:
-                    fitted = other
-                    continue
-            needless = [
-                f.effect.field for f in findings
-                if f.stated < around.asked(f.effect.field) <= scores[f.effect.field].score
-            ]  # fmt: skip
+            if search.undo_anew():
+                continue
+            findings = search.weighed()
+            asked = {name: search.around.asked(name) for name in selected}
+            needless = [n for f in findings if f.stated < asked[n := f.effect.field] <= f.score.score]
             if not needless:
                 break
-            left |= dict.fromkeys(needless, 2)
+            search.left |= dict.fromkeys(needless, 2)
             chosen = [name for name in selected if name not in needless]
+        search.enter(chosen)
+    else:
+        findings = search.weighed()
+        if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
+            search.take([name for name in search.selected if name not in search.faults])
+            findings = search.weighed()
+    findings.sort(key=lambda f: -f.stated)
+    return Selection(null, search.fitted, tuple(findings), search.scores, search.around)
+
+
+class _Search:
+    """A set of effects with the fit that has them; ``left`` counts how often an effect has left the set."""
+
+    def __init__(self, null: Fit, candidates: Sequence[Effect], start: Fit | None):
+        self.null, self.candidates, self.begun = null, candidates, start is not None
+        self.fields = {effect.field for effect in candidates}
+        self.faults = {effect.field: effect.fault for effect in candidates if effect.fault is not None}
+        self.fitted, self.left = start or null, dict[str, int]()
+        shapes = shape_fields(candidates)
+        self.core = [name for name in self.fitted.fields if name not in self.fields | shapes]
+        self.selected = [name for name in self.fitted.fields if name in self.fields]
+        self.selected += [fault.field for fault in self.fitted.likelihood.faults]
+        self.around = Scores(self.fitted, candidates)
+        self.scores: dict[str, Score] = {}
+
+    def refit(self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 1.0) -> Fit:
+        """Fit another set, its faults undone at what the quadratic form says of them, new ones ``stretch`` times it."""
+        off = {name: 0.0 for name in self.fitted.fields if name in self.fields and name not in chosen}
+        wrong = {
+            fault: self.around.value(name, chosen) * (1.0 if name in self.selected else stretch)
+            for name, fault in self.faults.items() if name in chosen
+        }  # fmt: skip
+        likelihood = self.fitted.likelihood.undoing(wrong, self.fitted.e)
+        own = [name for name in chosen if name not in self.faults]
+        return fit(likelihood, with_shapes(self.core, own, self.candidates), self.fitted, {**shapes, **off})
+
+    def take(self, chosen: Sequence[str], fitted: Fit | None = None) -> None:
+        """Go over to another set."""
+        self.fitted, self.selected = fitted or self.refit(chosen), list(chosen)
+        self.around = Scores(self.fitted, self.candidates)
+
+    def enter(self, chosen: Sequence[str]) -> None:
+        """Go over to a set with new effects, from their best shapes; a fault enters if the logs get likelier."""
         shapes: dict[str, float] = {}
         for name in chosen:
-            if name not in selected:
-                shapes |= dict(around.coordinates[around.chosen_column(name)].beside)
-        following, stretch = refitted(chosen, shapes), 1.0
-        for name in (name for name in chosen if name in faults and name not in selected):
-            while stretch < 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
-                stretch *= 2.0
-                other = refitted(chosen, shapes, {name: stretch})
-                if other.value > following.value - CLOSE:
-                    break
-                following = other
-        new = [name for name in chosen if name in faults and name not in selected]
-        if following.value > fitted.value and new:
-            left |= dict.fromkeys(new, 2)  # undone, the logs fit worse: the quadratic form reaches less far
-            chosen = [name for name in chosen if name not in new]
-            following = refitted(chosen, {})
-        fitted, selected = following, chosen
-    else:
-        around = Scores(fitted, candidates)
-        scores = around.scores(selected)
-        findings = [_finding(around, name, selected, scores, without) for name in selected]
-        if any(f.effect.fault and not f.established for f in findings):  # what is no fault is not undone
-            selected = [name for name in selected if name not in faults]
-            fitted = refitted(selected, {})
-            around = Scores(fitted, candidates)
-            scores = around.scores(selected)
-            findings = [_finding(around, name, selected, scores, without) for name in selected]
-    findings.sort(key=lambda f: -f.stated)
-    return Selection(null, fitted, tuple(findings), scores, around)
+            if name not in self.selected:
+                shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
+        following, stretch = self.refit(chosen, shapes), 2.0
+        new = [name for name in chosen if name in self.faults and name not in self.selected]
+        while new and stretch <= 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
+            other = self.refit(chosen, shapes, stretch)
+            if other.value > following.value - CLOSE:
+                break
+            following, stretch = other, 2.0 * stretch
+        if new and following.value > self.fitted.value:
+            self.left |= dict.fromkeys(new, 2)  # undone, the logs fit worse: the quadratic form reaches less far
+            self.take([name for name in chosen if name not in new])
+        else:
+            self.take(chosen, following)
+
+    def undo_anew(self) -> bool:
+        """Undo the faults at what is asked for now, where that is no longer what is undone; say if it was better."""
+        around = self.around
+        if any(abs(around.value(n, self.selected) - size) > 0.02 * abs(size) for n, size in around.undone.items()):
+            other = self.refit(self.selected)
+            if other.value < self.fitted.value - SCAN_GAIN:
+                self.take(self.selected, other)
+                return True
+        return False
+
+    def weighed(self) -> list[Finding]:
+        """Weigh the effects of the set; each family is refitted without it once."""
+        lost = dict[tuple[str, ...], float]()
+
+        def without(gone: Sequence[str]) -> float:
+            rest = tuple(name for name in self.selected if name not in gone)
+            if rest not in lost:  # the null undoes nothing
+                lost[rest] = self.null.value if not rest and not self.begun else self.refit(rest).value
+            return lost[rest]
+
+        self.scores = self.around.scores(self.selected)
+        return [_finding(self.around, name, self.selected, self.scores, without) for name in self.selected]
 
 
 def shape_fields(candidates: Sequence[Effect]) -> set[str]:
