@@ -2,9 +2,9 @@
 
 The filter's loop runs over the samples of a record with the plant's own step,
 
-    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    y = angle + n,    e = y - y_hat,
+    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
 
-and corrects state and torque d by the innovation e. b is what else acts: a constant torque, and sines. With gains of
+and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque, and sines. With gains of
 zero the plant runs alone.
 
 A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], ``step`` [s] and ``start`` (12,), the
@@ -39,17 +39,18 @@ class _Alone(NamedTuple):
 
 
 def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmonics, innovations, motion):
-    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (18) is the state before."""
+    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (21) is the state before."""
     state = PlantState(
         carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
         carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
     )  # fmt: skip
     d1, d2, d3, c1, c2, c3 = carry[12], carry[13], carry[14], carry[15], carry[16], carry[17]
+    n1, n2, n3 = carry[18], carry[19], carry[20]
     half = 0.5 * h * h
     for k in range(first, last):
         i = k - first
         pitch, elevation, travel = measured_angles(state)
-        e1, e2, e3 = angles[k, 0] - pitch, angles[k, 1] - elevation, angles[k, 2] - travel
+        e1, e2, e3 = angles[k, 0] - pitch - n1, angles[k, 1] - elevation - n2, angles[k, 2] - travel - n3
         innovations[i, 0], innovations[i, 1], innovations[i, 2] = e1, e2, e3
         state = PlantState(
             state.pitch + gains[0, 0] * e1, state.elevation + gains[1, 0] * e2, state.travel + gains[2, 0] * e3,
@@ -83,12 +84,16 @@ def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmon
         d1, c1 = gains[0, 4] * d1 + gains[0, 5] * c1, gains[0, 6] * d1 + gains[0, 7] * c1
         d2, c2 = gains[1, 4] * d2 + gains[1, 5] * c2, gains[1, 6] * d2 + gains[1, 7] * c2
         d3, c3 = gains[2, 4] * d3 + gains[2, 5] * c3, gains[2, 6] * d3 + gains[2, 7] * c3
+        n1 = gains[0, 9] * (n1 + gains[0, 8] * e1)
+        n2 = gains[1, 9] * (n2 + gains[1, 8] * e2)
+        n3 = gains[2, 9] * (n3 + gains[2, 8] * e3)
     carry[0], carry[1], carry[2], carry[3] = state.pitch, state.elevation, state.travel, state.pitch_rate
     carry[4], carry[5], carry[6], carry[7] = state.elevation_rate, state.travel_rate, state.nu_front, state.nu_rear
     carry[8], carry[9], carry[10], carry[11] = (
         state.bending, state.bending_rate, state.mass_position, state.cable_rest
     )  # fmt: skip
     carry[12], carry[13], carry[14], carry[15], carry[16], carry[17] = d1, d2, d3, c1, c2, c3
+    carry[18], carry[19], carry[20] = n1, n2, n3
 
 
 def _accelerations(time, inputs, motion, first, carry, h, p, out):
@@ -126,12 +131,12 @@ def run_filter(
 
     Returns
     -------
-    carry : Array, shape (18,)
-        State behind the last sample: the plant's, then d and its companion for each axis; changed in place.
+    carry : Array, shape (21,)
+        State behind the last sample: the plant's, then d, its companion and n of all axes; changed in place.
     """
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
-        carry = np.concatenate((np.array(start, dtype=float), np.zeros(6)))
+        carry = np.concatenate((np.array(start, dtype=float), np.zeros(9)))
     time, inputs, angles, gains, harmonics = map(
         read_only, (record.time, record.inputs, record.angles, gains, harmonics)
     )
@@ -163,7 +168,7 @@ def run_alone(
     count = len(inputs)
     record = _Alone(step, np.arange(count, dtype=np.float64) * step, inputs, np.zeros((count, 3)), start)
     errors = np.empty((count, 3))
-    run_filter(record, parameters, np.zeros((3, 8)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
+    run_filter(record, parameters, np.zeros((3, 10)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
     return 0.0 - errors
 
 

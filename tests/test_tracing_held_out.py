@@ -40,7 +40,7 @@ def torque(count, seed):
 
 def model(parameters=TABLE_2, level=LEVEL):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
-    air = np.array([np.log(level / NOISE), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3])
+    air = np.array([np.log(level / NOISE), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3])
     return Model(RIG, parameters, (air - NOISE_CENTRE) / NOISE_WIDTH[:, None], NOISE, np.full(3, 0.02))
 
 
@@ -126,7 +126,9 @@ def test_the_likelihood_of_unseen_flights_ranks_the_true_gain_first(monkeypatch,
     noise = RIG.resolution / np.sqrt(12.0)
     nats = {}
     for factor in (0.8, 1.0, 1.25):
-        air = np.array([np.log(LEVEL / noise), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3])
+        air = np.array(
+            [np.log(LEVEL / noise), [np.log(RATE)] * 3, [np.log(3000.0)] * 3, [0.0] * 3, [np.log(3000.0)] * 3]
+        )
         plant = TABLE_2._replace(**{gain: factor * getattr(TABLE_2, gain)})
         tried = Model(RIG, plant, (air - NOISE_CENTRE) / NOISE_WIDTH[:, None], noise, np.full(3, 0.02))
         nats[factor] = likelihood_of(tried, record)[0].sum()

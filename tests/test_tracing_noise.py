@@ -6,16 +6,16 @@ from scipy.linalg import expm, solve_discrete_lyapunov
 from scipy.signal import lfilter
 
 from heli_identifier.tracing.noise import AxisFilter, axis_filters, error_dynamics, filters, gains, physical, recoloured
-from heli_identifier.tracing.settings import MOST_ROTATED
+from heli_identifier.tracing.settings import COLOURED, MOST_ROTATED
 
 H = 0.01
 AXIS = (0.1, 0.6)
 """Damping [1/s] and stiffness [1/s^2]."""
 
 
-def solved(rho: float, c: float, f: float, psi: float) -> AxisFilter:
-    """Filter of the axis in one air."""
-    return axis_filters(np.array([[H, *AXIS, rho, c, f, psi]]))[0]
+def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> AxisFilter:
+    """Filter of the axis in one air, with an encoder that turns slowly."""
+    return axis_filters(np.array([[H, *AXIS, rho, c, f, psi, k]]))[0]
 
 
 @pytest.mark.parametrize("psi", [0.0, 0.7, -1.2])
@@ -25,7 +25,7 @@ def test_the_torque_is_stationary_with_the_stated_variance(c, f, psi):
     _, _, A, F, *_ = solved(80.0, c, f, psi)
     Q = 80.0**2 * (np.eye(2) - F @ F.T)
     np.testing.assert_allclose(solve_discrete_lyapunov(F, Q), 80.0**2 * np.eye(2), rtol=1e-6, atol=1e-6)
-    np.testing.assert_array_equal(A[2:, 2:], F)
+    np.testing.assert_array_equal(A[2:4, 2:4], F)
 
 
 def test_without_rotation_a_fast_pole_leaves_an_ornstein_uhlenbeck_torque():
@@ -45,22 +45,32 @@ def test_a_swirl_rings_at_its_frequency():
 def test_the_gain_minimises_the_stationary_error():
     """The filter's own recursion, started elsewhere, ends at the same variance and gain."""
     _, K, A, F, S, *_ = solved(80.0, 2.5, 20.0, 0.3)
-    Q = np.diag((1e-10, 1e-9, 0.0, 0.0))
-    Q[2:, 2:] = 80.0**2 * (np.eye(2) - F @ F.T)
-    P = 100.0 * np.eye(4)
+    stay = np.exp(-40.0 * H)
+    Q = np.diag((1e-10, 1e-9, 0.0, 0.0, COLOURED * (1.0 - stay**2)))
+    Q[2:4, 2:4] = 80.0**2 * (np.eye(2) - F @ F.T)
+    P, C, R = 100.0 * np.eye(5), np.array([1.0, 0.0, 0.0, 0.0, 1.0]), 1.0 - COLOURED
     for _ in range(5000):
-        k = P[:, 0] / (P[0, 0] + 1.0)
-        P = A @ (P - np.outer(k, P[0])) @ A.T + Q
-    assert P[0, 0] + 1.0 == pytest.approx(S, rel=1e-6)
-    np.testing.assert_allclose(P[:, 0] / (P[0, 0] + 1.0), K, rtol=1e-5)
+        k = P @ C / (C @ P @ C + R)
+        P = A @ (P - np.outer(k, C @ P)) @ A.T + Q
+    assert C @ P @ C + R == pytest.approx(S, rel=1e-6)
+    np.testing.assert_allclose(P @ C / S, K, rtol=1e-5)
+
+
+def test_the_encoders_error_has_its_variance_and_colour():
+    """Mean square 1 and correlation COLOURED exp(-k h) from one sample to the next, to 4 standard errors."""
+    own, count = solved(80.0, 2.5, 200.0, 0.0), 200_000
+    n, stay = own.encoder_error(count, np.random.default_rng(6)), np.exp(-40.0 * H)
+    error = np.sqrt(2.0 / count * (1.0 + stay**2) / (1.0 - stay**2))
+    assert np.mean(n**2) == pytest.approx(1.0, abs=4.0 * error)
+    assert np.mean(n[1:] * n[:-1]) == pytest.approx(COLOURED * stay, abs=4.0 * error)
 
 
 def _linear_run(torque, noise, air):
     """Innovations of the filter of one linear axis, made by its matrices; the axis itself obeys A's upper block."""
     _, K, A, *_ = solved(*air)
-    x, angle, e = np.zeros(4), np.zeros(2), np.empty(len(torque))
+    x, angle, e = np.zeros(5), np.zeros(2), np.empty(len(torque))
     for i in range(len(torque)):
-        e[i] = angle[0] + noise[i] - x[0]
+        e[i] = angle[0] + noise[i] - x[0] - x[4]
         x = A @ (x + K * e[i])
         angle = A[:2, :2] @ angle + np.array([0.5 * H * H, H]) * torque[i]
     return e
@@ -70,7 +80,7 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
     """recoloured gives what the other filter would have given: exact on a linear axis."""
     rng = np.random.default_rng(3)
     torque, noise = rng.standard_normal(3000), 0.01 * rng.standard_normal(3000)
-    one, other = (80.0, 2.5, 200.0, 0.0), (30.0, 5.0, 2.0, 0.8)
+    one, other = (80.0, 2.5, 200.0, 0.0, 300.0), (30.0, 5.0, 2.0, 0.8, 20.0)
     first, second = _linear_run(torque, noise, one), _linear_run(torque, noise, other)
     found = recoloured(first, solved(*one), solved(*other))
     np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
@@ -96,17 +106,24 @@ def test_a_further_acceleration_passes_the_error_dynamics():
 
 def test_the_rotation_is_bounded():
     """No coordinate takes all torque at rest out of the spectrum: |psi| stays below a right angle."""
-    assert abs(physical(np.array([[0.0], [0.0], [0.0], [50.0]]) * np.ones((1, 3)))[3]).max() <= MOST_ROTATED < np.pi / 2
+    assert (
+        abs(physical(np.array([[0.0], [0.0], [0.0], [50.0], [0.0]]) * np.ones((1, 3)))[3]).max()
+        <= MOST_ROTATED
+        < np.pi / 2
+    )
 
 
 def test_filters_that_are_solved_together_have_the_bits_of_one_alone():
     """A diagnosis does not depend on which filters another one happened to solve before it."""
-    axes, air = (AXIS, (0.05, 2.5), (0.1, 0.0)), physical(np.array([[0.3], [-1.0], [-2.0], [0.7]]) * np.ones((1, 3)))
+    axes, air = (
+        (AXIS, (0.05, 2.5), (0.1, 0.0)),
+        physical(np.array([[0.3], [-1.0], [-2.0], [0.7], [-1.0]]) * np.ones((1, 3))),
+    )
     for own, axis, row in zip(filters(H, axes, air), axes, air.T, strict=True):
         alone = axis_filters(np.array([[H, *axis, *row]]))[0]
         for one, other in zip(own, alone, strict=True):
             np.testing.assert_array_equal(one, other)
-    assert gains(filters(H, axes, air)).shape == (3, 8)
+    assert gains(filters(H, axes, air)).shape == (3, 10)
 
 
 def test_one_step_of_the_torque_is_the_exact_one():

@@ -96,7 +96,7 @@ class Fit:
         return found
 
     def air(self) -> Array:
-        """Give standard deviation s [rad/s^2] and rates c, f [1/s] of the torque of every axis, shape (3, a)."""
+        """Give s [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a)."""
         found = physical(self.point.z)
         return np.vstack((found[0] * self.encoder_noise(), found[1:]))
 

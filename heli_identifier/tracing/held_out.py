@@ -223,7 +223,7 @@ def _free_in_air(found: Sequence[_OnLog]) -> list:
     for seed, on in enumerate(found):
         model, r, random = on.run.model, on.run.record, np.random.default_rng(seed)
         torque = on.run.offset + model.torque(r.step, r.samples, random)
-        noise = model.encoder_noise * random.standard_normal(torque.shape)
+        noise = model.encoder_errors(r.step, r.samples, random)
         made.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters, torque) + noise)
         runs.append(model.rig.simulate(r.inputs, r.step, r.start, model.parameters))
         steps.append(r.step)

@@ -82,7 +82,7 @@ def family_of(field: str) -> str:
 
 
 def placed(carry: Array, motion: Array) -> Array:
-    """State (18,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
+    """State (21,) of a filter with the axes in a measured motion (6,): motors and bending stay, the air is calm.
 
     The elevation is the rigid arm's: the encoder's less the bending.
     """

@@ -50,7 +50,7 @@ class Point:
     Attributes
     ----------
     parameters : Parameters
-    z : Array, shape (3, a)
+    z : Array, shape (5, a)
         Coordinates of the air.
     own : Array, shape (L, 4a)
         What the logs have of their own: constant torques [rad/s^2], how far their starts lie off the lines through
@@ -82,7 +82,7 @@ class Quadratic:
     Attributes
     ----------
     H : Array, shape (L, n, n)
-        Information of each log on n = P + 3a parameters: the plant's coordinates, then the air's.
+        Information of each log on n = P + 5a parameters: the plant's coordinates, then the air's.
     g : Array, shape (L, n)
         Gradient of each log.
     blocks : list of Array, shapes (B_l, a, n)
@@ -146,7 +146,7 @@ class Likelihood:
         return np.concatenate((self.torque_width, np.repeat(START, len(self.rig.axes)), self.gain_width))
 
     def resting(self, parameters: Parameters, z: Array | None = None) -> Point:
-        """Give the point of a plant in the air of any rig, or in ``z`` (4, a), whose logs have nothing of their own."""
+        """Give the point of a plant in the air of any rig, or in ``z`` (5, a), whose logs have nothing of their own."""
         a = len(self.rig.axes)
         return Point(parameters, np.zeros((SHAPES, a)) if z is None else z, np.zeros((len(self.records), 4 * a)))
 
@@ -201,7 +201,7 @@ class Likelihood:
         return F, scales
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
-        """Give the axes' filters at a point, or in other ``airs`` (4, a), one air after the other."""
+        """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
         some = airs or (point.z,)
         return filters(record.step, self.rig.linear(point.parameters) * len(some), np.hstack(list(map(physical, some))))
 

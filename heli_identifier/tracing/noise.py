@@ -1,4 +1,4 @@
-r"""Torque of the air and the stationary Kalman filter of one axis.
+r"""Torque of the air, error of the encoder, and the stationary Kalman filter of one axis.
 
 A second-order process in continuous time drives every axis beside the plant. With w = sqrt(c f) and white noises n,
 
@@ -11,8 +11,12 @@ its spectrum; psi between mixes a fast and a slow part. These are all spectra of
 colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow
 intervals stay around the wrong values.
 
-State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2]; only the angle is measured, with noise of
-standard deviation r. All gains depend on rho = s/r alone.
+Angle plus error of the encoder is measured. The error has standard deviation r; the share :data:`.settings.COLOURED` of
+its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white. An encoder that turns slowly repeats its
+value, and errs alike for as long; an error that is taken for white is explained by the plant.
+
+State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2], n [rad]. All gains depend on rho = s/r alone, not on
+s or r.
 
 Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and 6.4; Brockwell 2001 (CARMA); Anderson,
 Int. J. Control 28 (1978) 295 (doubling).
@@ -25,12 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from .settings import LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
+from .settings import COLOURED, LEAST_DAMPING, MOST_ROTATED, NOISE_CENTRE, NOISE_WIDTH
 
 Array = NDArray[np.float64]
 
 SHAPES = len(NOISE_WIDTH)
-"""Parameters of the torque of one axis: logarithms of rho [1/s^2], c and f [1/s], and psi [rad]."""
+"""Parameters of the noise of one axis: logarithms of rho [1/s^2], c and f [1/s], psi [rad], logarithm of k [1/s]."""
 
 
 class AxisFilter(NamedTuple):
@@ -40,16 +44,16 @@ class AxisFilter(NamedTuple):
     ----------
     h : float
         Sampling interval [s].
-    K : Array, shape (4,)
+    K : Array, shape (5,)
         Gains on an innovation, before the step.
-    A : Array, shape (4, 4)
-        One step of the state (angle, rate, d, u).
+    A : Array, shape (5, 5)
+        One step of the state (angle, rate, d, u, n).
     F : Array, shape (2, 2)
         One step of the torque (d, u).
     S : float
         Variance of the innovations over r^2.
-    errors, torque : Array, shapes (5,) and (3,)
-        Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of F.
+    errors, noise : Array, shapes (6,) and (4,)
+        Characteristic polynomials of M = A (I - K C), the step of the filter's error, and of that of d, u and n alone.
     """
 
     h: float
@@ -58,16 +62,22 @@ class AxisFilter(NamedTuple):
     F: Array
     S: float
     errors: Array
-    torque: Array
+    noise: Array
 
     @property
     def M(self) -> Array:
         """One step of the filter's error."""
-        return np.asarray(self.A - np.outer(self.A @ self.K, FIRST))
+        return np.asarray(self.A - np.outer(self.A @ self.K, C))
+
+    def encoder_error(self, count: int, random: np.random.Generator) -> Array:
+        """Draw the encoder's error over r, shape (count,), stationary from its first sample."""
+        stay, w = self.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
+        w[1:, 0] *= np.sqrt(1.0 - stay * stay)
+        return np.asarray(lfilter([1.0], [1.0, -stay], w[:, 0]) + w[:, 1])
 
 
-FIRST = np.array([1.0, 0.0, 0.0, 0.0])
-"""C: only the angle is measured."""
+C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
+"""Angle and error of the encoder are measured together."""
 
 _SOLVED: dict[tuple[float, ...], AxisFilter] = {}
 _MOST_SOLVED = 8192
@@ -75,16 +85,16 @@ _MOST_SOLVED = 8192
 
 
 def physical(z: Array) -> Array:
-    """Give (rho, c, f, psi), shape (4, a), of the coordinates z (4, a), standard normal before any log is seen."""
+    """Give (rho, c, f, psi, k), shape (5, a), of the coordinates z (5, a), standard normal before any log is seen."""
     found = NOISE_CENTRE + NOISE_WIDTH[:, None] * z
-    found[:3] = np.exp(found[:3])
+    found[[0, 1, 2, 4]] = np.exp(found[[0, 1, 2, 4]])
     found[2] += 4.0 * LEAST_DAMPING**2 * found[1]
     found[3] = MOST_ROTATED * np.tanh(found[3] / MOST_ROTATED)
     return np.asarray(found)
 
 
 def coordinates_of(rho: Array, c: Array) -> Array:
-    """Coordinates z (4, a) of an Ornstein-Uhlenbeck torque of level rho (a,) [1/s^2] and rate c (a,) [1/s]."""
+    """Coordinates z (5, a) of an Ornstein-Uhlenbeck torque of level rho (a,) [1/s^2] and rate c (a,) [1/s]."""
     z = np.zeros((SHAPES, len(rho)))
     for row, values in enumerate((rho, c)):
         z[row] = (np.log(values) - NOISE_CENTRE[row]) / NOISE_WIDTH[row]
@@ -100,8 +110,8 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
         Sampling interval [s].
     linear : sequence of (damping, stiffness)
         Of n axes [1/s], [1/s^2].
-    air : Array, shape (4, n)
-        Of each rho [1/s^2], c, f [1/s] and psi [rad] (:func:`physical`).
+    air : Array, shape (5, n)
+        Of each rho [1/s^2], c, f [1/s], psi [rad] and k [1/s] (:func:`physical`).
     """
     keys = [(h, *map(float, own), *air) for own, air in zip(linear, air.T.tolist(), strict=True)]
     new = [key for key in dict.fromkeys(keys) if key not in _SOLVED]
@@ -114,24 +124,26 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
 
 
 def axis_filters(rows: Array) -> list[AxisFilter]:
-    """Solve the filters of rows (n, 7): h [s], damping [1/s], stiffness [1/s^2], rho [1/s^2], c, f [1/s], psi [rad]."""
-    h, damping, stiffness, rho, c, f, psi = rows.T
+    """Solve the filters of rows (n, 8): h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
+    h, damping, stiffness, rho, c, f, psi, k = rows.T
     w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
     R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
     D = np.moveaxis(np.array([[0.0 * w, w], [-w, -f]]) * h, 2, 0)
     F = _exponential(R @ D @ R.transpose(0, 2, 1))
-    A = np.tile(np.eye(4), (len(rows), 1, 1))
+    A = np.tile(np.eye(5), (len(rows), 1, 1))
     A[:, 0, 1], A[:, 0, 2] = h, 0.5 * h * h
     A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -stiffness * h, 1.0 - damping * h, h
-    A[:, 2:, 2:] = F
+    A[:, 2:4, 2:4], A[:, 4, 4] = F, np.exp(-k * h)
     Q = np.zeros_like(A)
     Q[:, 0, 0], Q[:, 1, 1] = 1e-10, 1e-9  # keeps the equation regular where the air hardly moves the axis
-    Q[:, 2:, 2:] = (rho * rho)[:, None, None] * ((1.0 + 1e-14) * np.eye(2) - F @ F.transpose(0, 2, 1))
+    Q[:, 2:4, 2:4] = (rho * rho)[:, None, None] * ((1.0 + 1e-14) * np.eye(2) - F @ F.transpose(0, 2, 1))
+    Q[:, 4, 4] = COLOURED * (1.0 - np.exp(-2.0 * k * h))
     P = _riccati(A, Q)
-    S = P[:, 0, 0] + 1.0
-    K = P[:, :, 0] / S[:, None]
-    M = A - (A @ K[:, :, None]) * FIRST
-    parts = zip(h.tolist(), K, A, F, S.tolist(), polynomial(M), polynomial(F), strict=True)
+    seen = P @ C
+    S = seen @ C + 1.0 - COLOURED
+    K = seen / S[:, None]
+    M = A - (A @ K[:, :, None]) * C
+    parts = zip(h.tolist(), K, A, F, S.tolist(), polynomial(M), polynomial(A[:, 2:, 2:]), strict=True)
     return [AxisFilter(*part) for part in parts]
 
 
@@ -157,12 +169,12 @@ def _exponential(M: Array) -> Array:
 
 
 def _riccati(A: Array, Q: Array) -> Array:
-    """Solve P = A P (I + C'C P)^-1 A' + Q of n axes by doubling (Anderson 1978): 2^k steps in k turns."""
+    """Solve P = A P (I + C'C P/R)^-1 A' + Q of n axes by doubling (Anderson 1978): 2^k steps in k turns."""
     found = np.empty_like(Q)
-    E, G, P, left = A.transpose(0, 2, 1), np.zeros_like(Q), Q, np.arange(len(Q))
-    G[:, 0, 0] = 1.0
+    E, P, left = A.transpose(0, 2, 1), Q, np.arange(len(Q))
+    G = np.tile(np.outer(C, C) / (1.0 - COLOURED), (len(Q), 1, 1))
     for _ in range(60):
-        W = np.linalg.inv(np.eye(4) + G @ P)
+        W = np.linalg.inv(np.eye(5) + G @ P)
         step = E.transpose(0, 2, 1) @ P @ W @ E
         E, G, P = E @ W @ E, G + E @ W @ G @ E.transpose(0, 2, 1), P + step
         found[left] = P
@@ -174,8 +186,8 @@ def _riccati(A: Array, Q: Array) -> Array:
 
 
 def gains(own: Sequence[AxisFilter]) -> Array:
-    """Gains and torque dynamics of all axes as the filter's loop takes them, shape (a, 8): K, then F row by row."""
-    return np.array([np.concatenate((axis.K, axis.F.ravel())) for axis in own])
+    """Gains and noise of all axes as the filter's loop takes them, shape (a, 10): K[:4], F row by row, K[4], exp(-k h)."""
+    return np.array([np.concatenate((axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:])) for axis in own])
 
 
 def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] | None = None) -> Array:
@@ -184,7 +196,7 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] |
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
     innovations under another filter are
 
-        e' = det(zI - F')/det(zI - F) det(zI - M)/det(zI - M') e,
+        e' = det(zI - N')/det(zI - N) det(zI - M)/det(zI - M') e,    N the step of d, u and n,
 
     as the plant's own poles in A, which are the same, cancel: M' has the old plant, whatever plant K' is made for. A
     linear filter in place of a run of the plant.
@@ -200,13 +212,13 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] |
     errors = new.errors
     if not np.array_equal(old.A[:2], new.A[:2]):
         A = np.vstack((old.A[:2], new.A[2:]))
-        errors = polynomial(A - np.outer(A @ new.K, FIRST))
-    state = [np.zeros(4), np.zeros(2)] if memory is None else memory
+        errors = polynomial(A - np.outer(A @ new.K, C))
+    state = [np.zeros(5), np.zeros(3)] if memory is None else memory
     if not state:
-        state[:] = np.zeros(4), np.zeros(2)
+        state[:] = np.zeros(5), np.zeros(3)
     e, state[0] = lfilter(old.errors, errors, e, zi=state[0])
-    if not np.array_equal(old.torque, new.torque):
-        e, state[1] = lfilter(new.torque, old.torque, e, zi=state[1])
+    if not np.array_equal(old.noise, new.noise):
+        e, state[1] = lfilter(new.noise, old.noise, e, zi=state[1])
     return np.asarray(e)
 
 
@@ -215,25 +227,25 @@ def start_response(own: AxisFilter, held: int, count: int) -> Array:
     M = np.linalg.matrix_power(own.M, held)
     impulse, a = np.zeros(count + 1), polynomial(M)
     impulse[0] = 1.0
-    b = [a - polynomial(M - np.outer(start, FIRST)) for start in np.eye(4)[:2]]
+    b = [a - polynomial(M - np.outer(start, C)) for start in np.eye(5)[:2]]
     return np.column_stack([lfilter(column, a, impulse)[1:] for column in b])
 
 
 def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 
-    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0) a, and the innovation changes by -C x. With
+    The filter's error obeys x+ = A (I - K C) x + (h^2/2, h, 0, 0, 0) a, and the innovation changes by -C x. With
     accelerations that are ``held`` over several samples it is that to the first innovation of each such block.
 
     Returns
     -------
-    b, a : Array, shapes (5,)
+    b, a : Array, shapes (6,)
         Numerator and denominator in powers of z^-1.
     """
-    M, B = own.M, np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0])
+    M, B = own.M, np.array([0.5 * own.h * own.h, own.h, 0.0, 0.0, 0.0])
     if held > 1:
         B = np.sum([np.linalg.matrix_power(M, i) @ B for i in range(held)], axis=0)
         M = np.linalg.matrix_power(M, held)
     a = polynomial(M)
     # -C (zI - M)^-1 B by Leverrier: numerator = det(zI - M + B C) - det(zI - M)
-    return a - polynomial(M - np.outer(B, FIRST)), a
+    return a - polynomial(M - np.outer(B, C)), a

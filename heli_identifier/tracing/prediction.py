@@ -93,6 +93,11 @@ class Model:
             columns.append(level * d)
         return np.column_stack(columns)
 
+    def encoder_errors(self, step: float, count: int, random: np.random.Generator) -> Array:
+        """Draw the errors of the encoders (count, a) [rad]."""
+        drawn = [axis.encoder_error(count, random) for axis in self.filters(step)]
+        return np.asarray(self.encoder_noise * np.column_stack(drawn))
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -217,16 +222,16 @@ def made_by_itself(model: Model, record: Record, offset: Array, seed: int = 0) -
     firsts = np.arange(first, N - length + 1, length)
     torque = offset + model.torque(h, N, random)
     minus, blank = np.zeros_like(record.angles), replace(record, angles=np.zeros_like(record.angles))
-    passages, states, none = [], [], np.zeros((a, 8))
+    passages, states, none = [], [], np.zeros((a, 10))
     for k, state in zip(firsts, _states(model, record, offset, firsts, np.empty_like(minus)), strict=True):
         rows = slice(k, k + length)
-        state[-2 * a :] = 0.0
+        state[-3 * a :] = 0.0
         own, last = state.copy(), k + length
         model.rig.filter(blank, model.parameters, none, torque, _NONE, k, last, own, minus[rows], _NO_MOTION)
         if np.abs(minus[rows] + record.angles[rows]).max() < np.pi:
             passages.append((int(k), int(k + length)))
             states.append(state)
-    noise = model.encoder_noise * random.standard_normal(minus.shape)
+    noise = model.encoder_errors(h, N, random)
     made = replace(record, angles=noise - minus)
     return run_along(model, made, offset, passages, states) if passages else None
 

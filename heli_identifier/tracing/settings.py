@@ -12,13 +12,19 @@ from heli_identifier.records import RigConfiguration, check_given
 
 # --- the noise of the likelihood (noise.py) ---
 
-NOISE_CENTRE = np.array([[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3])
-"""Centres of ln rho [1/s^2], ln c, ln f [1/s] and psi [rad] for pitch, elevation, travel: measured rigs have torques of
-.1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that logs resolve."""
+NOISE_CENTRE = np.array(
+    [[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3, [log(300.0)] * 3]
+)
+"""Centres of ln rho [1/s^2], ln c, ln f [1/s], psi [rad] and ln k [1/s] for pitch, elevation, travel: measured rigs have
+torques of .1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that logs
+resolve; an encoder that turns by ten counts in .1 s errs almost like white noise."""
 
-NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8])
+NOISE_WIDTH = np.array([1.5, 0.7, 2.5, 0.8, 1.0])
 """Their widths: a factor of 4.5 in level, of 2 in rate, of 12 in smoothness, half a right angle: a swirl without torque
-at rest lies two widths off."""
+at rest lies two widths off; a factor of 3 in how fast an encoder turns."""
+
+COLOURED = 0.9
+"""Share of the encoder's variance that has the colour of k; a remainder of white noise keeps the filter regular."""
 
 FARTHEST_AIR = 4.0
 """Widths from their centres that the air's coordinates may reach: rates of .15 to 40 1/s. What lies farther is no air
@@ -69,7 +75,7 @@ ITERATIONS, HALVINGS = 30, 6
 """Most Gauss-Newton steps of a fit, and most halvings of one step."""
 
 AIR_SCAN = tuple(
-    (level / 1.5, rate / 0.7, edge / 2.5, angle / 0.8)
+    (level / 1.5, rate / 0.7, edge / 2.5, angle / 0.8, 0.0)
     for level in (-2.2, -1.1, 0.0, 1.1)
     for rate in (-1.2, 0.0, 1.2)
     for edge, angle in ((0.0, 0.0), (-3.0, 0.0), (-5.5, 0.0), (-5.5, 1.57))
