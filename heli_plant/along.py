@@ -4,8 +4,8 @@ The filter's loop runs over the samples of a record with the plant's own step,
 
     x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
 
-and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque, and sines. With gains of
-zero the plant runs alone.
+and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque,
+and sines. With gains of zero the plant runs alone.
 
 A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], ``step`` [s] and ``start`` (12,), the
 state at its first sample.
@@ -167,8 +167,8 @@ def run_alone(
         return simulate(inputs, step, PlantState(*map(float, start)), parameters)[1]
     count = len(inputs)
     record = _Alone(step, np.arange(count, dtype=np.float64) * step, inputs, np.zeros((count, 3)), start)
-    errors = np.empty((count, 3))
-    run_filter(record, parameters, np.zeros((3, 10)), torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
+    still, errors = np.zeros((3, 10)), np.empty((count, 3))
+    run_filter(record, parameters, still, torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
     return 0.0 - errors
 
 

@@ -186,7 +186,7 @@ def _riccati(A: Array, Q: Array) -> Array:
 
 
 def gains(own: Sequence[AxisFilter]) -> Array:
-    """Gains and noise of all axes as the filter's loop takes them, shape (a, 10): K[:4], F row by row, K[4], exp(-k h)."""
+    """Gains and noise of all axes as the filter's loop takes them, (a, 10): K[:4], F row by row, K[4], exp(-k h)."""
     return np.array([np.concatenate((axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:])) for axis in own])
 
 

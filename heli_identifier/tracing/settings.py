@@ -15,7 +15,7 @@ from heli_identifier.records import RigConfiguration, check_given
 NOISE_CENTRE = np.array(
     [[log(150.0), log(60.0), log(30.0)], [log(2.5)] * 3, [log(300.0)] * 3, [0.0] * 3, [log(300.0)] * 3]
 )
-"""Centres of ln rho [1/s^2], ln c, ln f [1/s], psi [rad] and ln k [1/s] for pitch, elevation, travel: measured rigs have
+"""Centres of ln rho [1/s^2], ln c, ln f [1/s], psi [rad], ln k [1/s] for pitch, elevation, travel: measured rigs have
 torques of .1, .03, .01 rad/s^2 over an encoder's noise of .5 to .7 mrad, correlated over .4 s, and no edge that logs
 resolve; an encoder that turns by ten counts in .1 s errs almost like white noise."""
 
