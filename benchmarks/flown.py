@@ -12,28 +12,25 @@ sequence of stages, each with coefficients of its own and shares of thrust of th
 everything changes at once, or along a straight line in time where ``slow`` is given.
 """
 
-import hashlib
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from heli_identifier.records import Log
-from tests.blind.coefficients import Coefficients, Strange
-from tests.blind.encoders import COUNTS_PER_TURN
-from tests.blind.field.control import V_MAX, Control, clipped, pitch_reference
-from tests.blind.field.flight import fly
+from tests.blind.coefficients import Coefficients
+from tests.blind.field.control import V_MAX, Control
+from tests.blind.field.flight import Changes, fly
 from tests.blind.field.references import joystick
-from tests.blind.integration import accelerations, kicked
 from tests.blind.rigs import draw_base
-from tests.blind.rotors import spun
 
 TORQUE_STD, TORQUE_TIME, SHAKE = 0.012, 1.0, 0.25
 """Random torque [rad/s^2], its correlation time [s], shake of the encoders' lines [counts]."""
+
+CALM = ((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0))
+"""Encoder zeros [rad], gain [1] and trims [rad/s^2] of a log without any."""
 
 _LEAD = 6.0
 """A flight begins this much before its log does [s]."""
@@ -141,10 +138,9 @@ def closed_loop_rig(
             references[lead + round(quiet_from * rate) :] = 0.0
         at = np.array([0.0, hover[0], 0.0])
         at[:2] += rng.uniform(-0.03, 0.03, 2)
-        calm = ((0.0, 0.0, 0.0), 1.0), ((0.0, 0.0, 0.0), 1.0, (0.0, 0.0, 0.0)), np.zeros((0, 4))
         read, _, _, voltages = fly(
             references, np.full((samples, 2), control.mu_s0 / 2), at, lead, True, truth, control, hover,
-            (noise * TORQUE_STD, TORQUE_TIME, SHAKE), *calm, rate, rng,
+            (noise * TORQUE_STD, TORQUE_TIME, SHAKE), ((0.0, 0.0, 0.0), 1.0), CALM, np.zeros((0, 4)), rate, rng,
         )  # fmt: skip
         logs.append(Log(f"log{number}", rate, voltages[lead:], read[lead:].round(6)))
     return ClosedLoopRig(truth, tuple(logs))
@@ -157,8 +153,8 @@ def closed_loop_rigs(seed: int, **settings: Any) -> list[ClosedLoopRig]:
 
 # --- rigs that change in flight ----------------------------------------------------------------------------------
 
-RATE, STEPS = 100.0, 10
-"""Samples in a second, and steps of the integration in a sample."""
+RATE = 100.0
+"""Samples in a second."""
 
 _OPEN_SUM, _OPEN_DIFFERENCE = 0.8, 0.35
 """Standard deviation of the voltages' sum and difference in open loop [V]."""
@@ -184,74 +180,6 @@ class Stage:
     slow: float = 0.0
 
 
-def _make_loop(fingerprint: int) -> Callable[..., Any]:
-    # numba's cache on disk looks at this file alone; the fingerprint of the compiled files makes a new entry when any
-    # law is edited, as in tests/blind/integration.py.
-    @njit(cache=True)
-    def loop(  # type: ignore[no-untyped-def]
-             references, voltages, start, lead, closed, noise, std, time, shake, tables, shares, which, hover_e,
-             resolution, c, u):  # fmt: skip
-        _ = fingerprint
-        n, h_sample = references.shape[0], 0.01
-        h = h_sample / 10
-        read = np.empty((n, 3))
-        q, w, z = start.copy(), np.zeros(3), np.zeros(3)
-        nu, nu_next = voltages[0].copy(), np.empty(2)
-        stay = math.exp(-h / time)
-        kick = std * math.sqrt(1.0 - stay * stay)
-        room = std * noise[0]
-        smoothing = 1.0 - math.exp(-c.rate_bandwidth * h_sample)
-        r, integral, before = np.zeros(3), np.zeros(2), np.zeros(3)
-        cable_rest = q[2]
-        for k in range(n):
-            p = tables[which[k]]
-            coulomb = np.array([p.dry_friction_pitch, p.dry_friction_elevation, p.dry_friction_travel])
-            nothing = np.zeros(3)
-            for i in range(3):
-                read[k, i] = resolution[i] * round(q[i] / resolution[i] + shake[k, i])
-            if closed:
-                if k > 0:
-                    r += smoothing * ((read[k] - before) / h_sample - r)
-                before[:] = read[k]
-                wanted = pitch_reference(references[k, 0], references[k, 2], read[k, 2], r[2], c)
-                e_p, e_e = wanted - read[k, 0], hover_e + references[k, 1] - read[k, 1]
-                integral[0] = clipped(integral[0] + h_sample * e_p, c.integral_limit)
-                integral[1] = clipped(integral[1] + h_sample * e_e, c.integral_limit)
-                d = c.mu_d0 + c.k_pp * e_p - c.k_dp * r[0] + c.k_ip * integral[0]
-                s = c.mu_s0 + c.k_pe * e_e - c.k_de * r[1] + c.k_ie * integral[1]
-                voltages[k, 0] = round(1e5 * clipped((s + d) / 2, V_MAX)) / 1e5
-                voltages[k, 1] = round(1e5 * clipped((s - d) / 2, V_MAX)) / 1e5
-            if k == lead:
-                cable_rest = q[2]
-            for j in range(10):
-                middle = k * h_sample + j * h + h / 2
-                for i in range(2):
-                    nu_next[i] = spun(nu[i], voltages[k, i], h, p.t_m)
-                f_front = shares[k, 0] * (nu[0] + nu_next[0]) / 2
-                f_rear = shares[k, 1] * (nu[1] + nu_next[1]) / 2
-                nu[:] = nu_next
-                q_m = q + h / 2 * w
-                q_m[2] -= cable_rest
-                a = accelerations(middle, q_m, w, f_front + f_rear, f_front - f_rear, p, u, room)
-                w_m = kicked(w, a, coulomb, nothing, z, w, h / 2, p)
-                a = accelerations(middle, q_m, w_m, f_front + f_rear, f_front - f_rear, p, u, room)
-                w = kicked(w, a, coulomb, nothing, z, w_m, h, p)
-                q = q_m + h / 2 * w
-                q[2] += cable_rest
-                room = stay * room + kick * noise[1 + k * 10 + j]
-        return read
-
-    return loop
-
-
-_BLIND = Path(__file__).parent.parent / "tests" / "blind"
-_COMPILED = (
-    *(_BLIND / f"{name}.py" for name in ("coefficients", "friction", "integration", "rotors", "torques", "unknown")),
-    _BLIND / "field" / "control.py",
-    Path(__file__),
-)
-_SOURCES = b"".join(path.read_bytes() for path in _COMPILED)
-_LOOP = _make_loop(int.from_bytes(hashlib.sha256(_SOURCES).digest()[:7], "big"))
 _SLOW_STEPS = 40
 """Pieces that a slow change is made of."""
 
@@ -287,12 +215,10 @@ def flight(rig: Rig, stages: tuple[Stage, ...], duration: float, closed: bool, r
         voltages = np.clip(np.column_stack([total + apart, total - apart]) / 2, -V_MAX, V_MAX).round(5)
         at[1] = (base.k_z * rig.hover[1] * 0.6 - base.a_1) / base.a_e
     at[:2] += rng.uniform(-0.03, 0.03, 2)
-    noise = rng.standard_normal((n * STEPS + 1, 3))
-    shake = SHAKE * rng.standard_normal((n, 3))
-    records = np.array([tuple(table) for table in tables], dtype=[(name, float) for name in Coefficients._fields])
-    read = _LOOP(
-        references, voltages, at, lead, closed, noise, TORQUE_STD, TORQUE_TIME, shake, records, shares, which,
-        rig.hover[0], 2 * np.pi / COUNTS_PER_TURN, rig.control, Strange(),
+    read, _, _, voltages = fly(
+        references, voltages, at, lead, closed, stages[0].coefficients, rig.control, rig.hover,
+        (TORQUE_STD, TORQUE_TIME, SHAKE), None, CALM, np.zeros((0, 4)), RATE, rng,
+        changes=Changes(tables, which, shares),
     )  # fmt: skip
     return np.column_stack([voltages, read])[lead:]
 

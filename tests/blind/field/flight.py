@@ -6,12 +6,15 @@ are added the random torque of the room, that of the air (times mu_s over its va
 trims, and the touches: a push rises and falls within _EDGE at its ends. Torques of room and air are Ornstein-Uhlenbeck
 processes; that of the wind is given.
 
-A flight begins some seconds before its log does, so that a log starts in the air and not at rest.
+A flight begins some seconds before its log does, so that a log starts in the air and not at rest. The rig's numbers may
+change from sample to sample, and so may the share of thrust that each rotor has left.
 """
 
 import hashlib
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -31,6 +34,14 @@ _EDGE = 0.05
 """Time over which the force of a hand rises and falls [s]."""
 
 
+class Changes(NamedTuple):
+    """Numbers that a rig has in turn, the number of those at each sample (n,), and shares of thrust (n, 2) [1]."""
+
+    tables: Sequence[Coefficients]
+    which: NDArray[np.int64]
+    shares: NDArray[np.float64]
+
+
 @njit
 def push(t: float, start: float, end: float) -> float:
     """Share of a touch's acceleration that acts at time t [1]."""
@@ -47,7 +58,8 @@ def _make_loop(fingerprint: int):
     @njit(cache=True)
     def loop(
         references, voltages, start, lead, closed, noise, wind, room_std, room_time, air_std, air_time, shake,
-        zeros, gain, trims, touches, sample, steps, hover_elevation, hover_thrust, resolution, c, p, u,
+        zeros, gain, trims, touches, sample, steps, hover_elevation, hover_thrust, resolution, c, tables, which, shares,
+        u,
     ):  # fmt: skip
         _ = fingerprint
         n = references.shape[0]
@@ -55,10 +67,8 @@ def _make_loop(fingerprint: int):
         read, angles, rates = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
         applied = gain * voltages
         q, w, z = start.copy(), np.zeros(3), np.zeros(3)
-        coulomb = np.array([p.dry_friction_pitch, p.dry_friction_elevation, p.dry_friction_travel])
-        breakaway = np.array([p.breakaway_friction_pitch, p.breakaway_friction_elevation, p.breakaway_friction_travel])
+        p = tables[which[0]]
         nu = np.array([beyond_dead_zone(applied[0, 0], p.dead_zone), beyond_dead_zone(applied[0, 1], p.dead_zone)])
-        time_constant = p.t_m + p.motor_lag
         room_stay, air_stay = math.exp(-h / room_time), math.exp(-h / air_time)
         room_kick = room_std * math.sqrt(1.0 - room_stay * room_stay)
         air_kick = air_std * math.sqrt(1.0 - air_stay * air_stay)
@@ -67,6 +77,12 @@ def _make_loop(fingerprint: int):
         r, integral, before = np.zeros(3), np.zeros(2), np.zeros(3)
         torque, nu_next, cable_rest = np.empty(3), np.empty(2), q[2]
         for k in range(n):
+            p = tables[which[k]]
+            coulomb = np.array([p.dry_friction_pitch, p.dry_friction_elevation, p.dry_friction_travel])
+            breakaway = np.array(
+                [p.breakaway_friction_pitch, p.breakaway_friction_elevation, p.breakaway_friction_travel]
+            )
+            time_constant = p.t_m + p.motor_lag
             angles[k], rates[k] = q, w
             for i in range(3):
                 counts = (q[i] + zeros[i]) / resolution[i] + shake[k, i]
@@ -94,8 +110,8 @@ def _make_loop(fingerprint: int):
                 for i in range(2):
                     v = delayed(applied, i, t, h, sample, p.input_delay)
                     nu_next[i] = spun(nu[i], beyond_dead_zone(v, p.dead_zone), h, time_constant)
-                f_front = thrust((nu[0] + nu_next[0]) / 2, middle, p)
-                f_rear = thrust((nu[1] + nu_next[1]) / 2, middle, p)
+                f_front = shares[k, 0] * thrust((nu[0] + nu_next[0]) / 2, middle, p)
+                f_rear = shares[k, 1] * thrust((nu[1] + nu_next[1]) / 2, middle, p)
                 nu[:] = nu_next
                 mu_s, mu_d = f_front + f_rear, f_front - f_rear
 
@@ -147,12 +163,13 @@ def fly(
     control: Control,
     hover: tuple[float, float],
     room: tuple[float, float, float],
-    air: tuple[tuple[float, float, float], float],
+    air: tuple[tuple[float, float, float], float] | None,
     own: tuple[tuple[float, float, float], float, tuple[float, float, float]],
     touches: NDArray[np.float64],
     rate: float,
     rng: np.random.Generator,
     wind: NDArray[np.float64] | None = None,
+    changes: Changes | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Fly once, from rest, motors in steady state for the first voltages.
 
@@ -176,7 +193,7 @@ def fly(
     room
         Standard deviation [rad/s^2] and correlation time [s] of the random torque, shake of the encoders [counts].
     air
-        Standard deviations in hover [rad/s^2] and correlation time [s] of the torque of the air.
+        Standard deviations in hover [rad/s^2] and correlation time [s] of the torque of the air; None for none.
     own
         Encoder zeros [rad], gain [1] and trims [rad/s^2] of the log.
     touches, shape (m, 4)
@@ -187,6 +204,8 @@ def fly(
         Source of the torques and of the shake.
     wind, shape (n steps, 3)
         Further torque at each step of 1 ms, none if not given [rad/s^2].
+    changes
+        In place of `coefficients`, where the rig changes.
 
     Returns
     -------
@@ -196,7 +215,11 @@ def fly(
         As they are written down [V].
     """
     n, steps = len(references), round(1.0 / rate / STEP)
-    noise = rng.standard_normal((n * steps + 1, 6))
+    noise = np.zeros((n * steps + 1, 6))
+    noise[:, : 6 if air else 3] = rng.standard_normal((n * steps + 1, 6 if air else 3))
+    air_std, air_time = air or ((0.0, 0.0, 0.0), 1.0)
+    changes = changes or Changes((coefficients,), np.zeros(n, dtype=np.int64), np.ones((n, 2)))
+    tables = np.array([tuple(table) for table in changes.tables], [(name, float) for name in Coefficients._fields])
     room_std, room_time, shake = room
     zeros, gain, trims = own
     held = np.array(voltages, dtype=float)
@@ -210,8 +233,8 @@ def fly(
         np.zeros((n * steps, 3)) if wind is None else wind,
         room_std,
         room_time,
-        np.array(air[0]),
-        air[1],
+        np.array(air_std),
+        air_time,
         shake * rng.standard_normal((n, 3)),
         np.array(zeros),
         gain,
@@ -222,7 +245,9 @@ def fly(
         *hover,
         2 * np.pi / COUNTS_PER_TURN,
         control,
-        coefficients,
+        tables,
+        changes.which,
+        changes.shares,
         Strange(),
     )
     return read, angles, rates, held
