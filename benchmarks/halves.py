@@ -3,11 +3,13 @@
     python -m benchmarks windy [--seeds 0:16] [--choose] [--colours ou,slow,swirl] [--quiet] [--unlogged] [--rate 100]
                                [--effects KIND] [--workers N] [--csv FILE]
     python -m benchmarks field [--groups clean,...] [--limit RIGS] [--workers N]
-    python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER]
+    python -m benchmarks measured RIG... [--from SECONDS] [--workers N] [--download FOLDER] [--csv FILE]
+                                  [--online]
 
 *windy*: generated rigs in the air of measured ones, under students' controllers. The odd seeds report; rules are chosen
 on the even ones, ``--choose``. *field*: the field battery. *measured*: a folder of logs each, ``RIG:-pitch`` if its
-pitch counts down; every second log makes a half, and ``--download`` fetches public logs of three rigs.
+pitch counts down; every second log makes a half, and ``--download`` fetches public logs of three rigs. ``--online``
+compares the 95 % intervals of `heli identify` with those of the diagnosis' plant, all logs together (9 of 10 overlap).
 
 Printed is a line for each half, then for each kind of rig a table with its bars:
 
@@ -38,9 +40,11 @@ from benchmarks.harness import in_parallel, table
 from benchmarks.measured import DownloadError, download
 from benchmarks.rigs import DETECTABLE, FIELD_GROUPS, field_sources, likelihood_of, told_scores
 from heli_identifier.errors import IdentifierError
+from heli_identifier.online import PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
 from heli_identifier.tools import GeneratedRig
-from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit
+from heli_identifier.tools.identification import identify
+from heli_identifier.tracing import Determination, Diagnosis, diagnose, fit, identify_plant
 from heli_identifier.tracing.helicopter import family_of
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -182,13 +186,30 @@ def field_halves(group: str, source: GeneratedRig) -> list[Half]:
     return [half_of(group, name, half, rig.training, rig.held_out, truth)]
 
 
-def measured_halves(rig: str, start: float) -> list[Half]:
-    """Diagnose each half of a measured rig's logs, the other half held out."""
+def rig_logs(rig: str, start: float) -> list[Log]:
+    """Read the logs of a measured rig from ``start`` [s] on."""
     folder, _, mirrored = rig.partition(":")
     files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".csv.gz", ".mat")))
-    logs = list(read_logs(files, LogFormat(signs={"pitch": -1} if mirrored else {}), start=start or None))
-    name = Path(folder).name
+    return list(read_logs(files, LogFormat(signs={"pitch": -1} if mirrored else {}), start=start or None))
+
+
+def measured_halves(rig: str, start: float) -> list[Half]:
+    """Diagnose each half of a measured rig's logs, the other half held out."""
+    logs, name = rig_logs(rig, start), Path(rig.partition(":")[0]).name
     return [half_of("measured", name, "ab"[k], logs[k::2], logs[1 - k :: 2], None) for k in (0, 1)]
+
+
+def online(rig: str, start: float) -> tuple[str, int, int, str]:
+    """Count the parameters whose intervals overlap on line and off line; give rig, overlapping, all, and the others."""
+    logs = rig_logs(rig, start)
+    found = identify(logs, method=PREDICTION_ERROR).estimates
+    plant = {name: report.estimate for name, report in identify_plant(logs).parameters.items() if name in found}
+    apart = [
+        f"{name} {found[name].value:.3g} for {own.value:.3g}"
+        for name, own in plant.items()
+        if max(own.interval[0], found[name].interval[0]) > min(own.interval[1], found[name].interval[1])
+    ]
+    return Path(rig).name, len(plant) - len(apart), len(plant), "; ".join(apart)
 
 
 # --- tables ------------------------------------------------------------------------------------------------------
@@ -250,16 +271,46 @@ def _of_names(halves: Sequence[Half]) -> list[tuple[str, str]]:
     ]
 
 
+def errors(half: Half, axis: str) -> tuple[float, float, float]:
+    """Give the errors 1 s ahead on the held-out logs [rad]: before, after, noise floor."""
+    assert half.found is not None
+    report = half.found.axes[axis]
+    return report.before.prediction_1s.value, report.after.prediction_1s.value, report.noise_floor.prediction_1s.value
+
+
 def errors_table(halves: Sequence[Half]) -> str:
-    """Give the errors 1 s ahead on the other half's logs [mrad]: before, after and, in brackets, the noise floor."""
-    rows = []
-    for half in halves:
-        assert half.found is not None
-        figures = [(r.before.prediction_1s, r.after.prediction_1s, r.noise_floor.prediction_1s)
-                   for r in (half.found.axes[axis] for axis in AXES)]  # fmt: skip
-        cells = ["{:.3g}, {:.3g} ({:.3g})".format(*(1e3 * figure.value for figure in own)) for own in figures]
-        rows.append((f"{half.rig} {half.name}", *cells))
+    """Give these errors as a table [mrad]."""
+    cell = "{:.3g}, {:.3g} ({:.3g})"
+    rows = [
+        (f"{half.rig} {half.name}", *(cell.format(*(1e3 * value for value in errors(half, axis))) for axis in AXES))
+        for half in halves
+    ]
     return table(("half", *(f"{axis}, before, after (floor) [mrad]" for axis in AXES)), rows)
+
+
+def write_gains(path: Path, halves: Sequence[Half]) -> None:
+    """Write the gains over the truth."""
+    rows = []
+    for half, name in product(halves, GAINS):
+        assert half.truth is not None
+        (value, width, rests), slope = half.gain(name), half.truth.slopes[name]
+        cells = (f"{value / slope:.4f}", f"{width / abs(slope):.4f}", rests.value)
+        rows.append((half.kind, half.rig, half.name, name, *cells))
+    _write(path, ("kind", "rig", "half", "gain", "ratio", "half_width", "rests"), rows)
+
+
+def write_errors(path: Path, halves: Sequence[Half]) -> None:
+    """Write the errors 1 s ahead [mrad]."""
+    rows = [
+        (half.rig, half.name, axis, *(f"{1e3 * value:.4g}" for value in errors(half, axis)))
+        for half, axis in product(halves, AXES)
+    ]
+    _write(path, ("rig", "half", "axis", "before", "after", "floor"), rows)
+
+
+def _write(path: Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file, lineterminator="\n").writerows([head, *rows])
 
 
 def _called(job: Job) -> list[Half]:
@@ -305,14 +356,7 @@ def windy(arguments: Sequence[str]) -> None:
             for colour, quiet, logged in kinds for seed in seeds]  # fmt: skip
     done = [half for halves in _run(jobs, asked.workers).values() for half in halves]
     if asked.csv:
-        with asked.csv.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(("kind", "rig", "half", "gain", "ratio", "half_width", "rests"))
-            for half, name in product([half for half in done if half.found], GAINS):
-                value, width, rests = half.gain(name)
-                slope = half.truth.slopes[name] if half.truth else 1.0
-                cells = (f"{value / slope:.4f}", f"{width / abs(slope):.4f}", rests.value)
-                writer.writerow((half.kind, half.rig, half.name, name, *cells))
+        write_gains(asked.csv, [half for half in done if half.found])
 
 
 def field_battery(arguments: Sequence[str]) -> None:
@@ -331,6 +375,8 @@ def measured(arguments: Sequence[str]) -> None:
     parser = _parser("measured")
     parser.add_argument("rigs", nargs="*", metavar="RIG")
     parser.add_argument("--from", dest="start", type=float, default=6.0, help="leave out what is earlier [s]")
+    parser.add_argument("--csv", type=Path, help="file that gets the errors")
+    parser.add_argument("--online", action="store_true", help="compare the on-line identifier as well")
     parser.add_argument("--download", type=Path, metavar="FOLDER", help="fetch public logs of three rigs first")
     asked = parser.parse_args(arguments)
     try:
@@ -339,3 +385,8 @@ def measured(arguments: Sequence[str]) -> None:
         parser.error(str(error))
     done = _run([partial(measured_halves, rig, asked.start) for rig in rigs], asked.workers).get("measured", [])
     print("\n" + errors_table([half for half in done if half.found]))
+    if asked.csv:
+        write_errors(asked.csv, [half for half in done if half.found])
+    if asked.online:
+        for name, overlapping, count, apart in in_parallel(partial(online, start=asked.start), rigs, asked.workers):
+            print(f"{name}: {overlapping} of {count} intervals on line and off line overlap; not {apart or 'one'}")
