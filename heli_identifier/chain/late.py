@@ -1,20 +1,25 @@
 """A channel that is late: the log has x(t - size).
 
-Whole samples are undone by a shift, which leaves the noise as it is; what remains of a sample by the motion that a
-plant's filter predicts, since a mean of two samples would have less noise than a log has.
+Whole samples are undone by a shift, which leaves the noise as it is; what remains of a sample by the slope of a local
+parabola. A mean of two samples would have less noise than a log has, and a filter's prediction would hold the noise of
+the samples before: the logs would get likelier by either without any delay.
 """
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from .fault import ANGLES, Array, Fault
+
+SMOOTHED = 0.1
+"""Length [s] of the parabola: a bench moves slower."""
 
 
 def of_angle(logged: Array, predicted: Array, h: float, size: float) -> Array:
     """Give x(t), at the end on a straight line."""
-    n, k = round(size / h), np.arange(len(logged))
-    slope = (logged[-1] - logged[-6]) / 5.0
-    shifted = np.concatenate((logged[n:], logged[-1] + slope * np.arange(1, n + 1)))
-    return np.asarray(shifted + predicted - np.interp(k - (size / h - n), k, predicted))
+    n, window = round(size / h), max(round(SMOOTHED / h), 5) // 2 * 2 + 1
+    slope = savgol_filter(logged, window, 2, 1)
+    shifted = np.concatenate((logged[n:], logged[-1] + slope[-1] * np.arange(1, n + 1)))
+    return np.asarray(shifted + (size / h - n) * np.append(slope[n:], np.full(n, slope[-1])))
 
 
 def of_voltage(logged: Array, predicted: Array, h: float, size: float) -> Array:
