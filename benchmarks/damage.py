@@ -23,9 +23,10 @@ from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig
 
 SAID = {
-    "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "counts": "counts|rest", "play": "backlash",
+    "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "play": "backlash", "counts": "counts|rest",
     "cut": "rounded", "clipped": "clipped", "times": "scale|rotor_mismatch", "copy": "same numbers",
-    "radians": "was read as", "folded": "whole turn",
+    "[deg]": "was read as", "[rad]": "was read as", "folded": "whole turn",
+    "slips": "slip|drift", "sign": "SIGN", "twice": "counts", "jitters": "jitter", "fast": "clock",
 }  # fmt: skip
 """What names a damage, by a word of its own name."""
 
@@ -61,6 +62,8 @@ def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str]:
         if not faults & {name for name, _ in effect.alternatives}  # "one of these two" is no accusation
     }
     named = [f"{fault.name}/{fault.channel}" for fault in found.faults]
+    named += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
+    named += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
     rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
     return kind, damage, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals)))
 

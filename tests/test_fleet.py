@@ -310,8 +310,9 @@ def test_bad_input_is_refused_in_one_sentence(tmp_path):
 
 
 def test_all_logs_are_read_first_and_a_bad_rig_is_lost_alone(tmp_path, monkeypatch):
-    (log, *_), (held,) = demo_logs("rig-a")
-    folders = [folder_of(tmp_path / name, log, held) for name in ("one", "broken", "two", "odd")]
+    names = {"one": "rig-a", "broken": "rig-a", "two": "rig-b", "odd": "rig-c"}
+    folders = [folder_of(tmp_path / name, *(logs[0] for logs in demo_logs(of))) for name, of in names.items()]
+    held = demo_logs("rig-a")[1][0]
     (folders[1] / held.name).write_text("a,b\n1,2\n")
     begun = []
 
@@ -348,8 +349,8 @@ def test_a_configuration_of_this_folder_is_taken_for_rigs_without_one_and_that_i
 
 @pytest.mark.slow
 def test_two_rigs_with_friction_and_one_without(tmp_path):
-    training, held = demo_logs("rig-a")
-    folders = [folder_of(tmp_path / f"friction-{n}", log, *held) for n, log in enumerate(training[:2], start=1)]
+    (first, *others), held = demo_logs("rig-a")
+    folders = [folder_of(tmp_path / "friction-1", first, *held), folder_of(tmp_path / "friction-2", *others)]
     folders.append(folder_of(tmp_path / "plain", *(logs[0] for logs in demo_logs("rig-c"))))
     done = run(*folders, "--output", tmp_path / "out", "--json")
     assert done.exit_code == 0, done.output

@@ -5,13 +5,16 @@ from .data_set import (
     check_excitation,
     check_moving,
     common_configuration,
+    counted_once,
     demo_logs,
+    excitation_notes,
     named_apart,
     read_data_set,
     read_logs,
 )
 from .guess import Guess, guess
 from .log import Log, write_log
+from .overlap import shared_flight
 from .reading import read_log
 from .response import suspicions
 from .template import write_template
@@ -34,7 +37,9 @@ __all__ = [
     "check_given",
     "check_moving",
     "common_configuration",
+    "counted_once",
     "demo_logs",
+    "excitation_notes",
     "factor_to_si",
     "guess",
     "named_apart",
@@ -42,6 +47,7 @@ __all__ = [
     "read_data_set",
     "read_log",
     "read_logs",
+    "shared_flight",
     "suspicions",
     "understood",
     "write_log",

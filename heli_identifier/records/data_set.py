@@ -13,6 +13,7 @@ import numpy as np
 from heli_identifier.errors import LogError
 from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
+from heli_identifier.records.overlap import shared_flight
 from heli_identifier.records.plausibility import SAME_VOLTAGE, STANDING_STILL, still
 from heli_identifier.records.reading import read_log
 from heli_identifier.records.units import ANGLES, VOLTAGES
@@ -21,6 +22,8 @@ DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
 _DEMO_FOLDER = Path(__file__).resolve().parent.parent / "demo_logs"
 CONSTANT_V = 1e-3
 """A voltage that varies by less than this moves no propeller [V]."""
+STILL_SHARE = 0.1
+"""Share of the usual excitation below which a log says a hundredth of what another one says."""
 
 
 def read_logs(
@@ -144,24 +147,72 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log] = ()) -> None:
     Raises
     ------
     LogError
-        If two logs come from files with the same bytes and their stretches overlap.
+        If two logs come from files with the same bytes and their stretches overlap, or if a held-out log shares flight
+        with another log by its samples, see :func:`.overlap.shared_flight`.
     """
     for (first, one), (second, other) in combinations(enumerate((*training, *held_out)), 2):
-        if not _share_samples(one, other):
+        same = _share_samples(one, other)
+        flight = None if same or second < len(training) else shared_flight(one, other)
+        if not same and flight is None:
             continue
+        where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)" if flight else ""
         if first < len(training) <= second:
             raise LogError(
-                f"{other.path} is held out for validation but shares samples with training log {one.path}; "
-                "give a log, or a stretch of it, that the fit has not seen."
+                f"{_called(other)} is held out for validation but shares samples with training log {_called(one)}"
+                f"{where}; give a log, or a stretch of it, that the fit has not seen."
             )
         kind = "training" if second < len(training) else "held-out"
-        raise LogError(f"{other.path} holds the same samples as {one.path}; give each {kind} log once.")
+        raise LogError(f"{_called(other)} holds the same samples as {_called(one)}{where}; give each {kind} log once.")
+
+
+def counted_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Leave out training logs that share flight with a longer one, such as a log that was resampled or cut.
+
+    Returns
+    -------
+    logs : tuple of Log
+        In the order given.
+    notes : tuple of str
+        A sentence for each log that is left out.
+    """
+    kept, notes = list[Log](), list[str]()
+    for log in sorted(training, key=lambda log: -log.duration):
+        shared = ((own, flight) for own in kept if (flight := shared_flight(own, log)))
+        if (found := next(shared, None)) is None:
+            kept.append(log)
+            continue
+        notes.append(
+            f"{_called(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_called(found[0])}, and "
+            "what is counted twice seems twice as certain"
+        )
+    return tuple(log for log in training if log in kept), tuple(notes)
+
+
+def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:
+    """Name the held-out logs whose voltages move far less than those of the training logs."""
+    notes = []
+    for what, axes, weights in (
+        ("sum", "the elevation", (1.0, 1.0)), ("difference", "pitch and travel", (1.0, -1.0)),
+    ):  # fmt: skip
+        usual = float(np.median([(log.voltages @ weights).std() for log in training]))
+        for log in held_out:
+            own = float((log.voltages @ weights).std())
+            if own < STILL_SHARE * usual:
+                notes.append(
+                    f"{_called(log)} is held out and hardly excited: the {what} of its voltages has a standard "
+                    f"deviation of {own:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
+                )
+    return tuple(notes)
 
 
 def _share_samples(one: Log, other: Log) -> bool:
     margin = 0.5 * one.step  # stretches that follow each other share no sample, whatever rounding says
     overlap = one.start + margin < other.start + other.duration and other.start + margin < one.start + one.duration
     return overlap and one.sha256 == other.sha256 != ""
+
+
+def _called(log: Log) -> str:
+    return log.path or log.name
 
 
 def _folders(log: Log) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ catalogue's plausible range: no loss of thrust is negative. Where the rigs' coef
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from enum import StrEnum
+from itertools import combinations, product
 from math import isfinite
 from typing import Any
 
@@ -24,6 +25,7 @@ from scipy.stats import false_discovery_control
 
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
+from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, estimate_entry, plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
@@ -182,6 +184,8 @@ def diagnose_rigs(
 ) -> Fleet:
     """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone.
 
+    Rigs that share a flight are not diagnosed: one of them has a log of the other, and nobody knows which.
+
     Parameters
     ----------
     rigs : mapping of str to Rig
@@ -197,8 +201,10 @@ def diagnose_rigs(
         Fewer than two rigs could be diagnosed; the message says what is wrong with the others.
     """
     diagnoses: dict[str, Diagnosis] = {}
-    lost = dict(failures or {})
+    lost = dict(failures or {}) | _sharing(rigs)
     for number, (name, rig) in enumerate(rigs.items() if len(rigs) > 1 else ()):
+        if name in lost:
+            continue
 
         def within(what: str, share: float, name: str = name, number: int = number) -> None:
             progress(f"{name}: {what}", (number + share) / len(rigs))
@@ -211,6 +217,20 @@ def diagnose_rigs(
     if lost and len(diagnoses) < 2:
         raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
     return fleet_of(diagnoses, lost)
+
+
+def _sharing(rigs: Mapping[str, Rig]) -> dict[str, str]:
+    """Rigs that share a flight with another one, and which."""
+    found = dict[str, str]()
+    for (name, rig), (other, beside) in combinations(rigs.items(), 2):
+        logs = product((*rig.training, *rig.held_out), (*beside.training, *beside.held_out))
+        if (pair := next((pair for pair in logs if shared_flight(*pair)), None)) is not None:
+            mine, theirs = (log.path or log.name for log in pair)
+            for own, of in ((name, other), (other, name)):
+                found[own] = (
+                    f"it shares a flight with rig {of}: {mine} and {theirs} are one; give the log to the rig that flew"
+                )
+    return found
 
 
 def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:

@@ -10,7 +10,14 @@ from threadpoolctl import threadpool_limits
 from heli_identifier.chain import BENDING
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
-from heli_identifier.records import Log, check_apart, check_excitation, common_configuration
+from heli_identifier.records import (
+    Log,
+    check_apart,
+    check_excitation,
+    common_configuration,
+    counted_once,
+    excitation_notes,
+)
 
 from .events import event_notes
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -63,7 +70,7 @@ def diagnose(
     rig_of_logs = common_configuration((logs,) if isinstance(logs, Log) else logs)
     of_logs = DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings()
     settings, tell = settings or of_logs, progress or (lambda what, share: None)
-    training, kept = _checked(logs, held_out)
+    training, kept, data_notes = _checked(logs, held_out)
     found = identify_plant(training, settings, kept, progress)
     after, null, rig = found.plant, found.selection.null, found.plant.likelihood.rig
     before = fit(null.likelihood, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
@@ -105,6 +112,7 @@ def diagnose(
         data=(*_entries(training, "training"), *_entries(kept, "held out")),
         settings={**asdict(settings), "score_needed": NAMED, "operating_point": rig.operating_point},
         notes=(
+            *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *kept), found.events, settings.keep_events),
             *found.notes,
@@ -121,20 +129,23 @@ def diagnose(
     )
 
 
-def _checked(logs: Log | Sequence[Log], held_out: Log | Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Training and held-out logs, if they can serve a diagnosis."""
+def _checked(
+    logs: Log | Sequence[Log], held_out: Log | Sequence[Log]
+) -> tuple[tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
+    """Training logs, each flight once, and held-out logs, if they can serve a diagnosis; what is to be said of them."""
     training, kept = ((given,) if isinstance(given, Log) else tuple(given) for given in (logs, held_out))
     check_excitation(training)
     if not kept:
         raise LogError("no log is held out to compare models on; give at least one with held_out=.")
     check_apart(training, kept)
+    training, notes = counted_once(training)
     for log in (*training, *kept):
         if log.duration < 4.0 * SETTLING:
             raise LogError(
                 f"log {log.name} lasts {log.duration:.2g} s; a diagnosis needs {4.0 * SETTLING:g} s a log. "
                 "Record longer, or leave this log out."
             )
-    return training, kept
+    return training, kept, (*notes, *excitation_notes(training, kept))
 
 
 def _judge(found: Identification) -> Judge | None:

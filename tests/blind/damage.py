@@ -84,6 +84,24 @@ def _scaled(factor: float, time: Array, x: Array) -> Array:
     return factor * x
 
 
+def _slipped(size: float, time: Array, x: Array) -> Array:
+    """Encoder whose coupling slips once, at 40 % of the log, by ``size`` [rad]."""
+    return x + size * (time - time[0] > 0.4 * (time[-1] - time[0]))
+
+
+def _jittered(std: float, time: Array, voltages: Array, angles: Array):
+    """Angles read at instants that err by ``std`` [s], and written as if they were uniform."""
+    at = time + np.random.default_rng(0).normal(0.0, std, len(time))
+    return voltages, np.column_stack([np.interp(at, time, x) for x in angles.T])
+
+
+def _stretched(scale: float, time: Array, voltages: Array, angles: Array):
+    """A clock that is fast by ``scale``: the same instants are written as others; both held at the ends."""
+    at = time[0] + (time - time[0]) * scale
+    held = np.minimum(np.searchsorted(time, at, "right") - 1, len(time) - 1)
+    return voltages[held], np.column_stack([np.interp(at, time, x) for x in angles.T])
+
+
 def _folded(time: Array, x: Array) -> Array:
     """Angle within half a turn either way."""
     return (x + np.pi) % (2.0 * np.pi) - np.pi
@@ -123,8 +141,16 @@ DAMAGES: Mapping[str, Damage] = {
     "voltages clipped at 80 %": lambda time, voltages, angles: (
         np.clip(voltages, -0.8 * np.abs(voltages).max(), 0.8 * np.abs(voltages).max()), angles),
     "v_front times 1.1": partial(_front_scaled, 1.1),
+    "v_front with the other sign": partial(_front_scaled, -1.0),
+    "pitch with the other sign": partial(_angle, partial(_scaled, -1.0), 0),
+    "pitch twice as large": partial(_angle, partial(_scaled, 2.0), 0),
+    "pitch slips by 1 degree": partial(_angle, partial(_slipped, DEGREE), 0),
+    "elevation slips by 2 degrees": partial(_angle, partial(_slipped, 2.0 * DEGREE), 1),
+    "clock jitters by 2 ms": partial(_jittered, 0.002),
+    "clock fast by 2 %": partial(_stretched, 0.98),
     "travel a copy of the elevation": partial(_copied, 1, 2),
     "pitch in radians under [deg]": partial(_angle, partial(_scaled, DEGREE), 0),
     "angles in radians under [deg]": partial(_all_scaled, DEGREE),
+    "elevation in degrees under [rad]": partial(_angle, partial(_scaled, 1.0 / DEGREE), 1),
     "travel folded at half a turn": partial(_angle, _folded, 2),
 }  # fmt: skip
