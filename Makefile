@@ -46,7 +46,9 @@ test-all: lint docs
 size:
 	@$(PYTHON) -m benchmarks.size
 
+# Pictures are drawn again, the site is built from the pages.
 docs: $(VENV)/.test
+	$(BIN)/python -m benchmarks figures
 	$(BIN)/mkdocs build --strict
 
 # Some quarter of an hour on a machine that has nothing else to do; writes docs/benchmarks.md. One section alone:

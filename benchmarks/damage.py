@@ -10,10 +10,12 @@ effect is shown, rigs whose damage is named or whose logs are refused by its nam
 import argparse
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.harness import in_parallel, table
+from benchmarks.rigs import log_of, windy_log
 from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
@@ -31,26 +33,23 @@ SAID = {
 """What names a damage, by a word of its own name."""
 
 
-def logs_of(kind: str, seed: int) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray, dict]]:
-    """Name, time, voltages, angles and references of the logs of a clean rig, the last one to be held out."""
+def logs_of(kind: str, seed: int) -> Iterator[Log]:
+    """Make the logs of a clean rig, the last one to be held out."""
     if kind == "open":
         rig = make_rig(9000 + seed, "clean")
-        for i, log in enumerate((*rig.train, rig.held)):
-            yield f"log {i}", log[:, 0], log[:, 1:3], log[:, 3:6], {}
-        return
+        return (log_of(f"log {i}", 100.0, log) for i, log in enumerate((*rig.train, rig.held)))
     flown = windy_rig(500 + seed, "ou", False, 100.0, "bare", True, {"a": 4, "b": 0, "t": 1, "c": 0})
-    for name, own in flown.logs.items():
-        yield name, own.time, own.voltages, own.angles, dict(own.references)
+    return (windy_log(name, own) for name, own in flown.logs.items())
 
 
 def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str]:
     """Damage the logs of one rig and diagnose them: kind, damage, effects shown, and what names the damage."""
     kind, seed, damage = job
     made = []
-    for name, time, v, y, references in logs_of(kind, seed):
-        struck = [np.ascontiguousarray(part) for part in DAMAGES[damage](time, v, y)]
-        rate = (len(time) - 1) / float(time[-1] - time[0])
-        made.append(Log(name, round(rate, 6), struck[0], struck[1], references=references))
+    for log in logs_of(kind, seed):
+        time = np.asarray(log.step * np.arange(log.samples), dtype=np.float64)
+        v, y = DAMAGES[damage](time, log.voltages.copy(), log.angles.copy())
+        made.append(replace(log, voltages=np.ascontiguousarray(v), angles=np.ascontiguousarray(y)))
     try:
         found = diagnose(made[:-1], held_out=made[-1:])
     except IdentifierError as error:

@@ -27,6 +27,8 @@ import numpy as np
 
 import heli_identifier as hi
 from benchmarks.follow import flown
+from benchmarks.harness import ROOT
+from benchmarks.reading import FORMATS, write
 from benchmarks.rigs import log_of
 from heli_identifier.errors import IdentifierError
 from heli_identifier.files import write_atomically
@@ -154,9 +156,6 @@ def units(most: int) -> Entries:
 
 def logs(most: int) -> Entries:
     """Log files of several formats read to arrays, or the sentence that refuses them."""
-    import pandas
-
-    root = Path(__file__).resolve().parent.parent
 
     def read(path: Path) -> Any:
         try:
@@ -166,30 +165,17 @@ def logs(most: int) -> Entries:
         return {"rate": log.rate_hz, "voltages": shown(log.voltages), "angles": shown(log.angles), "notes": log.notes}
 
     def written(path: Path, ending: str) -> Any:
-        table = pandas.read_csv(path)
         with TemporaryDirectory() as folder:
-            copy = Path(folder, f"log.{ending.replace(' ', '.')}")
-            if ending == "parquet":
-                table.to_parquet(copy)
-            elif ending == "xlsx":
-                table.iloc[:2000].to_excel(copy, index=False)
-            elif ending == "mat":
-                from scipy.io import savemat
-
-                plain = {re.sub(r" \[(.*)\]", r"_\1", name): table[name].to_numpy() for name in table.columns}
-                savemat(copy, plain)
-            else:
-                table.to_csv(copy, index=False, sep=";" if ending == "comma csv" else ",",
-                             decimal="," if ending == "comma csv" else ".")  # fmt: skip
-            return read(copy)
+            write(f"{folder}/log.{ending}", list(np.loadtxt(path, delimiter=",", skiprows=1).T))
+            return read(Path(folder, f"log.{ending}"))
 
     paths = [path for rig in RIGS for part in hi.demo_logs(rig) for path in part]
     for number, path in enumerate(paths[:most]):
         yield f"demo {number}", partial(read, path)
-    for ending in ("comma csv", "csv.gz", "parquet", "xlsx", "mat"):
+    for ending in FORMATS:
         for rig in RIGS[:most]:
             yield f"{rig} as {ending}", partial(written, hi.demo_logs(rig)[1][0], ending)
-    for path in sorted((root / "tests" / "corpus" / "a-text-log").iterdir())[:most]:
+    for path in sorted((ROOT / "tests" / "corpus" / "a-text-log").iterdir())[:most]:
         yield f"corpus {path.name}", partial(read, path)
 
 

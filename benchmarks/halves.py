@@ -38,7 +38,7 @@ import numpy as np
 
 from benchmarks.harness import in_parallel, table
 from benchmarks.measured import DownloadError, download
-from benchmarks.rigs import DETECTABLE, FIELD_GROUPS, field_sources, likelihood_of, told_scores
+from benchmarks.rigs import DETECTABLE, FIELD_GROUPS, field_sources, likelihood_of, told_scores, windy_log
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import PREDICTION_ERROR
 from heli_identifier.records import Log, LogFormat, read_logs
@@ -160,11 +160,7 @@ def windy_halves(colour: str, quiet: bool, rate: float, effects: str | None, log
     plant = PlantParameters(**rig.truth.parameters, **fields)
 
     def logs(letter: str) -> list[Log]:
-        return [
-            Log(name, round((len(log.time) - 1) / float(log.time[-1] - log.time[0]), 6), log.voltages, log.angles,
-                references=dict(log.references))
-            for name, log in rig.part(letter).items()
-        ]  # fmt: skip
+        return [windy_log(name, log) for name, log in rig.part(letter).items()]
 
     words = (colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "")
     halves = []

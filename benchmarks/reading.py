@@ -14,6 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.harness import apart, table
 from heli_identifier.errors import LogError
@@ -25,14 +26,18 @@ RATE, SHORT = 500.0, 3000
 """Sampling rate [Hz], and rows of the log that shows what a process needs for anything but the log."""
 
 
-def write(path: str, rows: int) -> None:
-    """Write a flight with the digits of an encoder, in the format of the name's ending."""
-    import pyarrow
-
+def write_flight(path: str, rows: int) -> None:
+    """Write a flight with the digits of an encoder."""
     t = np.arange(rows) / RATE
     volts = (1.5 + 0.5 * np.sign(np.sin(0.7 * t)), 1.4 + 0.4 * np.sin(0.9 * t))
     angles = (0.3 * np.sin(0.8 * t), 0.2 * np.sin(0.5 * t), 0.4 * np.sin(0.1 * t) + 1e-4 * t)
-    columns = [t, *(np.round(v, 4) for v in volts), *(np.round(a / 0.001534) * 0.001534 for a in angles)]
+    write(path, [t, *(np.round(v, 4) for v in volts), *(np.round(a / 0.001534) * 0.001534 for a in angles)])
+
+
+def write(path: str, columns: Sequence[NDArray[np.float64]]) -> None:
+    """Write time [s], voltages [V] and angles [rad] in the format of the name's ending."""
+    import pyarrow
+
     parts = [name.rstrip("]").split(" [") for name in NAMES]
     if ".csv" in path:
         import pyarrow.csv
@@ -58,7 +63,7 @@ def write(path: str, rows: int) -> None:
 
         with asammdf.MDF(version="4.10") as out:
             named = zip(columns[1:], parts[1:], strict=True)
-            out.append([asammdf.Signal(values, t, name=name, unit=unit) for values, (name, unit) in named])
+            out.append([asammdf.Signal(values, columns[0], name=name, unit=unit) for values, (name, unit) in named])
             out.save(path)
 
 
@@ -76,7 +81,7 @@ def large_logs(arguments: Sequence[str]) -> None:
         with TemporaryDirectory() as folder:
             short, long = (f"{folder}/{count}.{ending}" for count in (SHORT, rows))
             for path, count in ((short, SHORT), (long, rows)):
-                apart(write, path, count)
+                apart(write_flight, path, count)
             size = Path(long).stat().st_size
             (_, *before), (_, *after) = apart(peaks, short), apart(peaks, long)
         own, trial = ((b - a) / (48.0 * rows) for a, b in zip(before, after, strict=True))

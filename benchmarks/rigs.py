@@ -18,6 +18,7 @@ from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
 from tests.blind.rigs import Effect
+from tests.blind.windy import WindyLog
 
 GROUPS, FIELD_GROUPS = (tuple(dict.fromkeys(case.group for case in own)) for own in (BATTERY, FIELD_BATTERY))
 
@@ -48,6 +49,12 @@ Sources = dict[str, tuple[Any, GeneratedRig]]
 def log_of(name: str, rate: float, samples: np.ndarray) -> Log:
     """Give rows of a generator as a log: time, two voltages, three angles."""
     return Log(name, rate, samples[:, 1:3], samples[:, 3:])
+
+
+def windy_log(name: str, log: WindyLog) -> Log:
+    """Give a log of a windy rig, with its references where they are logged."""
+    rate = (len(log.time) - 1) / float(log.time[-1] - log.time[0])
+    return Log(name, round(rate, 6), log.voltages, log.angles, references=dict(log.references))
 
 
 def blind_sources(groups: Collection[str] = GROUPS, limits: Mapping[str, int] | None = None) -> Sources:

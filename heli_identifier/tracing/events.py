@@ -37,7 +37,7 @@ AXES = ("pitch", "elevation", "travel")
 THRESHOLD = 7.5
 """Residual over its scale from which a passage is an event: between the largest value in 20 hours of generated logs
 without a touch (6.3; with effects and without, in open and in closed loop) and the smallest among 95 pushes by a hand
-(8.9). `benchmarks/events.py` measures both anew."""
+(8.9); `benchmarks/events.py` of commit 88348cb measured both."""
 
 WINDOW, RATE, EVALUATED_STEP = 0.3, 100.0, 0.04
 """Length [s] of the local cubics, the shortest push of a hand; rate [Hz] that faster logs are reduced to; time [s]
