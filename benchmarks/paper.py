@@ -195,6 +195,10 @@ def run_all(
 # --- tables ------------------------------------------------------------------------------------------------------
 
 
+Line = tuple[NDArray[np.float64], NDArray[np.float64], str]
+"""Time [s], values and name of a line."""
+
+
 def write_table(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a CSV with one header; numbers have six significant digits."""
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -246,13 +250,14 @@ def write_table_2(runs: dict[str, list[Run]], folder: Path) -> None:
 
 
 @styled
-def panels(labels: Sequence[str], lines: Sequence[Sequence[tuple[NDArray[np.float64], NDArray[np.float64], str]]],
-           truths: Sequence[float] = ()) -> Figure:  # fmt: skip
-    """Draw panels below each other on one time axis: lines (time, values, label), and the truth."""
+def panels(labels: Sequence[str], lines: Sequence[Sequence[Line]], truths: Sequence[float] = ()) -> Figure:
+    """Draw panels below each other on one time axis; lines of one name have one colour, a dashed line is the truth."""
     figure, axes = canvas(8.0, 1.0 + 1.6 * len(labels), [1.0] * len(labels))
     for number, (panel, label, own) in enumerate(zip(axes, labels, lines, strict=True)):
+        colours: dict[str, str] = {}
         for time, values, name in own:
-            panel.plot(time, values, linewidth=0.9, label=name or None)
+            shown = None if name in colours else name
+            panel.plot(time, values, color=colours.setdefault(name, f"C{len(colours)}"), linewidth=0.9, label=shown)
         panel.set_ylabel(label)
         if truths:
             panel.axhline(truths[number], color=INK, linewidth=0.8, linestyle="--")
@@ -278,8 +283,7 @@ def histories(runs: Sequence[Run], names: Sequence[str], rest_angle: str, number
     )
     for experiment in EXPERIMENTS:
         own = [run for run in runs if run.experiment == experiment]
-        named = {run.start.number: f"{run.start.omega}, Gamma(0) {run.start.gain:g}" for run in own}
-        lines = [[(run.time, run.estimates[rest_angle][:, column], named[run.start.number]) for run in own]
+        lines = [[(run.time, run.estimates[rest_angle][:, column], f"Omega(0): {run.start.omega}") for run in own]
                  for column in columns]  # fmt: skip
         drawing = panels(labels, lines, [TRUTH[column] for column in columns])
         write_figure(drawing, folder / f"figure{number}_experiment{experiment}.svg")
