@@ -27,58 +27,24 @@ class Parameter(NamedTuple):
     description: str
 
 
-_BASE = (
+_Row = tuple[str, str, str, str, float, float, float, str]
+
+_BASE: tuple[_Row, ...] = (
     # pitch, eq. (2); elevation, eq. (10); travel, eq. (12): values of Table 2
-    Parameter("a_wx", "pitch.damping", "a_ωx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
-    Parameter("a_th", "pitch.stiffness", "a_θ", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
-    Parameter("k_x", "pitch.gain", "k_x", "rad/s^2/V", 0.293, -50.0, 50.0, "pitch acceleration per volt of v_f - v_r"),
-    Parameter("theta0", "pitch.rest_angle", "θ_0", "rad", radians(-7.8), -3.2, 3.2, "pitch at rest"),
-    Parameter("a_wz", "elevation.damping", "a_ωz", "1/s", 0.032, -10.0, 10.0, "elevation damping"),
-    Parameter("a_e", "elevation.stiffness", "a_ε", "1/s^2", 2.59, -100.0, 100.0, "elevation stiffness"),
-    Parameter(
-        "a_1",
-        "elevation.offset",
-        "a_1",
-        "rad/s^2",
-        -0.142,
-        -100.0,
-        100.0,
-        "elevation offset torque per inertia",
-    ),  # fmt: skip
-    Parameter(
-        "a_lt",
-        "elevation.coupling",
-        "a_λθ",
-        "1",
-        0.026,
-        -10.0,
-        10.0,
-        "coupling of theta' lambda' into elevation",
-    ),  # fmt: skip
-    Parameter(
-        "k_z",
-        "elevation.gain",
-        "k_z",
-        "rad/s^2/V",
-        0.157,
-        -50.0,
-        50.0,
-        "elevation acceleration per volt of v_f + v_r",
-    ),  # fmt: skip
-    Parameter("a_wy", "travel.damping", "a_ωy", "1/s", 0.114, -10.0, 10.0, "travel damping"),
-    Parameter(
-        "k_y",
-        "travel.gain",
-        "k_y",
-        "rad/s^2/V",
-        -0.112,
-        -50.0,
-        50.0,
-        "travel acceleration per volt and sine of pitch",
-    ),  # fmt: skip
-    Parameter("T_m", "motor.time_constant", "T_m", "s", 0.08, 0.0, 5.0, "lag of both motors, eq. (9)"),
-    Parameter("v_max", "motor.voltage_limit", "v_max", "V", 5.0, 1e-6, 1000.0, "saturation of both voltages"),
-    Parameter(
+    ("a_wx", "pitch.damping", "a_ωx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
+    ("a_th", "pitch.stiffness", "a_θ", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
+    ("k_x", "pitch.gain", "k_x", "rad/s^2/V", 0.293, -50.0, 50.0, "pitch acceleration per volt of v_f - v_r"),
+    ("theta0", "pitch.rest_angle", "θ_0", "rad", radians(-7.8), -3.2, 3.2, "pitch at rest"),
+    ("a_wz", "elevation.damping", "a_ωz", "1/s", 0.032, -10.0, 10.0, "elevation damping"),
+    ("a_e", "elevation.stiffness", "a_ε", "1/s^2", 2.59, -100.0, 100.0, "elevation stiffness"),
+    ("a_1", "elevation.offset", "a_1", "rad/s^2", -0.142, -100.0, 100.0, "elevation offset torque per inertia"),
+    ("a_lt", "elevation.coupling", "a_λθ", "1", 0.026, -10.0, 10.0, "coupling of theta' lambda' into elevation"),
+    ("k_z", "elevation.gain", "k_z", "rad/s^2/V", 0.157, -50.0, 50.0, "elevation acceleration per volt of v_f + v_r"),
+    ("a_wy", "travel.damping", "a_ωy", "1/s", 0.114, -10.0, 10.0, "travel damping"),
+    ("k_y", "travel.gain", "k_y", "rad/s^2/V", -0.112, -50.0, 50.0, "travel acceleration per volt and sine of pitch"),
+    ("T_m", "motor.time_constant", "T_m", "s", 0.08, 0.0, 5.0, "lag of both motors, eq. (9)"),
+    ("v_max", "motor.voltage_limit", "v_max", "V", 5.0, 1e-6, 1000.0, "saturation of both voltages"),
+    (
         "ado_offset",
         "ado.offset_per_metre",
         "",
@@ -87,42 +53,24 @@ _BASE = (
         -100.0,
         100.0,
         "shift of a_1 per metre of mass travel",
-    ),  # fmt: skip
-    Parameter("ado_stiffness", "ado.stiffness_per_metre", "", "1/s^2/m", 0.1, -100.0, 100.0, "shift of a_e per metre"),
-    Parameter("ado_speed", "ado.speed", "", "m/s", 0.05, 0.0, 10.0, "speed limit of the lead screw"),
-    Parameter("ado_travel", "ado.travel", "", "m", 0.26, 0.0, 10.0, "the mass moves between plus and minus this"),
+    ),
+    ("ado_stiffness", "ado.stiffness_per_metre", "", "1/s^2/m", 0.1, -100.0, 100.0, "shift of a_e per metre"),
+    ("ado_speed", "ado.speed", "", "m/s", 0.05, 0.0, 10.0, "speed limit of the lead screw"),
+    ("ado_travel", "ado.travel", "", "m", 0.26, 0.0, 10.0, "the mass moves between plus and minus this"),
 )
 
-_GENERAL = (
+_GENERAL: tuple[_Row, ...] = (
     # the general model, eq. (1), in place of the simplified one: values of LAAS report 18040
-    Parameter(
-        "general_model",
-        "general.enabled",
-        "",
-        "1",
-        0.0,
-        0.0,
-        1.0,
-        "1: eq. (1) from four point masses; 0: simplified",
-    ),  # fmt: skip
-    Parameter("m2", "general.mass_arm", "m2", "kg", 1.00, 1e-6, 100.0, "mass at the end of the arm"),
-    Parameter("m3", "general.mass_body", "m3", "kg", 0.771, 1e-6, 100.0, "mass of both rotors together"),
-    Parameter("l1", "general.length_counterweight", "l1", "m", 0.520, 1e-3, 10.0, "pivot to counterweight"),
-    Parameter("l2", "general.length_arm", "l2", "m", 0.650, 1e-3, 10.0, "pivot to helicopter body"),
-    Parameter("l3", "general.length_rotor", "l3", "m", 0.180, 1e-3, 10.0, "arm axis to rotor"),
-    Parameter("d1", "general.drop_counterweight", "d1", "m", 0.192, -10.0, 10.0, "counterweight below the arm"),
-    Parameter("d2", "general.drop_body", "d2", "m", 0.003, -10.0, 10.0, "rotors' mass below the arm axis"),
-    Parameter(
-        "viscous_travel",
-        "general.viscous_travel",
-        "",
-        "N.m.s",
-        0.250,
-        0.0,
-        100.0,
-        "viscous friction of the travel",
-    ),  # fmt: skip
-    Parameter(
+    ("general_model", "general.enabled", "", "1", 0.0, 0.0, 1.0, "1: eq. (1) from four point masses; 0: simplified"),
+    ("m2", "general.mass_arm", "m2", "kg", 1.00, 1e-6, 100.0, "mass at the end of the arm"),
+    ("m3", "general.mass_body", "m3", "kg", 0.771, 1e-6, 100.0, "mass of both rotors together"),
+    ("l1", "general.length_counterweight", "l1", "m", 0.520, 1e-3, 10.0, "pivot to counterweight"),
+    ("l2", "general.length_arm", "l2", "m", 0.650, 1e-3, 10.0, "pivot to helicopter body"),
+    ("l3", "general.length_rotor", "l3", "m", 0.180, 1e-3, 10.0, "arm axis to rotor"),
+    ("d1", "general.drop_counterweight", "d1", "m", 0.192, -10.0, 10.0, "counterweight below the arm"),
+    ("d2", "general.drop_body", "d2", "m", 0.003, -10.0, 10.0, "rotors' mass below the arm axis"),
+    ("viscous_travel", "general.viscous_travel", "", "N.m.s", 0.250, 0.0, 100.0, "viscous friction of the travel"),
+    (
         "viscous_elevation",
         "general.viscous_elevation",
         "",
@@ -131,75 +79,51 @@ _GENERAL = (
         0.0,
         100.0,
         "viscous friction of the elevation",
-    ),  # fmt: skip
-    Parameter(
-        "viscous_pitch",
-        "general.viscous_pitch",
-        "",
-        "N.m.s",
-        0.003,
-        0.0,
-        100.0,
-        "viscous friction of the pitch",
-    ),  # fmt: skip
-    Parameter(
-        "k_gf",
-        "general.drag_torque",
-        "k_gf",
-        "m",
-        -0.067,
-        -10.0,
-        10.0,
-        "propeller drag torque per newton of thrust",
-    ),  # fmt: skip
-    Parameter("k_f", "general.thrust_gain", "k_f", "N/V", 0.217, 0.0, 100.0, "thrust per volt of one rotor"),
+    ),
+    ("viscous_pitch", "general.viscous_pitch", "", "N.m.s", 0.003, 0.0, 100.0, "viscous friction of the pitch"),
+    ("k_gf", "general.drag_torque", "k_gf", "m", -0.067, -10.0, 10.0, "propeller drag torque per newton of thrust"),
+    ("k_f", "general.thrust_gain", "k_f", "N/V", 0.217, 0.0, 100.0, "thrust per volt of one rotor"),
 )
 
 
-def _of_effects() -> tuple[Parameter, ...]:
+def _of_effects() -> tuple[_Row, ...]:
     """Parameters of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
-    rows: dict[str, Parameter] = {}
+    rows: dict[str, _Row] = {}
     for e in CATALOGUE:
-        rows[e.field] = Parameter(e.field, f"effects.{e.name}.{e.axis}", "c", e.unit, 0.0, e.lower, e.upper, e.law)
+        rows[e.field] = (e.field, f"effects.{e.name}.{e.axis}", "c", e.unit, 0.0, e.lower, e.upper, e.law)
         for s in e.shapes:
             per_axis = s.field.endswith(f"_{e.axis}")
             name = f"effects.{e.name}.{s.name}" + (f".{e.axis}" if per_axis else "")
-            rows[s.field] = Parameter(s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
+            rows[s.field] = (s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
     return tuple(rows.values())
 
 
-def _of_tables() -> tuple[Parameter, ...]:
+def _of_tables() -> tuple[_Row, ...]:
     """Parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
     numbers = ", ".join(f"{number}: {name}" for number, name in enumerate(VARIABLES, start=1))
     units = ", ".join(dict.fromkeys(VARIABLES.values()))
-    rows = []
+    rows: list[_Row] = []
     for axis in AXES:
         field, name = f"{{}}_{axis}".format, f"table.{axis}.{{}}".format
         rows += [
-            Parameter(
+            (
                 field("table_variable"), name("variable"), "", "1", 0.0, 0.0, float(len(VARIABLES)),
                 f"what the {axis}'s table runs over; 0: no table, {numbers}",
             ),
-            Parameter(
-                field("table_first"), name("first"), "x_1", "1", 0.0, -1e6, 1e6,
-                f"first value of the variable in the table, in its unit ({units})",
-            ),
-            Parameter(
-                field("table_spacing"), name("spacing"), "", "1", 1.0, 1e-9, 1e6,
-                "from one value of the variable in the table to the next, in its unit",
-            ),
+            (field("table_first"), name("first"), "x_1", "1", 0.0, -1e6, 1e6,
+             f"first value of the variable in the table, in its unit ({units})"),
+            (field("table_spacing"), name("spacing"), "", "1", 1.0, 1e-9, 1e6,
+             "from one value of the variable in the table to the next, in its unit"),
             *(
-                Parameter(
-                    field(f"table_torque_{k}"), name(f"torque_{k}"), f"y_{k}", "rad/s^2", 0.0, -100.0, 100.0,
-                    f"acceleration of the {axis} at the value number {k}",
-                )
+                (field(f"table_torque_{k}"), name(f"torque_{k}"), f"y_{k}", "rad/s^2", 0.0, -100.0, 100.0,
+                 f"acceleration of the {axis} at the value number {k}")
                 for k in range(1, KNOTS + 1)
             ),
         ]  # fmt: skip
     return tuple(rows)
 
 
-PARAMETERS: tuple[Parameter, ...] = (*_BASE, *_of_effects(), *_GENERAL, *_of_tables())
+PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_of_effects(), *_GENERAL, *_of_tables()))
 """All there is to know about every field of :class:`heli_plant.parameters.PlantParameters`."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}

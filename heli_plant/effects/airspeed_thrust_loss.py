@@ -2,7 +2,7 @@
 
 from math import cos
 
-from .definition import PAPER_NEGLECTS, Effect
+from .definition import PAPER_NEGLECTS, declared
 
 
 def on_pitch(mu_sum: float, pitch_rate: float, c: float) -> float:
@@ -15,23 +15,13 @@ def on_elevation(mu_sum: float, pitch: float, elevation_rate: float, c: float) -
     return -c * mu_sum * elevation_rate * cos(pitch)
 
 
-EFFECTS = tuple(
-    Effect(
-        name="airspeed_thrust_loss",
-        axis=axis,
-        function=function,
-        law=law,
-        unit="1/(V s)",
-        lower=0.0,
-        upper=1.0,
-        source=PAPER_NEGLECTS,
-        family="thrust against airspeed",
-        experiment="Swing the axis at a large voltage sum and at a small one.",
-        drawn_against="rate",
-        watchable=True,
-    )
-    for axis, function, law in (
-        ("pitch", on_pitch, "-c mu_s theta'"),
-        ("elevation", on_elevation, "-c mu_s eps' cos(theta)"),
-    )
+EFFECTS = declared(
+    {"pitch": (on_pitch, "-c mu_s theta'"), "elevation": (on_elevation, "-c mu_s eps' cos(theta)")},
+    unit="1/(V s)",
+    bounds=(0.0, 1.0),
+    source=PAPER_NEGLECTS,
+    family="thrust against airspeed",
+    experiment="Swing the axis at a large voltage sum and at a small one.",
+    drawn_against="rate",
+    watchable=True,
 )

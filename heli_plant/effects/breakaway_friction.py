@@ -2,7 +2,7 @@
 
 from math import exp, tanh
 
-from .definition import AXES, FRICTION, Effect, Shape
+from .definition import AXES, FRICTION, Shape, declared
 from .dry_friction import SMOOTHING_RATE
 
 
@@ -11,33 +11,26 @@ def law(rate: float, c: float, stribeck_rate: float) -> float:
     return -c * tanh(rate / SMOOTHING_RATE) * exp(-(rate / stribeck_rate) * (rate / stribeck_rate))
 
 
-EFFECTS = tuple(
-    Effect(
-        name="breakaway_friction",
-        axis=axis,
-        function=law,
-        law="-c sign(w) exp(-(w/w_s)^2)",
-        unit="rad/s^2",
-        lower=0.0,
-        upper=1.0,
-        source="Stribeck 1902; Armstrong-Helouvry 1994",
-        family=FRICTION,
-        experiment="Let the axis start from rest many times: small square waves that just make it move.",
-        drawn_against="rate",
-        shapes=(
-            Shape(
-                "stribeck_rate",
-                f"stribeck_rate_{axis}",
-                "w_s",
-                "rad/s",
-                default=0.05,
-                lower=0.005,
-                upper=1.0,
-                grid=(0.02, 0.06, 0.18),
-                description="rate over which the breakaway friction fades",
-            ),
+EFFECTS = declared(
+    {axis: (law, "-c sign(w) exp(-(w/w_s)^2)") for axis in AXES},
+    unit="rad/s^2",
+    bounds=(0.0, 1.0),
+    source="Stribeck 1902; Armstrong-Helouvry 1994",
+    family=FRICTION,
+    experiment="Let the axis start from rest many times: small square waves that just make it move.",
+    drawn_against="rate",
+    shapes=(
+        Shape(
+            "stribeck_rate",
+            "stribeck_rate_{axis}",
+            "w_s",
+            "rad/s",
+            default=0.05,
+            lower=0.005,
+            upper=1.0,
+            grid=(0.02, 0.06, 0.18),
+            description="rate over which the breakaway friction fades",
         ),
-        watchable=True,
-    )
-    for axis in AXES
+    ),
+    watchable=True,
 )

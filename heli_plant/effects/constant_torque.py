@@ -1,6 +1,6 @@
 """A constant torque: a cable under tension, a table out of level, a rotor mounted askew."""
 
-from .definition import SISTER_RIGS, Effect
+from .definition import SISTER_RIGS, declared
 
 
 def law(c: float) -> float:
@@ -8,20 +8,13 @@ def law(c: float) -> float:
     return c
 
 
-EFFECTS = tuple(
-    Effect(
-        name="constant_torque",
-        axis=axis,
-        function=law,
-        law="c",
-        unit="rad/s^2",
-        lower=-1.0,
-        upper=1.0,
-        source=SISTER_RIGS,
-        family="constant torque",
-        experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
-        drawn_against="time",
-        watchable=True,
-    )
-    for axis in ("pitch", "travel")
+EFFECTS = declared(
+    {axis: (law, "c") for axis in ("pitch", "travel")},
+    unit="rad/s^2",
+    bounds=(-1.0, 1.0),
+    source=SISTER_RIGS,
+    family="constant torque",
+    experiment="Hold several steady pitch angles on either side of rest, with the rotors at several sums.",
+    drawn_against="time",
+    watchable=True,
 )

@@ -12,8 +12,9 @@ A published law writes the symbols of the vocabulary and of the shapes, a produc
 ``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
 AXES = ("pitch", "elevation", "travel")
 ROTORS = "rotors"
@@ -126,7 +127,7 @@ class Effect:
     source: str
     family: str
     experiment: str
-    drawn_against: str | None
+    drawn_against: str | None = None
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
     grid: tuple[float, ...] = ()
@@ -151,3 +152,30 @@ class Effect:
     def axes(self) -> tuple[str, ...]:
         """Axes whose motion it changes."""
         return AXES if self.axis == ROTORS else (self.axis,)
+
+
+def declared(
+    laws: Mapping[str, tuple[Callable[..., float], str]],
+    *,
+    bounds: tuple[float, float],
+    shapes: tuple[Shape, ...] = (),
+    **common: Any,
+) -> tuple[Effect, ...]:
+    """Return the entries of one file: of each axis the law and how it is published, and what they have in common.
+
+    The effect has the name of its file. ``bounds`` are those of c; ``{axis}`` in a shape's field becomes the axis;
+    ``common`` are further fields of :class:`Effect`.
+    """
+    return tuple(
+        Effect(
+            name=function.__module__.rpartition(".")[2],
+            axis=axis,
+            function=function,
+            law=published,
+            lower=bounds[0],
+            upper=bounds[1],
+            shapes=tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes),
+            **common,
+        )
+        for axis, (function, published) in laws.items()
+    )

@@ -6,7 +6,7 @@ real rig sticks.
 
 from math import tanh
 
-from .definition import AXES, FRICTION, PAPER_NEGLECTS, Effect
+from .definition import AXES, FRICTION, PAPER_NEGLECTS, declared
 
 SMOOTHING_RATE = 0.005
 """w_0 [rad/s]: three encoder counts of 4096 per turn in a second."""
@@ -17,20 +17,13 @@ def law(rate: float, c: float) -> float:
     return -c * tanh(rate / SMOOTHING_RATE)
 
 
-EFFECTS = tuple(
-    Effect(
-        name="dry_friction",
-        axis=axis,
-        function=law,
-        law="-c sign(w)",
-        unit="rad/s^2",
-        lower=0.0,
-        upper=1.0,
-        source=PAPER_NEGLECTS,
-        family=FRICTION,
-        experiment="Let the axis swing out freely from a large angle, and move it slowly back and forth through rest.",
-        drawn_against="rate",
-        watchable=True,
-    )
-    for axis in AXES
+EFFECTS = declared(
+    {axis: (law, "-c sign(w)") for axis in AXES},
+    unit="rad/s^2",
+    bounds=(0.0, 1.0),
+    source=PAPER_NEGLECTS,
+    family=FRICTION,
+    experiment="Let the axis swing out freely from a large angle, and move it slowly back and forth through rest.",
+    drawn_against="rate",
+    watchable=True,
 )

@@ -1,6 +1,6 @@
 """Gyroscopic coupling: the spin of the rotors, which grows with their voltage, turns pitch into elevation and back."""
 
-from .definition import PAPER_NEGLECTS, Effect
+from .definition import PAPER_NEGLECTS, declared
 
 
 def on_pitch(mu_sum: float, elevation_rate: float, c: float) -> float:
@@ -13,24 +13,14 @@ def on_elevation(mu_sum: float, pitch_rate: float, c: float) -> float:
     return c * mu_sum * pitch_rate
 
 
-EFFECTS = tuple(
-    Effect(
-        name="gyroscopic_coupling",
-        axis=axis,
-        function=function,
-        law=law,
-        unit="1/(V s)",
-        lower=-1.0,
-        upper=1.0,
-        source=PAPER_NEGLECTS,
-        family="gyroscopic torque",
-        experiment="Swing pitch and elevation at different frequencies under a large voltage sum.",
-        drawn_against="other_rate",
-        watchable=True,
-        coupled=True,
-    )
-    for axis, function, law in (
-        ("pitch", on_pitch, "-c mu_s eps'"),
-        ("elevation", on_elevation, "+c mu_s theta'"),
-    )
+EFFECTS = declared(
+    {"pitch": (on_pitch, "-c mu_s eps'"), "elevation": (on_elevation, "+c mu_s theta'")},
+    unit="1/(V s)",
+    bounds=(-1.0, 1.0),
+    source=PAPER_NEGLECTS,
+    family="gyroscopic torque",
+    experiment="Swing pitch and elevation at different frequencies under a large voltage sum.",
+    drawn_against="other_rate",
+    watchable=True,
+    coupled=True,
 )

@@ -5,7 +5,7 @@ Theory wants c = 1 on both axes. Like every law with a sine of the elevation it 
 
 from math import sin, tan
 
-from .definition import Effect, Shape
+from .definition import Shape, declared
 
 HORIZONTAL_OFFSET = Shape(
     "horizontal_offset",
@@ -31,26 +31,16 @@ def on_travel(horizontal_elevation: float, elevation_rate: float, travel_rate: f
     return 2.0 * c * tan(horizontal_elevation) * elevation_rate * travel_rate
 
 
-EFFECTS = tuple(
-    Effect(
-        name="inertial_coupling",
-        axis=axis,
-        function=function,
-        law=law,
-        unit="1",
-        lower=0.0,
-        upper=3.0,
-        source="paper, eq. (1), omega x K",
-        family="inertial coupling",
-        experiment="Turn the travel fast (above .5 rad/s) while the elevation moves far from the horizontal arm.",
-        drawn_against="other_rate",
-        shapes=(HORIZONTAL_OFFSET,),
-        watchable=True,
-        coupled=True,
-        certain=True,
-    )
-    for axis, function, law in (
-        ("elevation", on_elevation, "-c/2 sin(2 eps_h) lambda'^2"),
-        ("travel", on_travel, "+2 c tan(eps_h) eps' lambda'"),
-    )
+EFFECTS = declared(
+    {"elevation": (on_elevation, "-c/2 sin(2 eps_h) lambda'^2"), "travel": (on_travel, "+2 c tan(eps_h) eps' lambda'")},
+    unit="1",
+    bounds=(0.0, 3.0),
+    source="paper, eq. (1), omega x K",
+    family="inertial coupling",
+    experiment="Turn the travel fast (above .5 rad/s) while the elevation moves far from the horizontal arm.",
+    drawn_against="other_rate",
+    shapes=(HORIZONTAL_OFFSET,),
+    watchable=True,
+    coupled=True,
+    certain=True,
 )

@@ -6,7 +6,7 @@ for small eps_h is the simplified model's a_e eps + a_1. The law adds the differ
 
 from math import cos, sin
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(
@@ -20,19 +20,13 @@ def law(
     )
 
 
-EFFECTS = (
-    Effect(
-        name="large_angle_gravity",
-        axis="elevation",
-        function=law,
-        law="c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))",
-        unit="1",
-        lower=0.0,
-        upper=1.0,
-        source="paper, small-angle step",
-        family="gravity at large angles",
-        experiment="Let the elevation visit angles above .5 rad on either side.",
-        drawn_against="elevation",
-        certain=True,
-    ),
+EFFECTS = declared(
+    {"elevation": (law, "c (a_e eps + a_1 - a_e sin(eps_h) - (a_1 - a_e eps_0) cos(eps_h))")},
+    unit="1",
+    bounds=(0.0, 1.0),
+    source="paper, small-angle step",
+    family="gravity at large angles",
+    experiment="Let the elevation visit angles above .5 rad on either side.",
+    drawn_against="elevation",
+    certain=True,
 )

@@ -1,6 +1,6 @@
 """Moving mass: something on the arm shifts once, and the elevation's offset a_1 with it."""
 
-from .definition import STEP_TIMES, Effect, Shape
+from .definition import STEP_TIMES, Shape, declared
 
 
 def law(time: float, step_time: float, c: float) -> float:
@@ -8,32 +8,26 @@ def law(time: float, step_time: float, c: float) -> float:
     return -c if time >= step_time else 0.0
 
 
-EFFECTS = (
-    Effect(
-        name="moving_mass",
-        axis="elevation",
-        function=law,
-        law="t >= t_1: -c",
-        unit="rad/s^2",
-        lower=-1.0,
-        upper=1.0,
-        source="ADO, paper",
-        family="moving mass",
-        experiment="Note when the mass moves, and hold everything else still for 10 s before and after.",
-        drawn_against="time",
-        shapes=(
-            Shape(
-                "step_time",
-                "moving_mass_time",
-                "t_1",
-                "s",
-                default=0.0,
-                lower=0.0,
-                upper=1e6,
-                start=STEP_TIMES,
-                difference_step=0.3,
-                description="time of the step",
-            ),
+EFFECTS = declared(
+    {"elevation": (law, "t >= t_1: -c")},
+    unit="rad/s^2",
+    bounds=(-1.0, 1.0),
+    source="ADO, paper",
+    family="moving mass",
+    experiment="Note when the mass moves, and hold everything else still for 10 s before and after.",
+    drawn_against="time",
+    shapes=(
+        Shape(
+            "step_time",
+            "moving_mass_time",
+            "t_1",
+            "s",
+            default=0.0,
+            lower=0.0,
+            upper=1e6,
+            start=STEP_TIMES,
+            difference_step=0.3,
+            description="time of the step",
         ),
     ),
 )

@@ -2,7 +2,7 @@
 
 from math import cos, sin
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
@@ -10,18 +10,12 @@ def law(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c
     return c * a_th * sin(pitch - theta0) * (1.0 - cos(horizontal_elevation))
 
 
-EFFECTS = (
-    Effect(
-        name="pitch_gravity_coupling",
-        axis="pitch",
-        function=law,
-        law="c a_th sin(theta - theta0) (1 - cos(eps_h))",
-        unit="1",
-        lower=0.0,
-        upper=1.0,
-        source="paper, eq. (1)",
-        family="gravity at large angles",
-        experiment="Swing the pitch at elevations above .5 rad and at zero.",
-        drawn_against="elevation",
-    ),
+EFFECTS = declared(
+    {"pitch": (law, "c a_th sin(theta - theta0) (1 - cos(eps_h))")},
+    unit="1",
+    bounds=(0.0, 1.0),
+    source="paper, eq. (1)",
+    family="gravity at large angles",
+    experiment="Swing the pitch at elevations above .5 rad and at zero.",
+    drawn_against="elevation",
 )

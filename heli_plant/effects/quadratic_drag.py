@@ -1,6 +1,6 @@
 """Drag of the air on a moving axis, quadratic in its rate."""
 
-from .definition import AXES, PAPER_NEGLECTS, Effect
+from .definition import AXES, PAPER_NEGLECTS, declared
 
 
 def law(rate: float, c: float) -> float:
@@ -8,20 +8,13 @@ def law(rate: float, c: float) -> float:
     return -c * rate * abs(rate)
 
 
-EFFECTS = tuple(
-    Effect(
-        name="quadratic_drag",
-        axis=axis,
-        function=law,
-        law="-c w abs(w)",
-        unit="1/rad",
-        lower=0.0,
-        upper=10.0,
-        source=PAPER_NEGLECTS,
-        family="drag of the air",
-        experiment="Swing the axis at twice the amplitude and half of it, so that drag and damping part.",
-        drawn_against="rate",
-        watchable=True,
-    )
-    for axis in AXES
+EFFECTS = declared(
+    {axis: (law, "-c w abs(w)") for axis in AXES},
+    unit="1/rad",
+    bounds=(0.0, 10.0),
+    source=PAPER_NEGLECTS,
+    family="drag of the air",
+    experiment="Swing the axis at twice the amplitude and half of it, so that drag and damping part.",
+    drawn_against="rate",
+    watchable=True,
 )

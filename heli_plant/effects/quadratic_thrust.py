@@ -1,6 +1,6 @@
 """Quadratic thrust: the thrust of a rotor grows faster than its voltage."""
 
-from .definition import ROTORS, THRUST, Effect
+from .definition import ROTORS, THRUST, declared
 
 
 def law(nu: float, c: float) -> float:
@@ -8,20 +8,14 @@ def law(nu: float, c: float) -> float:
     return nu + c * nu * abs(nu)
 
 
-EFFECTS = (
-    Effect(
-        name="quadratic_thrust",
-        axis=ROTORS,
-        function=law,
-        law="nu -> nu + c nu abs(nu)",
-        unit="1/V",
-        lower=-0.2,
-        upper=1.0,
-        source="paper, footnote on thrust",
-        family="thrust curve",
-        experiment="Raise the voltage sum in steps from 0 to 5 V, each held until the elevation rests.",
-        drawn_against="mu_sum",
-        place=THRUST,
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {ROTORS: (law, "nu -> nu + c nu abs(nu)")},
+    unit="1/V",
+    bounds=(-0.2, 1.0),
+    source="paper, footnote on thrust",
+    family="thrust curve",
+    experiment="Raise the voltage sum in steps from 0 to 5 V, each held until the elevation rests.",
+    drawn_against="mu_sum",
+    place=THRUST,
+    watchable=True,
 )

@@ -2,7 +2,7 @@
 
 from math import cos
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(mu_sum: float, pitch: float, horizontal_elevation: float, c: float) -> float:
@@ -10,19 +10,13 @@ def law(mu_sum: float, pitch: float, horizontal_elevation: float, c: float) -> f
     return c * mu_sum * cos(pitch) * cos(horizontal_elevation)
 
 
-EFFECTS = (
-    Effect(
-        name="rotor_drag_torque",
-        axis="travel",
-        function=law,
-        law="c mu_s cos(theta) cos(eps_h)",
-        unit="rad/s^2/V",
-        lower=-0.5,
-        upper=0.5,
-        source="LAAS report 18040, k_gf",
-        family="drag torque of the rotors",
-        experiment="Change the voltage sum in steps while the pitch rests at zero.",
-        drawn_against="mu_sum",
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {"travel": (law, "c mu_s cos(theta) cos(eps_h)")},
+    unit="rad/s^2/V",
+    bounds=(-0.5, 0.5),
+    source="LAAS report 18040, k_gf",
+    family="drag torque of the rotors",
+    experiment="Change the voltage sum in steps while the pitch rests at zero.",
+    drawn_against="mu_sum",
+    watchable=True,
 )

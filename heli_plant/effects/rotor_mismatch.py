@@ -1,6 +1,6 @@
 """Rotor mismatch: one rotor pulls more than the other, so that their sum turns the pitch."""
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(mu_sum: float, c: float) -> float:
@@ -8,19 +8,13 @@ def law(mu_sum: float, c: float) -> float:
     return c * mu_sum
 
 
-EFFECTS = (
-    Effect(
-        name="rotor_mismatch",
-        axis="pitch",
-        function=law,
-        law="c mu_s",
-        unit="rad/s^2/V",
-        lower=-0.5,
-        upper=0.5,
-        source="paper, footnote on thrust",
-        family="mismatch of the rotors",
-        experiment="Change the sum v_f + v_r in steps of 1 V while the difference stays zero.",
-        drawn_against="mu_sum",
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {"pitch": (law, "c mu_s")},
+    unit="rad/s^2/V",
+    bounds=(-0.5, 0.5),
+    source="paper, footnote on thrust",
+    family="mismatch of the rotors",
+    experiment="Change the sum v_f + v_r in steps of 1 V while the difference stays zero.",
+    drawn_against="mu_sum",
+    watchable=True,
 )

@@ -4,7 +4,7 @@ The derivative M_u of helicopter flight dynamics, the pitching moment by forward
 Dynamics). It has either sign: that depends on whether the rotors' discs lie above or below the axis.
 """
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(travel_rate: float, c: float) -> float:
@@ -12,19 +12,13 @@ def law(travel_rate: float, c: float) -> float:
     return c * travel_rate
 
 
-EFFECTS = (
-    Effect(
-        name="speed_stability",
-        axis="pitch",
-        function=law,
-        law="c lambda'",
-        unit="1/s",
-        lower=-2.0,
-        upper=2.0,
-        source="Padfield, Helicopter Flight Dynamics (M_u)",
-        family="speed stability",
-        experiment="Let the arm travel fast either way at a constant sum of the voltages, the pitch near rest.",
-        drawn_against="travel_rate",
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {"pitch": (law, "c lambda'")},
+    unit="1/s",
+    bounds=(-2.0, 2.0),
+    source="Padfield, Helicopter Flight Dynamics (M_u)",
+    family="speed stability",
+    experiment="Let the arm travel fast either way at a constant sum of the voltages, the pitch near rest.",
+    drawn_against="travel_rate",
+    watchable=True,
 )

@@ -1,6 +1,6 @@
 """Thrust fade: motors that warm up pull less and less."""
 
-from .definition import ROTORS, THRUST, Effect
+from .definition import ROTORS, THRUST, declared
 
 
 def law(nu: float, time: float, c: float) -> float:
@@ -8,19 +8,13 @@ def law(nu: float, time: float, c: float) -> float:
     return (1.0 - c * time) * nu
 
 
-EFFECTS = (
-    Effect(
-        name="thrust_fade",
-        axis=ROTORS,
-        function=law,
-        law="nu -> (1 - c t) nu",
-        unit="1/s",
-        lower=-0.01,
-        upper=0.01,
-        source="warming motors, reports",
-        family="warming of the motors",
-        experiment="Repeat the same excitation at the beginning and at the end of a run of several minutes.",
-        drawn_against="time",
-        place=THRUST,
-    ),
+EFFECTS = declared(
+    {ROTORS: (law, "nu -> (1 - c t) nu")},
+    unit="1/s",
+    bounds=(-0.01, 0.01),
+    source="warming motors, reports",
+    family="warming of the motors",
+    experiment="Repeat the same excitation at the beginning and at the end of a run of several minutes.",
+    drawn_against="time",
+    place=THRUST,
 )

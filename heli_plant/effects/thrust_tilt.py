@@ -6,7 +6,7 @@ On the travel it acts with delta cos(theta), as the rotors' drag torque does.
 
 from math import sin
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(mu_sum: float, pitch: float, c: float) -> float:
@@ -14,19 +14,13 @@ def law(mu_sum: float, pitch: float, c: float) -> float:
     return c * mu_sum * sin(pitch)
 
 
-EFFECTS = (
-    Effect(
-        name="thrust_tilt",
-        axis="elevation",
-        function=law,
-        law="c mu_s sin(theta)",
-        unit="rad/s^2/V",
-        lower=-0.1,
-        upper=0.1,
-        source="paper, eq. (10) with rotors that lean",
-        family="tilt of the thrust",
-        experiment="Hold the pitch at +20 and at -20 degrees at the same sum of the voltages.",
-        drawn_against="pitch",
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {"elevation": (law, "c mu_s sin(theta)")},
+    unit="rad/s^2/V",
+    bounds=(-0.1, 0.1),
+    source="paper, eq. (10) with rotors that lean",
+    family="tilt of the thrust",
+    experiment="Hold the pitch at +20 and at -20 degrees at the same sum of the voltages.",
+    drawn_against="pitch",
+    watchable=True,
 )

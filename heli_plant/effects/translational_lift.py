@@ -2,7 +2,7 @@
 
 from math import cos
 
-from .definition import Effect
+from .definition import declared
 
 
 def law(mu_sum: float, pitch: float, travel_rate: float, c: float) -> float:
@@ -10,19 +10,13 @@ def law(mu_sum: float, pitch: float, travel_rate: float, c: float) -> float:
     return c * mu_sum * travel_rate * travel_rate * cos(pitch)
 
 
-EFFECTS = (
-    Effect(
-        name="translational_lift",
-        axis="elevation",
-        function=law,
-        law="c mu_s lambda'^2 cos(theta)",
-        unit="1/(V rad)",
-        lower=0.0,
-        upper=0.1,
-        source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)",
-        family="translational lift",
-        experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
-        drawn_against="travel_rate",
-        watchable=True,
-    ),
+EFFECTS = declared(
+    {"elevation": (law, "c mu_s lambda'^2 cos(theta)")},
+    unit="1/(V rad)",
+    bounds=(0.0, 0.1),
+    source="Padfield, Helicopter Flight Dynamics (induced inflow in forward flight)",
+    family="translational lift",
+    experiment="Let the arm travel fast at a constant sum of the voltages, then stop it.",
+    drawn_against="travel_rate",
+    watchable=True,
 )
