@@ -11,7 +11,7 @@ from typing import NamedTuple
 from .delay import remember
 from .encoders import EncoderCounts, quantise
 from .parameters import PlantParameters
-from .plant import measured_angles, rigid_start
+from .plant import arriving, measured_angles, rigid_start, step
 from .state import PlantState
 
 _ROUNDING = 1e-9
@@ -57,8 +57,6 @@ def communicate(
     longest: float,
     delay: float,
     p: PlantParameters,
-    step,
-    arriving,
 ) -> PlantMemory:
     """Return the memory one communication step later.
 
@@ -76,8 +74,6 @@ def communicate(
     delay : float
         Input delay of ``p`` [s].
     p : PlantParameters
-    step, arriving : callable
-        :func:`heli_plant.plant.step` and :func:`heli_plant.plant.arriving`, or what they are for ``p`` alone.
     """
     state, since, held = memory
     if delay > 0.0:

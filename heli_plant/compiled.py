@@ -16,6 +16,7 @@ calls a function: only the function that is asked for gets them (and a place in 
 
 import atexit
 import hashlib
+import inspect
 import os
 import shutil
 import stat
@@ -36,14 +37,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .effects import AXES
 from .errors import PlantError
+from .general_model import general_accelerations
+from .laws import table_elevation, table_pitch, table_travel
 from .parameters import PlantParameters
-from .specialised import specialised
-from .syntax import text_of
 
 PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fields])
 """Record type of a parameter set."""
 
-_TABLES = tuple(f"table_variable_{axis}" for axis in AXES)
 VARIABLE = "HELI_CACHE_DIR"
 _ROOTS = ("heli_plant", "heli_identifier")
 _LOCK = RLock()
@@ -87,22 +87,26 @@ def compiled(function: Callable) -> Callable:
 def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
     """Return ``function``, which steps a plant, compiled without model and tables that ``parameters`` do not choose.
 
-    The general model is a quarter of what there is to compile, and logs are identified with the simplified one. Tables
-    are left out together, so that there are not eight versions of a function.
+    They are half of what there is to compile, and most logs are identified with neither. Tables are left out together,
+    so that there are not eight versions of a function.
     """
-    general = parameters.general_model > 0.5
-    tables = any(getattr(parameters, field) > 0.5 for field in _TABLES)
+    instead: tuple[tuple[Callable, Callable], ...] = ()
+    if parameters.general_model <= 0.5:
+        instead += ((general_accelerations, _no_model),)
+    if all(getattr(parameters, f"table_variable_{axis}") <= 0.5 for axis in AXES):
+        instead += tuple((table, _no_table) for table in (table_pitch, table_elevation, table_travel))
     with _LOCK:
-        return _entry_for(function, general, tables)
+        return _entry(function, instead)
 
 
-@cache
-def _entry_for(function, general: bool, tables: bool):
-    """Dispatcher of a function for one of the models, with tables or without."""
-    known = {"general_model": 1.0 if general else 0.0}
-    if not tables:
-        known |= dict.fromkeys(_TABLES, 0.0)
-    return _entry(specialised(function, known))
+def _no_model(pitch, elevation, pitch_rate, elevation_rate, travel_rate, mu_diff, mu_sum, p):
+    """Stand for the general model where it is not chosen; never called."""
+    return 0.0, 0.0, 0.0
+
+
+def _no_table(time, pitch, elevation, travel, pitch_rate, elevation_rate, travel_rate, mu_sum, mu_diff, travel_rest, p):
+    """Stand for the tabulated torque of an axis that has none; never called."""
+    return 0.0
 
 
 def kept_on_disk(dispatcher: Any, key: str) -> Any:
@@ -133,35 +137,36 @@ def kept_on_disk(dispatcher: Any, key: str) -> Any:
 
 
 @cache
-def _entry(function):
-    """Dispatcher of a function that Python calls, kept on disk."""
-    return kept_on_disk(_jit(function), _digest(function))
+def _entry(function, instead=()):
+    """Dispatcher of a function that Python calls, kept on disk; ``instead``: pairs of a callee and its stand-in."""
+    return kept_on_disk(_jit(function, instead), _digest(function, instead))
 
 
 @cache
-def _callee(function):
+def _callee(function, instead):
     """Dispatcher of a function that only compiled functions call, never Python."""
     # one function without calls is a fifth faster: a call would pass all arguments through memory
-    return _jit(function, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
+    return _jit(function, instead, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 
-def _jit(function, **options):
+def _jit(function, instead, **options):
     """Compile ``function`` over the compiled twins of the project functions it names."""
-    named = _named(function).items()
-    twins = {name: _callee(value) for name, value in named if isinstance(value, FunctionType)}
+    named = _named(function, instead).items()
+    twins = {name: _callee(value, instead) for name, value in named if isinstance(value, FunctionType)}
     code = function.__code__
     if not Path(code.co_filename).is_file():  # numba keys its cache by a file; a composed function has none of its own
         code = code.replace(co_filename=str(sys.modules[function.__module__].__file__))
     twin = FunctionType(code, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
     # numba names machine code by this and by a count of its own; two functions of one name that two processes have
     # cached would be taken for each other by a third that loads both
-    twin.__qualname__ = f"{function.__qualname__}_{_digest(function)}"
+    twin.__qualname__ = f"{function.__qualname__}_{_digest(function, instead)}"
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
-def _named(function) -> dict[str, Any]:
+def _named(function, instead) -> dict[str, Any]:
     """Return the project's functions and classes, and the constants, that ``function`` names among its globals."""
     named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
+    named |= {name: other for name, value in named.items() for callee, other in instead if value is callee}
     return {
         name: value
         for name, value in named.items()
@@ -170,27 +175,27 @@ def _named(function) -> dict[str, Any]:
     }
 
 
-def _ingredients(function) -> set[bytes]:
-    """Everything that the machine code of ``function`` depends on: sources and the values of constants."""
-    found = {text_of(function).encode()}
-    for name, value in _named(function).items():
+@cache
+def _digest(function, instead) -> str:
+    """Name for everything that the machine code of ``function`` depends on: sources, constants, a set's fields."""
+    digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
+    for ingredient in sorted(_ingredients(function, instead)):
+        digest.update(hashlib.sha256(ingredient).digest())
+    return digest.hexdigest()[:16]
+
+
+def _ingredients(function, instead) -> set[bytes]:
+    """Return the sources and the values of constants that take part in ``function``."""
+    found = {inspect.getsource(function).encode()}
+    for name, value in _named(function, instead).items():
         if isinstance(value, FunctionType):
             found.add(f"{name} = {value.__qualname__}".encode())
-            found |= _ingredients(value)
+            found |= _ingredients(value, instead)
         elif isinstance(value, type):
             found.add(Path(str(sys.modules[value.__module__].__file__)).read_bytes())
         else:
             found.add(f"{name} = {value!r}".encode())
     return found
-
-
-@cache
-def _digest(function) -> str:
-    """Name for all ingredients of a function and the fields of a parameter set."""
-    digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
-    for ingredient in sorted(_ingredients(function)):
-        digest.update(hashlib.sha256(ingredient).digest())
-    return digest.hexdigest()[:16]
 
 
 class PatientCache(FunctionCache):

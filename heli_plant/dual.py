@@ -11,7 +11,6 @@ program, Communications of the ACM 7(8), 1964.)
 
 from __future__ import annotations
 
-import ast
 import math
 from collections.abc import Callable, Sequence
 from functools import cache
@@ -20,8 +19,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from .syntax import definition_of, made
 
 
 class Dual:
@@ -46,7 +43,7 @@ class Dual:
         return Dual(self.value - b.value, self.slope - b.slope)
 
     def __rsub__(self, other: float) -> Dual:
-        return Dual(other - self.value, -self.slope)
+        return -self + other
 
     def __mul__(self, other: Dual | float) -> Dual:
         b = _dual(other)
@@ -118,16 +115,15 @@ FUNCTIONS: dict[Callable[..., Any], Callable[..., Any]] = {
 
 @cache
 def with_duals(function: FunctionType) -> FunctionType:
-    """Return a function of the plant for dual numbers: the same source with mathematics that knows them."""
-    definition = definition_of(function)
-    namespace = dict(function.__globals__)
-    for name in {node.id for node in ast.walk(definition) if isinstance(node, ast.Name)}:
-        called = namespace.get(name)
+    """Return a function of the plant for dual numbers: the same code over mathematics that knows them."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        called = names.get(name)
         if called in FUNCTIONS.keys():
-            namespace[name] = FUNCTIONS[called]
+            names[name] = FUNCTIONS[called]
         elif isinstance(called, FunctionType) and called.__module__.partition(".")[0] == __package__:
-            namespace[name] = with_duals(called)
-    return made(definition, namespace, function)
+            names[name] = with_duals(called)
+    return FunctionType(function.__code__, names, function.__name__, function.__defaults__)
 
 
 def seeded(values: Sequence[float]) -> list[Dual]:

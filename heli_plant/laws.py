@@ -11,18 +11,19 @@
 No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
 behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
 ``switched_on`` answers once for a step whether an axis has any effect at all. To the sum on an axis belongs its
-tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one.
+tabulated torque (:mod:`heli_plant.tabulated_torque`) where it has one, ``table_pitch(time, pitch, ..., p)``.
 """
 
 import ast
+import inspect
+import linecache
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from types import FunctionType
+from typing import Any
 
 from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TIMES, THRUST, VOLTAGE, Effect, at
-from .errors import PlantError
 from .motor import saturate
-from .syntax import definition_of, made
 from .tabulated_torque import KNOTS, VARIABLES, table_variable, tabulated_torque
 
 _MOTION = (
@@ -34,53 +35,52 @@ _MOTION = (
 _TABLED = ("time", *(name for name in VARIABLES if name != "time"))
 """Arguments of :func:`heli_plant.tabulated_torque.table_variable` behind number and first value."""
 
-_DERIVED = {"horizontal_elevation": "elevation + p.horizontal_offset"}
-"""Arguments of the vocabulary that follow from others."""
+_CALLED: dict[str, Any] = {
+    **vars(math), "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,
+}  # fmt: skip
+"""What the functions below call."""
 
 
-class _Expression(ast.NodeTransformer):
-    """A law's expression with its arguments put in place, and the constants of its module as numbers."""
+class _InPlace(ast.NodeTransformer):
+    """Names replaced by what they stand for, constants of a module by their values."""
 
-    def __init__(self, entry: Effect, given: tuple[str, ...]):
-        self.arguments = {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate", **_DERIVED}
-        self.arguments |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
-        self.arguments |= {name: name for name in given}
-        self.names = entry.function.__globals__
+    def __init__(self, values: Mapping[str, str], constants: Mapping[str, Any]) -> None:
+        self.values, self.constants = values, constants
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        if node.id in self.wanted:
-            return ast.parse(self.arguments.get(node.id, f"p.{node.id}"), mode="eval").body
-        if isinstance(self.names.get(node.id), float):
-            return ast.Constant(self.names[node.id])
-        return node
-
-    def of(self, function: FunctionType) -> str:
-        definition = definition_of(function)
-        self.wanted = {argument.arg for argument in definition.args.args}
-        statement = definition.body[0]
-        if not isinstance(statement, ast.Return) or statement.value is None:
-            raise PlantError(f"{function.__module__}.{function.__name__}: a law is a docstring and one return")
-        return ast.unparse(self.visit(statement.value))
+        if node.id in self.values:
+            return ast.parse(self.values[node.id], mode="eval").body
+        constant = self.constants.get(node.id)
+        return ast.Constant(constant) if isinstance(constant, float) else node
 
 
 def _expression(entry: Effect, given: tuple[str, ...]) -> str:
-    return _Expression(entry, given).of(entry.function)  # type: ignore[arg-type]
+    """Give what a law returns; its arguments are ``given``, or parameters, or follow from others.
+
+    A call of the law instead would take a fifth longer to compile, and in a unit to run.
+    """
+    values = {name: f"p.{name}" for name in entry.arguments} | {name: name for name in given}
+    values |= {shape.name: f"p.{shape.field}" for shape in entry.shapes}
+    values |= {"c": f"p.{entry.field}", "rate": f"{entry.axis}_rate"}
+    values |= {"horizontal_elevation": "elevation + p.horizontal_offset"}
+    law: Any = entry.function
+    _, statement = ast.parse(inspect.getsource(law)).body[0].body  # type: ignore[attr-defined]
+    in_place = _InPlace({name: values[name] for name in entry.arguments}, law.__globals__)
+    return ast.unparse(in_place.visit(statement.value))
 
 
 def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: str) -> FunctionType:
-    """Make a function of ``p`` and other arguments from its lines."""
-    text = "\n    ".join((f"def {name}({', '.join((*arguments, 'p'))}):", *lines))
-    definition = ast.parse(text).body[0]
-    assert isinstance(definition, ast.FunctionDef)
-    names = {"saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque}
-    function = made(definition, {**vars(math), **names, "__name__": __name__})
-    function.__doc__ = doc
-    return function
+    """Make a function of ``p`` and other arguments from its lines, whose source can be looked up as any other's."""
+    text = "\n    ".join((f"def {name}({', '.join((*arguments, 'p'))}):", *lines)) + "\n"
+    file = f"<{name} of {__name__}>"
+    linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
+    scope = {**_CALLED, "__name__": __name__}
+    exec(compile(text, file, "exec"), scope)
+    scope[name].__doc__ = doc
+    return scope[name]
 
 
-def _sum(
-    name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str, further: tuple[str, ...] = ()
-) -> FunctionType:
+def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str, *further: str) -> FunctionType:
     """Make a function that adds the laws of ``entries`` that are on, and what ``further`` lines add."""
     lines = ["total = 0.0"]
     for entry in entries:
@@ -106,13 +106,17 @@ def _has_table(axis: str) -> str:
     return f"p.table_variable_{axis} > 0.5"
 
 
-def _tabulated(axis: str) -> str:
-    """Give the line that adds the tabulated torque of an axis."""
+def _table(axis: str) -> FunctionType:
+    """Make the function of an axis's tabulated torque."""
     first = f"p.table_first_{axis}"
     x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLED)})"
     y = ", ".join(f"p.table_torque_{k}_{axis}" for k in range(1, KNOTS + 1))
-    return f"if {_has_table(axis)}: total = total + tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
+    line = f"return tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
+    return _function(f"table_{axis}", _MOTION, [line], f"Return the tabulated torque [rad/s^2] of the {axis}.")
 
+
+table_pitch, table_elevation, table_travel = (_table(axis) for axis in AXES)
+_CALLED |= {"table_pitch": table_pitch, "table_elevation": table_elevation, "table_travel": table_travel}
 
 added_pitch, added_elevation, added_travel = (
     _sum(
@@ -120,7 +124,7 @@ added_pitch, added_elevation, added_travel = (
         at(ACCELERATION, axis),
         _MOTION,
         f"Return the acceleration [rad/s^2] of the {axis} by the effects that are on and by its table.",
-        (_tabulated(axis),),
+        f"if {_has_table(axis)}: total = total + table_{axis}({', '.join(_MOTION)}, p)",
     )
     for axis in AXES
 )

@@ -15,7 +15,6 @@ from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
-from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state
 from tests.blind.signals import multisines, square_and_chirp
 from tests.online_record import H, read
@@ -67,7 +66,7 @@ def pushed(
     Returns the voltages (N, 2), which are the controller's if there is one, and the angles (N, 3).
     """
     state, held = rigid_start(rest(parameters, voltages), parameters), []
-    time, plant = [k * H for k in range(len(voltages))], specialised(advance, parameters._asdict())
+    time = [k * H for k in range(len(voltages))]
     used, angles = np.array(voltages, dtype=float), np.empty((len(voltages), 3))
     for k in range(len(voltages)):
         angles[k] = measured_angles(state)
@@ -75,7 +74,7 @@ def pushed(
             used[k] = controller(k, tuple(angles[k]))
         held.append((float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
-        moved = plant(state, time, held, k, 0.0, H, parameters)
+        moved = advance(state, time, held, k, 0.0, H, parameters)
         state = moved._replace(
             pitch=moved.pitch + 0.5 * H * H * d[0],
             elevation=moved.elevation + 0.5 * H * H * d[1],

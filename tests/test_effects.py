@@ -17,7 +17,6 @@ from heli_plant.laws import motor_input, switched_on, thrust_voltage
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import accelerations, advance, rigid_start, step
 from heli_plant.simulation import simulate
-from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, start_state
 
 BY_AXIS = [e for e in CATALOGUE if e.place == ACCELERATION]
@@ -248,24 +247,14 @@ def test_rotor_that_stands_still_gives_no_thrust():
 # --- both ways of running ----------------------------------------------------------------------------------------
 
 
-def interpreted(V, start, p, stepping=advance):
+def interpreted(V, start, p):
     """Step by step, in plain Python."""
     state, states = rigid_start(start, p), []
     pairs, time = [tuple(pair) for pair in V.tolist()], [k * h for k in range(len(V))]
     for k in range(len(V)):
         states.append(state)
-        state = stepping(state, time, pairs, k, 0.1, h, p)
+        state = advance(state, time, pairs, k, 0.1, h, p)
     return np.array(states)
-
-
-@pytest.mark.parametrize("general", [0.0, 1.0], ids=["simplified", "general"])
-@pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
-def test_plant_made_for_its_parameters_moves_as_the_plant_that_reads_them_to_the_bit(e, general):
-    """A unit runs the specialised functions once its parameters are fixed."""
-    p = (on(e, 0.2 * e.upper) if e else ALL_ON)._replace(general_model=general)
-    V = np.random.default_rng(3).uniform(-5.5, 5.5, (60, 2))
-    fixed = specialised(advance, p._asdict())
-    np.testing.assert_array_equal(interpreted(V, START, p, fixed), interpreted(V, START, p))
 
 
 @pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")

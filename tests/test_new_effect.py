@@ -16,7 +16,7 @@ FILE = '''
 
     from math import sin
 
-    from .definition import Effect
+    from .definition import declared
 
 
     def law(travel: float, c: float) -> float:
@@ -24,21 +24,15 @@ FILE = '''
         return c * sin(travel)
 
 
-    EFFECTS = (
-        Effect(
-            name="table_tilt",
-            axis="travel",
-            function=law,
-            law="c sin(lambda)",
-            unit="rad/s^2",
-            lower=-0.5,
-            upper=0.5,
-            source="a test",
-            family="tilt of the table",
-            experiment="Turn the arm slowly by a whole turn.",
-            drawn_against="travel",
-            watchable=True,
-        ),
+    EFFECTS = declared(
+        {"travel": (law, "c sin(lambda)")},
+        unit="rad/s^2",
+        bounds=(-0.5, 0.5),
+        source="a test",
+        family="tilt of the table",
+        experiment="Turn the arm slowly by a whole turn.",
+        drawn_against="travel",
+        watchable=True,
     )
 '''
 

@@ -33,7 +33,7 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, continuous, control, correction, laws, motor, observer, plant, state
+from heli_plant import communication, continuous, control, correction, laws, motor, observer, state
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
@@ -127,7 +127,7 @@ def plant_twin() -> Definition:
     """HelicopterPlant."""
     entries = (
         communication.begin,
-        (communication.communicate, plant.step, plant.arriving),
+        communication.communicate,
         communication.is_finite,
         communication.shown,
         state.start_state,
@@ -149,9 +149,7 @@ def plant_twin() -> Definition:
     }
     memory = (communication.PlantMemory, observer.Torque)
     rows = " ".join(
-        f"{{{reference(row.name)}, &p->{row.field}, c.{row.field}}},"
-        for row in PARAMETERS
-        if row.field in corrections
+        f"{{{reference(row.name)}, &p->{row.field}, c.{row.field}}}," for row in PARAMETERS if row.field in corrections
     )
     more = f"/* Parameters that may be corrected: reference, parameter, correction. */\n#define CORRECTIONS {rows}\n"
     return Definition("plant.c", entries, settings, memory, {}, more, ("plant.h",), plant_exchange())

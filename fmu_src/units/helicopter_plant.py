@@ -12,8 +12,6 @@ from heli_plant.laws import input_delay
 from heli_plant.observer import TRAVEL_BANDWIDTH, Torque, measured_against, observer_gains, predicted
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import TABLE_2, PlantParameters, checked
-from heli_plant.plant import arriving, step
-from heli_plant.specialised import specialised
 from heli_plant.state import PlantState, rest_state, start_state
 
 from ..errors import Refusal
@@ -129,7 +127,6 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
     def initialise(self, time: float) -> None:
         """Collect the parameters, place the plant at its initial state."""
         values, at = self.values, self.references
-        self.first = True
         self._take_parameters()
         self.torque = Torque()
         self.inner_step = values[at["solver.step"]]
@@ -144,11 +141,7 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
         self._publish()
 
     def _take_parameters(self) -> None:
-        """Read the parameters with their corrections, and make the step for them.
-
-        At first every value becomes a constant of the step, so that an effect that is off costs nothing. After a change
-        only what is zero does: values that change while the plant runs make no new step, unless an effect comes on.
-        """
+        """Read the parameters with their corrections."""
         chosen, corrections = self.values[_FIRST_PHYSICS:_FIRST_KEEPING], self.values[_FIRST_CORRECTION:]
         parameters, correction = PlantParameters(**dict(zip(_FIELDS, chosen, strict=True))), Correction(*corrections)
         try:
@@ -157,13 +150,8 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
             checked(parameters)
         except ParameterError as problem:
             raise Refusal(str(problem)) from problem
-        known = parameters._asdict()
-        if not self.first:
-            known = {field: value for field, value in known.items() if value == 0.0}
-        self.first = False
         self.parameters, self.chosen, self.corrections = parameters, chosen, corrections
         self.shares = 1.0 + correction.front, 1.0 + correction.rear
-        self.step, self.arriving = specialised(step, known), specialised(arriving, known)
         self.delay = input_delay(parameters)
 
     def advance(self, time: float, step_size: float) -> None:
@@ -191,7 +179,7 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
                     memory, torque = memory._replace(state=kept.state), kept.torque
             memory = communicate(
                 memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,
-                self.parameters, self.step, self.arriving,
+                self.parameters,
             )  # fmt: skip
             if gains is not None:
                 kept = predicted(memory.state, torque, step_size, gains)

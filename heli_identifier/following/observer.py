@@ -39,7 +39,6 @@ Sources: Gustafsson, Adaptive Filtering and Change Detection, 2000, section 8.3;
 observations, IEEE Transactions on Automatic Control 49 (2004).
 """
 
-from collections.abc import Callable, Mapping
 from math import cos, log, sin, sqrt
 from typing import NamedTuple
 
@@ -48,8 +47,7 @@ from heli_plant.correction import with_share
 from heli_plant.laws import input_delay, thrust_voltages
 from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, Torque, measured_against, observer_gains, predicted
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import arriving, step
-from heli_plant.specialised import specialised
+from heli_plant.plant import arriving
 from heli_plant.state import PlantState
 
 from .blocks import MEMORY
@@ -105,17 +103,13 @@ class Steady(NamedTuple):
 class ObserverPlan(NamedTuple):
     """Sampling period h [s]; gains and steady state of the axes; samples for which a gap is ``remembered``.
 
-    ``step``, ``arriving``, ``thrusts``: the plant's, in which everything that cannot change is a constant; its input
-    ``delay`` [s].
+    ``delay``: the plant's input delay [s].
     """
 
     sample_time: float
     gains: tuple[ObserverGains, ...]
     steady: tuple[Steady, ...]
     remembered: int
-    step: Callable
-    arriving: Callable
-    thrusts: Callable
     delay: float
     laws: Laws
 
@@ -176,13 +170,8 @@ class Observer(NamedTuple):
     covariances: tuple[Covariance, ...]
 
 
-def prepare_observer(
-    h: float, bandwidth: float, p: PlantParameters, known: Mapping[str, float], laws: Laws
-) -> ObserverPlan:
-    """Return the plan for samples every ``h`` [s] and poles of ``bandwidth`` omega_o [rad/s].
-
-    ``known``: those of the parameters ``p`` that cannot change.
-    """
+def prepare_observer(h: float, bandwidth: float, p: PlantParameters, laws: Laws) -> ObserverPlan:
+    """Return the plan for samples every ``h`` [s] and poles of ``bandwidth`` omega_o [rad/s]."""
     gains, gains_travel = observer_gains(bandwidth, h), observer_gains(TRAVEL_BANDWIDTH * bandwidth, h)
     steady = find_steady_state(bandwidth, h, gains.kept)
     return ObserverPlan(
@@ -190,9 +179,6 @@ def prepare_observer(
         gains=(gains, gains, gains_travel),
         steady=(steady, steady, find_steady_state(TRAVEL_BANDWIDTH * bandwidth, h, gains.kept)),
         remembered=gap_memory(bandwidth, h),
-        step=specialised(step, known),
-        arriving=specialised(arriving, known),
-        thrusts=specialised(thrust_voltages, known),
         delay=input_delay(p),
         laws=laws,
     )
@@ -222,13 +208,13 @@ def advance(now: Instant, voltages: Voltages, time: float, twin: Twin, plan: Obs
     """
     h, p, before = plan.sample_time, twin.parameters, now.memory.state
     front, rear = apply_shares(voltages, twin)
-    memory = communicate(now.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p, plan.step, plan.arriving)
+    memory = communicate(now.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
     if plan.delay > 0.0:
-        front, rear = plan.arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
+        front, rear = arriving(memory.since, memory.held, len(memory.since) - 1, time, h, p)
         voltages = (front / twin.values[-2], rear / twin.values[-1])
     kept, torque = predicted(memory.state, now.torque, h, plan.gains[0])
     # the accelerations by which each change would have acted, from the motion at the step's begin
-    mu_diff, mu_sum = plan.thrusts(
+    mu_diff, mu_sum = thrust_voltages(
         0.5 * (before.nu_front + kept.nu_front), 0.5 * (before.nu_rear + kept.nu_rear), time + h, p
     )
     acting = regress_motion(before, mu_diff, mu_sum, plan.laws, p.theta0)

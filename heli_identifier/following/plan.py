@@ -159,7 +159,6 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
     laws = list_laws(settings.effects)
     changes = list_changes(p, settings.effects, laws)
     fields = tuple([change.field for change in changes if change.field])
-    known = {field: value for field, value in p._asdict().items() if field not in fields}
     coarse = max(1, round(_COARSE / h))
     launch = max(1, round(_APART / (coarse * h)))
     deviations = prior_deviations(p, laws)
@@ -171,7 +170,7 @@ def prepare_following(settings: FollowSettings) -> FollowPlan:
         first_values=(*(getattr(p, field) for field in fields), 1.0, 1.0),
         columns=(len(deviations[0]), len(deviations[1]), len(deviations[2])),
         deviations=deviations,
-        observer=prepare_observer(h, settings.observer_bandwidth, p, known, laws),
+        observer=prepare_observer(h, settings.observer_bandwidth, p, laws),
         threshold=lorden_threshold(2 * len(changes), settings.false_alarm_time, BLOCK_TIME),
         coarse=coarse,
         per_launch=launch,

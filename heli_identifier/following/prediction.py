@@ -9,7 +9,7 @@ or, after an adoption, with those before it) starts from the same state, so that
 from math import sqrt
 from typing import NamedTuple
 
-from heli_plant.plant import measured_angles
+from heli_plant.plant import measured_angles, step
 from heli_plant.state import PlantState
 
 from .observer import Angles, Twin, Voltages, apply_shares
@@ -67,7 +67,7 @@ def move_copies(now: Predictions, used: Twin, alone: Twin, rivals: tuple[Twin, .
 
     def moved(copies: tuple[PlantState, ...], twin: Twin) -> tuple[PlantState, ...]:
         front, rear = apply_shares(voltages, twin)
-        return tuple([plan.observer.step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies])
+        return tuple([step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies])
 
     return now._replace(
         arrived=(0.0, 0.0),

@@ -58,7 +58,6 @@ from typing import NamedTuple
 from heli_plant.effects import AXES, CATALOGUE, ROTORS, effect
 from heli_plant.laws import added_elevation, added_pitch, added_travel, thrust_voltage
 from heli_plant.parameters import PlantParameters
-from heli_plant.specialised import specialised
 
 from ..errors import ConfigurationError
 from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, solved, total
@@ -91,7 +90,7 @@ class Motion(NamedTuple):
 class Candidate(NamedTuple):
     """One watched effect: its ``name`` and ``axis``, its law, and what its coefficient stands for.
 
-    ``law`` is the plant's, made for ``parameters`` in which c is 1 and all else is off. ``in_rotors``: it changes the
+    ``law`` is the plant's, with the ``parameters`` in which c is 1 and all else is off. ``in_rotors``: it changes the
     thrust voltages. ``times_gain``: the regression finds c times the axis' gain k.
     """
 
@@ -120,7 +119,7 @@ def candidate(name: str, axis: str) -> Candidate:
     alone = dict.fromkeys(PlantParameters._fields, 0.0)
     alone |= {shape.field: shape.default for shape in entry.shapes}
     alone |= {entry.field: 1.0, "k_z": 1.0}
-    law = specialised(thrust_voltage if in_rotors else _SUMS[axis], alone)
+    law = thrust_voltage if in_rotors else _SUMS[axis]
     return Candidate(name, axis, law, PlantParameters(**alone), in_rotors, in_rotors or entry.share_of_lift)
 
 
@@ -229,6 +228,7 @@ def advance_watch(w: WatchState, s: Signals, c: WatchCoefficients, f: FilterCoef
 
 
 _LEAST_VISIBILITY = 0.01
+
 
 class Score(NamedTuple):
     """Score [1], coefficient c (unit of the effect's) and visibility [1] of one watched effect."""

@@ -23,7 +23,6 @@ from heli_plant.control import PidSettings, pid_step, start_pid
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
-from heli_plant.specialised import specialised
 from heli_plant.state import rest_state
 
 JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")
@@ -106,7 +105,6 @@ def flown(
     # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
     pid = pid._replace(trim=trim)
-    advance = specialised(step, plant._asdict())
     state, controller, held = rest_state(plant, trim), None, (0.5 * trim, 0.5 * trim)
     angles, used = np.empty((count, 3)), np.empty((count, 2))
     for k in range(count):
@@ -117,7 +115,7 @@ def flown(
         used[k] = np.clip([held[0] + added[0], held[1] + added[1]], -pid.voltage_limit, pid.voltage_limit)
         wanted = float(references[k, 0]), float(references[k, 1]), 0.0
         controller, held = pid_step(controller, pitch, elevation, travel, wanted, STEP, pid)
-        pushed = advance(state, *used[k].tolist(), 0.0, k * STEP, STEP, plant)
+        pushed = step(state, *used[k].tolist(), 0.0, k * STEP, STEP, plant)
         state = pushed._replace(
             pitch_rate=pushed.pitch_rate + STEP * torque[k, 0],
             elevation_rate=pushed.elevation_rate + STEP * torque[k, 1],

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from textwrap import fill
+from textwrap import dedent, fill
+from threading import Lock
 from types import FunctionType
 from typing import Any, get_type_hints
-
-from heli_plant.syntax import definition_of
 
 from . import statements
 from .body import Body, Expr, Untranslatable, c_name
@@ -35,6 +35,9 @@ from .types import (
 )
 
 _MOST_PASSES = 20
+_LOCK = Lock()
+"""Python 3.11 loses count of its recursion where two threads parse at once (CPython issue 106905)."""
+
 _WIDTH = 118
 assert statements  # it fills the handlers
 
@@ -175,6 +178,19 @@ def parts_of(kind: CType) -> list[tuple[str, CType]]:
     if isinstance(kind, Maybe):
         return [("some", BOOL), ("value", kind.item)]
     return [("at[i]", kind.item)] if isinstance(kind, Listing) else []
+
+
+def definition_of(function: FunctionType) -> ast.FunctionDef:
+    """Return a function's definition without docstring, annotations and decorators."""
+    with _LOCK:
+        tree = ast.parse(dedent(inspect.getsource(function))).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    tree.decorator_list, tree.returns = [], None
+    for argument in (*tree.args.posonlyargs, *tree.args.args):
+        argument.annotation = None
+    if isinstance(tree.body[0], ast.Expr) and isinstance(tree.body[0].value, ast.Constant):
+        del tree.body[0]
+    return tree
 
 
 def _result(function: FunctionType) -> CType | None:
