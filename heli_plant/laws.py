@@ -7,6 +7,7 @@
     input_delay(p)                          the laws at DELAY [s]
     bending_acceleration(...)               sum of the laws at BENDING [rad/s^2]
     next_step_time(time, p)                 when a law steps next [s], infinity if none does
+    law_alone(entry)                        one law with c = 1, as a function of the motion alone
 
 No law is written again here. The text of each function is made from the laws' own texts: a law's expression stands
 behind the question whether its coefficient is other than zero, arguments that are parameters are read from ``p``.
@@ -18,7 +19,9 @@ import ast
 import inspect
 import linecache
 import math
+import re
 from collections.abc import Iterable, Mapping
+from functools import cache
 from types import FunctionType
 from typing import Any
 
@@ -70,8 +73,8 @@ def _expression(entry: Effect, given: tuple[str, ...]) -> str:
 
 
 def _function(name: str, arguments: Iterable[str], lines: Iterable[str], doc: str) -> FunctionType:
-    """Make a function of ``p`` and other arguments from its lines, whose source can be looked up as any other's."""
-    text = "\n    ".join((f"def {name}({', '.join((*arguments, 'p'))}):", *lines)) + "\n"
+    """Make a function from its lines, whose source can be looked up as any other's."""
+    text = "\n    ".join((f"def {name}({', '.join(arguments)}):", *lines)) + "\n"
     file = f"<{name} of {__name__}>"
     linecache.cache[file] = len(text), None, text.splitlines(keepends=True), file
     scope = {**_CALLED, "__name__": __name__}
@@ -86,7 +89,7 @@ def _sum(name: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc
     for entry in entries:
         lines.append(f"if p.{entry.field} != 0.0: total = total + ({_expression(entry, arguments)})")
     lines.extend(further)
-    return _function(name, arguments, (*lines, "return total"), doc)
+    return _function(name, (*arguments, "p"), (*lines, "return total"), doc)
 
 
 def _chain(name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[str, ...], doc: str) -> FunctionType:
@@ -95,7 +98,7 @@ def _chain(name: str, first: str, entries: tuple[Effect, ...], arguments: tuple[
     lines = [first] if first != value else []
     for entry in entries:
         lines.append(f"if p.{entry.field} != 0.0: {value} = {_expression(entry, (*arguments, value))}")
-    return _function(name, arguments, (*lines, f"return {value}"), doc)
+    return _function(name, (*arguments, "p"), (*lines, f"return {value}"), doc)
 
 
 def _any_on(entries: tuple[Effect, ...]) -> str:
@@ -112,7 +115,7 @@ def _table(axis: str) -> FunctionType:
     x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLED)})"
     y = ", ".join(f"p.table_torque_{k}_{axis}" for k in range(1, KNOTS + 1))
     line = f"return tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
-    return _function(f"table_{axis}", _MOTION, [line], f"Return the tabulated torque [rad/s^2] of the {axis}.")
+    return _function(f"table_{axis}", (*_MOTION, "p"), [line], f"Return the tabulated torque [rad/s^2] of the {axis}.")
 
 
 table_pitch, table_elevation, table_travel = (_table(axis) for axis in AXES)
@@ -130,7 +133,7 @@ added_pitch, added_elevation, added_travel = (
 )
 switched_on = _function(
     "switched_on",
-    (),
+    ("p",),
     [f"return {', '.join(f'{_any_on(at(ACCELERATION, axis))} or {_has_table(axis)}' for axis in AXES)}"],
     "Return for pitch, elevation and travel whether any of the effects that accelerate it, or its table, is on.",
 )
@@ -165,12 +168,12 @@ bending_acceleration = _sum(
     "Return the acceleration q'' [rad/s^2] of the bending mode at q [rad], q' [rad/s] and mu_s [V].",
 )
 bends = _function(
-    "bends", (), [f"return {_any_on(at(BENDING, 'elevation'))}"], "Return whether the arm's bending mode is on."
+    "bends", ("p",), [f"return {_any_on(at(BENDING, 'elevation'))}"], "Return whether the arm's bending mode is on."
 )
 
 next_step_time = _function(
     "next_step_time",
-    ("time",),
+    ("time", "p"),
     [
         "found = inf",
         *(
@@ -183,6 +186,15 @@ next_step_time = _function(
     ],
     "Return the first time [s] after ``time`` at which a law that is on steps.",
 )
+
+
+@cache
+def law_alone(entry: Effect) -> FunctionType:
+    """Return a law as a function of the motion, or of nu and time at THRUST: c and k_z are 1, shapes have defaults."""
+    values = {shape.field: shape.default for shape in entry.shapes} | {entry.field: 1.0, "k_z": 1.0}
+    given = ("nu", "time") if entry.place == THRUST else _MOTION
+    line = re.sub(r"\bp\.(\w+)", lambda found: repr(values.get(found[1], 0.0)), _expression(entry, given))
+    return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"], f"Return {entry.law} with c = 1.")
 
 
 def thrust_voltages(nu_front, nu_rear, time, p):

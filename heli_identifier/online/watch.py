@@ -56,8 +56,7 @@ from math import cos, sin, sqrt
 from typing import NamedTuple
 
 from heli_plant.effects import AXES, CATALOGUE, ROTORS, effect
-from heli_plant.laws import added_elevation, added_pitch, added_travel, thrust_voltage
-from heli_plant.parameters import PlantParameters
+from heli_plant.laws import law_alone
 
 from ..errors import ConfigurationError
 from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, solved, total
@@ -69,8 +68,6 @@ WATCHABLE: dict[str, tuple[str, ...]] = {
     axis: tuple(entry.name for entry in CATALOGUE if entry.watchable and entry.axis in (axis, ROTORS)) for axis in AXES
 }
 """Names of the effects that can be watched, per axis."""
-
-_SUMS = dict(zip(AXES, (added_pitch, added_elevation, added_travel), strict=True))
 
 
 class Motion(NamedTuple):
@@ -90,14 +87,13 @@ class Motion(NamedTuple):
 class Candidate(NamedTuple):
     """One watched effect: its ``name`` and ``axis``, its law, and what its coefficient stands for.
 
-    ``law`` is the plant's, with the ``parameters`` in which c is 1 and all else is off. ``in_rotors``: it changes the
+    ``law`` is the plant's with c = 1 (:func:`heli_plant.laws.law_alone`). ``in_rotors``: it changes the
     thrust voltages. ``times_gain``: the regression finds c times the axis' gain k.
     """
 
     name: str
     axis: str
     law: Callable[..., float]
-    parameters: PlantParameters
     in_rotors: bool
     times_gain: bool
 
@@ -116,18 +112,13 @@ def candidate(name: str, axis: str) -> Candidate:
         raise ConfigurationError(f"effect {name!r} cannot be watched on {axis}; choose of {', '.join(WATCHABLE[axis])}")
     in_rotors = (name, axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}
     entry = effect(name, ROTORS if in_rotors else axis)
-    alone = dict.fromkeys(PlantParameters._fields, 0.0)
-    alone |= {shape.field: shape.default for shape in entry.shapes}
-    alone |= {entry.field: 1.0, "k_z": 1.0}
-    law = thrust_voltage if in_rotors else _SUMS[axis]
-    return Candidate(name, axis, law, PlantParameters(**alone), in_rotors, in_rotors or entry.share_of_lift)
+    return Candidate(name, axis, law_alone(entry), in_rotors, in_rotors or entry.share_of_lift)
 
 
 def candidate_value(c: Candidate, m: Motion) -> float:
     """Return g of the candidate for the motion ``m``: [rad/s^2] or [V] per unit of its coefficient."""
     if c.in_rotors:
-        front = c.law(m.nu_front, 0.0, c.parameters) - m.nu_front
-        rear = c.law(m.nu_rear, 0.0, c.parameters) - m.nu_rear
+        front, rear = c.law(m.nu_front, 0.0) - m.nu_front, c.law(m.nu_rear, 0.0) - m.nu_rear
         if c.axis == "pitch":
             return front - rear
         return (front + rear) * (cos(m.pitch) if c.axis == "elevation" else sin(m.pitch))
@@ -142,7 +133,6 @@ def candidate_value(c: Candidate, m: Motion) -> float:
         m.nu_front + m.nu_rear,
         m.nu_front - m.nu_rear,
         m.cable_rest,
-        c.parameters,
     )
 
 
