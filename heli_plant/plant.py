@@ -1,8 +1,8 @@
 """One step of the plant under held voltages: classical Runge-Kutta of order 4 on the three axes.
 
 The motors of eq. (9) are advanced exactly, so their voltages at the step's start, middle and end are known before
-the mechanical stages run. Whatever stays the same over the step is computed once, before the stages. A unit runs
-this source for its own parameter set (:mod:`heli_plant.specialised`), a diagnosis runs it compiled.
+the mechanical stages run. Whatever stays the same over the step is computed once, before the stages. A unit in
+Python interprets this source, a native unit has it in C, and a diagnosis runs it compiled.
 
 The bending of the arm is a mode that the rotors drive, so it takes its own Runge-Kutta step beside that of the axes;
 its law is :mod:`heli_plant.effects.arm_bending`.

@@ -115,7 +115,7 @@ def flown(
         used[k] = np.clip([held[0] + added[0], held[1] + added[1]], -pid.voltage_limit, pid.voltage_limit)
         wanted = float(references[k, 0]), float(references[k, 1]), 0.0
         controller, held = pid_step(controller, pitch, elevation, travel, wanted, STEP, pid)
-        pushed = step(state, *used[k].tolist(), 0.0, k * STEP, STEP, plant)
+        pushed = step(state, float(used[k, 0]), float(used[k, 1]), 0.0, k * STEP, STEP, plant)
         state = pushed._replace(
             pitch_rate=pushed.pitch_rate + STEP * torque[k, 0],
             elevation_rate=pushed.elevation_rate + STEP * torque[k, 1],
