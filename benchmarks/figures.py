@@ -56,15 +56,14 @@ def identifier(time: NDArray[np.float64], columns: dict[str, dict[str, NDArray[n
 
 @styled
 def before_after(rows: Sequence[dict[str, str]]) -> Figure:
-    """Draw errors 1 s ahead on held-out logs by axis: before, after, noise floor."""
-    drawing, panels = canvas(7.0, 6.6, heights=[1.0] * len(AXES), space=0.2)
+    """Draw errors 1 s ahead on held-out logs by axis: before, after, noise floor, where that is known."""
+    drawing, panels = canvas(6.0, 5.0, heights=[1.0] * len(AXES), space=0.15)
     for panel, axis in zip(panels, AXES, strict=True):
-        own = [row for row in rows if row["axis"] == axis]
+        own = [row for row in rows if row["axis"] == axis and row["floor"] != "nan"]
         for shift, colour, word in ((-0.25, BEFORE, "before"), (0.0, AFTER, "after"), (0.25, MEASURED, "floor")):
             places = np.arange(len(own)) + shift
             panel.bar(places, [float(row[word]) for row in own], 0.22, color=colour, label=word)
         panel.set_ylabel(f"{axis} [mrad]")
-        panel.set_yscale("log")
         panel.set_xticks(range(len(own)), [f"{row['rig'].removeprefix('ntnu-')} {row['half']}" for row in own])
     key(panels[0], 3)
     return drawing

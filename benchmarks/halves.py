@@ -268,19 +268,17 @@ def _of_names(halves: Sequence[Half]) -> list[tuple[str, str]]:
 
 
 def errors(half: Half, axis: str) -> tuple[float, float, float]:
-    """Give the errors 1 s ahead on the held-out logs [rad]: before, after, noise floor."""
+    """Give the errors 1 s ahead on the held-out logs [mrad]: before, after, noise floor; NaN if that is not known."""
     assert half.found is not None
     report = half.found.axes[axis]
-    return report.before.prediction_1s.value, report.after.prediction_1s.value, report.noise_floor.prediction_1s.value
+    found = [1e3 * own.prediction_1s.value for own in (report.before, report.after, report.noise_floor)]
+    return found[0], found[1], found[2] or float("nan")
 
 
 def errors_table(halves: Sequence[Half]) -> str:
     """Give these errors as a table [mrad]."""
     cell = "{:.3g}, {:.3g} ({:.3g})"
-    rows = [
-        (f"{half.rig} {half.name}", *(cell.format(*(1e3 * value for value in errors(half, axis))) for axis in AXES))
-        for half in halves
-    ]
+    rows = [(f"{half.rig} {half.name}", *(cell.format(*errors(half, axis)) for axis in AXES)) for half in halves]
     return table(("half", *(f"{axis}, before, after (floor) [mrad]" for axis in AXES)), rows)
 
 
@@ -298,7 +296,7 @@ def write_gains(path: Path, halves: Sequence[Half]) -> None:
 def write_errors(path: Path, halves: Sequence[Half]) -> None:
     """Write the errors 1 s ahead [mrad]."""
     rows = [
-        (half.rig, half.name, axis, *(f"{1e3 * value:.4g}" for value in errors(half, axis)))
+        (half.rig, half.name, axis, *(f"{value:.4g}" for value in errors(half, axis)))
         for half, axis in product(halves, AXES)
     ]
     _write(path, ("rig", "half", "axis", "before", "after", "floor"), rows)
