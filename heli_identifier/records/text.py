@@ -38,6 +38,8 @@ _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
 _BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
 _LINE_END = re.compile("\r\n|\n|\r")
+_FILLED = re.compile(rb"[^\s\xef\xbb\xbf]")  # anything but blanks and marks of UTF-8
+_ONE_BREAK = re.compile(rb"\S\r?\n\Z")
 _LABVIEW_UNITS = "Y_Unit_Label"
 _HEAD = 200_000  # bytes from the beginning among which the table has to begin
 _LOOKED_AT = 400  # lines from the beginning among which it has to begin
@@ -77,11 +79,12 @@ def read_text(data: bytes, file: str, decimal: str, mapped: frozenset[str] = fro
     LogError
         If the bytes are not a table: binary, empty, one column, no rows, or a row longer than the header.
     """
-    data = _as_utf8(data, file)
-    ended = data[-1:] in (b"\n", b"\r")
-    # Blank lines at the end are not rows; blank lines elsewhere are rows with empty cells.
-    text = data.rstrip()
-    del data
+    text = _as_utf8(data, file)
+    ended = text[-1:] in (b"\n", b"\r")
+    # Blank lines at the end are not rows; blank lines elsewhere are rows with empty cells. A file that ends with one
+    # line break, as nearly all do, is not copied.
+    if not _ONE_BREAK.search(text[-3:]):
+        text = text.rstrip()
     layout = _find_layout(text, file, decimal, mapped)
     text, notes = (text, ()) if ended else _whole_lines(text, layout.separator, decimal)
     columns = _parse(text, layout, file, decimal)
@@ -115,7 +118,7 @@ def _as_utf8(data: bytes, file: str) -> bytes:
             "or one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
         )
     data = data.removeprefix(codecs.BOM_UTF8)
-    if not data.strip(codecs.BOM_UTF8 + b" \t\n\r\v\f"):
+    if not _FILLED.search(data):
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
     try:
         return data if data.isascii() or data.decode() else data
@@ -127,7 +130,8 @@ def _parse(text: bytes, layout: _Layout, file: str, decimal: str) -> tuple[NDArr
     import pandas
 
     count, above = len(layout.headers), layout.above
-    rows = text.count(_line_break(text)) + 1 - above
+    mark = _line_break(text)
+    rows = text.count(mark) + (not text.endswith(mark)) - above
     if rows * count > len(text):
         raise LogError(f"{file}: its {rows} rows have fewer cells than its {count} headers; save it again.")
     no_rows = LogError(f"{file} holds a header but no rows; log at least 5 s.")
