@@ -25,10 +25,10 @@ from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig
 
 SAID = {
-    "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "play": "backlash", "counts": "counts|rest",
-    "cut": "rounded", "clipped": "clipped", "times": "scale|rotor_mismatch", "copy": "same numbers",
-    "[deg]": "was read as", "[rad]": "was read as", "folded": "whole turn",
-    "slips": "slip|drift", "sign": "SIGN", "twice": "counts", "jitters": "jitter", "fast": "clock",
+    "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "play": "backlash", "slips": "slip",
+    "counts": "counts|rest", "cut": "rounded", "clipped": "clipped", "copy": "same numbers",
+    "twice": "too large|counts", "times": "scale|rotor_mismatch", "sign": "SIGN|wrong sign",
+    "[deg]": "was read as", "[rad]": "was read as", "folded": "whole turn", "jitters": "jitter", "fast": "clock",
 }  # fmt: skip
 """What names a damage, by a word of its own name."""
 

@@ -8,6 +8,7 @@ from heli_identifier.chain.inspection import quantum
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing import identify_plant
+from heli_identifier.tracing.events import find_events, unslipped
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import make_rig
 
@@ -68,6 +69,7 @@ def logs_of(damage: str, count: int = 3) -> list[Log]:
         ("travel a copy of the elevation", "same numbers"),
         ("pitch in radians under [deg]", "read as degrees"),
         ("travel folded at half a turn", "jumps by a whole turn"),
+        ("v_front with the other sign", "one of the two has the wrong sign"),
     ],
 )
 def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
@@ -91,6 +93,23 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
 )
 def test_a_defect_that_a_log_shows_of_itself_is_named(damage, name, channel):
     assert [(d.name, d.channel) for d in inspected(logs_of(damage), COUNTS, 5.0)] == [(name, channel)]
+
+
+def test_a_slip_of_an_encoder_is_found_and_shifted_back():
+    """By its size: to a count, since what moves within a sample is seen in counts, and a digit of the log."""
+    sound, damaged = logs_of("none"), logs_of("elevation slips by 24 counts")
+    found, notes = unslipped(damaged, find_events(damaged, 5.0))
+    assert len(notes) == len(damaged) and "elevation slips by" in notes[0]
+    for one, other in zip(sound, found, strict=True):
+        np.testing.assert_allclose(other.angles, one.angles, atol=2.0 * np.pi / 4096.0 + 1e-6)
+
+
+def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not():
+    """Their steps are alike; gravity and thrust turn with the true pitch."""
+    with pytest.raises(LogError, match="the pitch is 2 times too large"):
+        identify_plant(logs_of("pitch twice as large", 2))
+    found = identify_plant(logs_of("pitch of 2048 counts", 2))
+    assert [(d.name, d.channel) for d in found.defects] == [("counts", "pitch")]
 
 
 def test_undamaged_logs_have_no_defect():

@@ -7,9 +7,9 @@ such as columns that are alike, is found by the functions of :mod:`.inspection`.
 
 from . import backlash, drift, gain, late, low_pass
 from .fault import Fault, undone
-from .inspection import BENDING, Defect, inspected
+from .inspection import BENDING, TIMING, Defect, inspected
 
 FAULTS: tuple[Fault, ...] = (*late.FAULTS, *low_pass.FAULTS, *drift.FAULTS, *backlash.FAULTS, *gain.FAULTS)
 """The catalogue of faults that are searched in the likelihood."""
 
-__all__ = ["BENDING", "Defect", "FAULTS", "Fault", "inspected", "undone"]
+__all__ = ["BENDING", "Defect", "FAULTS", "Fault", "TIMING", "inspected", "undone"]

@@ -4,6 +4,8 @@
 * **Degrees.** An encoder's counts are visible as steps of the angle. Steps that are pi/180 of those that the rig's
   configuration gives are radians that were read as degrees, steps 180/pi times as large the other way round.
 * **Filters.** An angle without steps beside one with steps passed a filter or a resampling, which bends and delays it.
+* **Signs.** Both rotors lift: of voltages whose means lie on either side of zero, further than they vary, one has the
+  wrong sign.
 * **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
 * **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
   their error is noise of the input, which looks like a lag and like a curve of the thrust.
@@ -30,6 +32,9 @@ OTHER_COUNTS = 1.5
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
 
+OPPOSED = 0.5
+"""Least mean [V] of either voltage from which opposite signs are no trim: below it a rotor hardly turns."""
+
 ON_GRID = 0.1
 """Largest distance from a grid, in steps, that a value on it may have: decimals of a file."""
 
@@ -49,12 +54,15 @@ class Defect:
         What was seen and what to do, in a sentence.
     imitates : tuple of str
         Families of effects that it looks like: they are not testable on these logs.
+    ratio : float
+        Step of the encoder over that of the configuration [1].
     """
 
     name: str
     channel: str
     words: str
     imitates: tuple[str, ...] = ()
+    ratio: float = 1.0
 
 
 def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
@@ -77,6 +85,7 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
     for log in logs:
         _refuse_copies(log)
         _refuse_folds(log)
+        _refuse_opposed(log)
     steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
     expected = [
         all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))
@@ -143,6 +152,15 @@ def _refuse_folds(log: Log) -> None:
             )
 
 
+def _refuse_opposed(log: Log) -> None:
+    mean, spread = log.voltages.mean(0), log.voltages.std(0)
+    if mean[0] * mean[1] < 0.0 and (np.abs(mean) > np.maximum(spread, OPPOSED)).all():
+        raise LogError(
+            f"log {log.name}: v_front averages {mean[0]:.2f} V and v_rear {mean[1]:.2f} V, so one rotor pulls down all "
+            "the time: one of the two has the wrong sign. Mend it under [log.signs] of heli.toml."
+        )
+
+
 def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
     """Compare an encoder's step with that of the configuration."""
     ratio = step * counts / (2.0 * np.pi)
@@ -157,9 +175,10 @@ def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
         return []
     words = (
         f"the {axis} moves in steps of {1e3 * step:.3g} mrad, {2.0 * np.pi / step:.0f} a turn, and heli.toml says "
-        f"{counts}: mend encoder_counts, or take an encoder that is finer"
+        f"{counts}: mend encoder_counts, or take an encoder that is finer; or mend the factor of the {axis}, if it is "
+        f"{ratio:.3g} times too large"
     )
-    return [Defect("counts", axis, words)]
+    return [Defect("counts", axis, words, ratio=ratio)]
 
 
 def _flat_top(log: Log, limit: float) -> float:

@@ -7,7 +7,7 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import BENDING
+from heli_identifier.chain import BENDING, TIMING
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import (
@@ -178,14 +178,15 @@ def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[Foun
 
 
 def _with_rivals(finding: Finding, found: Identification) -> Finding:
-    """Name beside a bending of the arm an angle that is late, where a controller flew.
+    """Name beside a bending of the arm, or a delay of the rotors, an angle that is late, where a controller flew.
 
     Its voltages answer the angle before such a log has it, so every law that reads the voltages tells the log: the
     likelihood does not decide between the two.
     """
-    if finding.effect.family not in BENDING or not found.references.closed_loop or not finding.established:
+    axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
+    if not axes or not found.references.closed_loop or not finding.established:
         return finding
-    late = tuple(e for e in FAULT_EFFECTS if (e.name, e.axis) == ("late", finding.effect.axis))
+    late = tuple(e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes)
     return replace(finding, alternatives=(*finding.alternatives, *late))
 
 

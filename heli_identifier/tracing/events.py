@@ -102,6 +102,22 @@ def passages(events: Sequence[Event]) -> dict[str, list[tuple[float, float]]]:
     return out
 
 
+def unslipped(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Shift back what follows the slips of an encoder; give the logs, and a sentence for each slip."""
+    found, notes = list[Log](), list[str]()
+    for log in logs:
+        angles = log.angles.copy()
+        own = [event for event in events if event.kind == "slip" and event.log == log.name]
+        for event in own:
+            angles[round(event.start * log.rate_hz) :, AXES.index(event.axis)] -= event.size
+            notes.append(
+                f"{log.name}: the reading of its {event.axis} slips by {1e3 * event.size:.3g} mrad at "
+                f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling"
+            )
+        found.append(replace(log, angles=angles) if own else log)
+    return tuple(found), tuple(notes)
+
+
 def seconds_used(log: Log, left_out: Mapping[str, Sequence[tuple[float, float]]]) -> float:
     """Time [s] of a log that counts: outside of its passages and of what the filter needs to settle behind them."""
     time = np.arange(log.samples) * log.step

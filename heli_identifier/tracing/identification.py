@@ -17,16 +17,17 @@ reports    <- what every parameter rests on                    findings.py
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import FAULTS, Defect, inspected
+from heli_identifier.errors import LogError
 from heli_identifier.records import Log, check_excitation, check_moving, named_apart
 
-from .events import find_events, passages
+from .events import find_events, passages, unslipped
 from .findings import parameter_reports
 from .fit import Fit, covariance, fit, with_own_spread
 from .helicopter import helicopter
@@ -37,7 +38,7 @@ from .references import References, find_references
 from .result import Agreement, Event, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
-from .settings import SETTLING, DiagnosisSettings
+from .settings import MISTAKE, SETTLING, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -138,11 +139,13 @@ def identify_plant(
     tell("looking for passages in which something else acts", 0.05)
     events = find_events(used, given.voltage_limit)
     left_out = {} if given.keep_events else passages(events)
+    used, slips = unslipped(used, () if given.keep_events else events)
     tell("fitting the model", 0.1)
     rig = helicopter(given, [log.angles for log in used[:count]], [log.voltages for log in used[:count]])
     null, training, kept, notes = aligned(
         used[:count], used[count:], lambda own: _null(Likelihood(rig, records_of(own, rig, left_out))), left_out
     )
+    _refuse_scaled(null, defects)
     tell("searching the catalogue", 0.3)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *FAULT_EFFECTS)
     selection, unknown = select(null, candidates), tuple[FoundEffect, ...]()
@@ -159,7 +162,8 @@ def identify_plant(
     chosen = [finding.effect.field for finding in selection.findings]
     return Identification(
         training, kept, left_out, selection, unknown, defects, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen), notes,
+        parameter_reports(plant, C, outside), events, halves_agree(selection.last, chosen),
+        (*slips, *notes),
     )  # fmt: skip
 
 
@@ -171,6 +175,33 @@ def _null(likelihood: Likelihood) -> Fit:
         if name in found.fields and value < 0.0:
             found = min(found, fit(likelihood, found.fields, found, {name: -value}), key=lambda own: own.value)
     return with_own_spread(found)
+
+
+def _refuse_scaled(null: Fit, defects: Sequence[Defect]) -> None:
+    """Refuse logs whose angle is as many times too large as its steps are: gravity and thrust turn with the true one.
+
+    Raises
+    ------
+    LogError
+        Divided by that, the logs are likelier by more than :data:`.settings.MISTAKE` nats, the change of unit allowed.
+    """
+    axes = null.likelihood.rig.axes
+    for defect in defects:
+        if defect.name != "counts":
+            continue
+        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
+        begin, scaled = null.likelihood.rig.begin, [own.angles * scale for own in null.likelihood.records]
+        records = tuple(
+            replace(own, angles=angles, start=begin(angles, own.inputs, own.step))
+            for own, angles in zip(null.likelihood.records, scaled, strict=True)
+        )
+        counted = sum(float(own.weights[:, axes.index(defect.channel)].sum()) for own in records)
+        other = fit(replace(null.likelihood, records=records), null.fields, null)
+        if other.value + counted * np.log(defect.ratio) < null.value - MISTAKE:
+            raise LogError(
+                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
+                "axes. Mend its unit or its factor."
+            )
 
 
 def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]]:

@@ -149,11 +149,15 @@ class _Search:
         self.around = Scores(self.fitted, candidates)
         self.scores: dict[str, Score] = {}
 
-    def refit(self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 1.0) -> Fit:
-        """Fit another set, its faults undone at what the quadratic form says of them, new ones ``stretch`` times it."""
+    def refit(self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 0.0) -> Fit:
+        """Fit another set, its faults undone at what the quadratic form says of them.
+
+        With a ``stretch`` new ones are undone at so many times that, and old ones stay as they are undone.
+        """
         off = {name: 0.0 for name in self.fitted.fields if name in self.fields and name not in chosen}
         wrong = {
-            fault: self.around.value(name, chosen) * (1.0 if name in self.selected else stretch)
+            fault: self.around.undone[name] if stretch and name in self.around.undone
+            else self.around.value(name, chosen) * (stretch or 1.0)
             for name, fault in self.faults.items() if name in chosen
         }  # fmt: skip
         likelihood = self.fitted.likelihood.undoing(wrong, self.fitted.e)
@@ -162,7 +166,7 @@ class _Search:
 
     def take(self, chosen: Sequence[str], fitted: Fit | None = None) -> None:
         """Go over to another set."""
-        self.fitted, self.selected = fitted or self.refit(chosen), list(chosen)
+        self.fitted, self.selected = fitted or self.refit(chosen, stretch=1.0), list(chosen)
         self.around = Scores(self.fitted, self.candidates)
 
     def enter(self, chosen: Sequence[str]) -> None:
@@ -171,7 +175,7 @@ class _Search:
         for name in chosen:
             if name not in self.selected:
                 shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
-        following, stretch = self.refit(chosen, shapes), 2.0
+        following, stretch = self.refit(chosen, shapes, 1.0), 2.0
         new = [name for name in chosen if name in self.faults and name not in self.selected]
         while new and stretch <= 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
             other = self.refit(chosen, shapes, stretch)
