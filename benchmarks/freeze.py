@@ -249,8 +249,11 @@ def compare(old: Path, new: Path) -> bool:
     for kind in sorted({path.parent.name for folder in (old, new) for path in folder.glob("*/*.json")}):
         names = [{path.name for path in (folder / kind).glob("*.json")} for folder in (old, new)]
         equal, largest, where = 0, 0.0, ""
-        lines = [f"  {name}: only in {folder}" for own, other, folder in (
-            (names[0], names[1], old), (names[1], names[0], new)) for name in sorted(own - other)]  # fmt: skip
+        lines = [
+            f"  only in {folder}: {len(own - other)}, as {', '.join(sorted(own - other)[:3])}"
+            for own, other, folder in ((names[0], names[1], old), (names[1], names[0], new))
+            if own - other
+        ]
         for name in sorted(names[0] & names[1]):
             pair = [json.loads((folder / kind / name).read_text(encoding="utf-8")) for folder in (old, new)]
             found = list(differences(*pair))
