@@ -11,6 +11,7 @@ A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], 
 state at its first sample.
 """
 
+from functools import lru_cache
 from math import cos, sin
 from typing import Any, NamedTuple
 
@@ -38,7 +39,10 @@ class _Alone(NamedTuple):
     start: Array
 
 
-def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmonics, innovations, motion):
+def _filter(
+    time: Any, inputs: Any, angles: Any, first: int, last: int, carry: Any, h: float, p: Any, gains: Any, local: Any,
+    harmonics: Any, innovations: Any, motion: Any,
+) -> None:  # fmt: skip
     """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (21) is the state before."""
     state = PlantState(
         carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
@@ -96,7 +100,7 @@ def _filter(time, inputs, angles, first, last, carry, h, p, gains, local, harmon
     carry[18], carry[19], carry[20] = n1, n2, n3
 
 
-def _accelerations(time, inputs, motion, first, carry, h, p, out):
+def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, p: Any, out: Any) -> None:
     """Fill ``out`` (n, 3): accelerations at the middle of each step along ``motion`` (n, 6).
 
     ``carry`` (3) holds the lagged voltages before the first of them and the cable's rest.
@@ -141,22 +145,14 @@ def run_filter(
         read_only, (record.time, record.inputs, record.angles, gains, harmonics)
     )
     compiled_for(_filter, parameters)(
-        time, inputs, angles, first, last, carry, record.step, _values(parameters), gains,
+        time, inputs, angles, first, last, carry, record.step, _record(parameters), gains,
         read_only(np.atleast_2d(local)), harmonics, innovations, motion,
     )  # fmt: skip
     return carry
 
 
-_last: tuple = (None, None)
-
-
-def _values(parameters: PlantParameters):
-    """Parameter record of a set; that of the last set is kept, as many short runs follow on one another."""
-    global _last
-    last = _last
-    if last[0] is not parameters:
-        last = _last = (parameters, parameter_record(parameters))
-    return last[1]
+_record = lru_cache(maxsize=1)(parameter_record)
+"""The parameter record of a set is kept, as many short runs follow on one another."""
 
 
 def run_alone(

@@ -46,6 +46,7 @@ PARAMETER_DTYPE = np.dtype([(field, np.float64) for field in PlantParameters._fi
 
 VARIABLE = "HELI_CACHE_DIR"
 _ROOTS = ("heli_plant", "heli_identifier")
+_Pairs = tuple[tuple[Callable, Callable], ...]
 _LOCK = RLock()
 _CONFIG: Any = numba.config
 
@@ -90,7 +91,7 @@ def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
     They are half of what there is to compile, and most logs are identified with neither. Tables are left out together,
     so that there are not eight versions of a function.
     """
-    instead: tuple[tuple[Callable, Callable], ...] = ()
+    instead: _Pairs = ()
     if parameters.general_model <= 0.5:
         instead += ((general_accelerations, _no_model),)
     if all(getattr(parameters, f"table_variable_{axis}") <= 0.5 for axis in AXES):
@@ -99,12 +100,12 @@ def compiled_for(function: Callable, parameters: PlantParameters) -> Callable:
         return _entry(function, instead)
 
 
-def _no_model(pitch, elevation, pitch_rate, elevation_rate, travel_rate, mu_diff, mu_sum, p):
+def _no_model(pitch, elevation, pitch_rate, elevation_rate, travel_rate, mu_diff, mu_sum, p):  # type: ignore[no-untyped-def]
     """Stand for the general model where it is not chosen; never called."""
     return 0.0, 0.0, 0.0
 
 
-def _no_table(time, pitch, elevation, travel, pitch_rate, elevation_rate, travel_rate, mu_sum, mu_diff, travel_rest, p):
+def _no_table(time, pitch, elevation, travel, pitch_rate, elevation_rate, travel_rate, mu_sum, mu_diff, travel_rest, p):  # type: ignore[no-untyped-def]
     """Stand for the tabulated torque of an axis that has none; never called."""
     return 0.0
 
@@ -137,19 +138,19 @@ def kept_on_disk(dispatcher: Any, key: str) -> Any:
 
 
 @cache
-def _entry(function, instead=()):
+def _entry(function: Any, instead: _Pairs = ()) -> Any:
     """Dispatcher of a function that Python calls, kept on disk; ``instead``: pairs of a callee and its stand-in."""
     return kept_on_disk(_jit(function, instead), _digest(function, instead))
 
 
 @cache
-def _callee(function, instead):
+def _callee(function: Any, instead: _Pairs) -> Any:
     """Dispatcher of a function that only compiled functions call, never Python."""
     # one function without calls is a fifth faster: a call would pass all arguments through memory
     return _jit(function, instead, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 
-def _jit(function, instead, **options):
+def _jit(function: Any, instead: _Pairs, **options: Any) -> Any:
     """Compile ``function`` over the compiled twins of the project functions it names."""
     named = _named(function, instead).items()
     twins = {name: _callee(value, instead) for name, value in named if isinstance(value, FunctionType)}
@@ -163,7 +164,7 @@ def _jit(function, instead, **options):
     return numba.njit(nogil=True, error_model="numpy", **options)(twin)
 
 
-def _named(function, instead) -> dict[str, Any]:
+def _named(function: Any, instead: _Pairs) -> dict[str, Any]:
     """Return the project's functions and classes, and the constants, that ``function`` names among its globals."""
     named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
     named |= {name: other for name, value in named.items() for callee, other in instead if value is callee}
@@ -176,7 +177,7 @@ def _named(function, instead) -> dict[str, Any]:
 
 
 @cache
-def _digest(function, instead) -> str:
+def _digest(function: Any, instead: _Pairs) -> str:
     """Name for everything that the machine code of ``function`` depends on: sources, constants, a set's fields."""
     digest = hashlib.sha256(repr(PARAMETER_DTYPE.names).encode())
     for ingredient in sorted(_ingredients(function, instead)):
@@ -184,7 +185,7 @@ def _digest(function, instead) -> str:
     return digest.hexdigest()[:16]
 
 
-def _ingredients(function, instead) -> set[bytes]:
+def _ingredients(function: Any, instead: _Pairs) -> set[bytes]:
     """Return the sources and the values of constants that take part in ``function``."""
     found = {inspect.getsource(function).encode()}
     for name, value in _named(function, instead).items():

@@ -5,11 +5,13 @@ the first instant the first voltage is taken to have been held. One function ser
 samples, and a unit, whose history grows with its communication steps.
 """
 
+from typing import Any
+
 Held = list[tuple[float, float]]
 """Front and rear voltage [V], one pair per instant."""
 
 
-def mean_held(since, voltages, last, start, end):
+def mean_held(since: Any, voltages: Any, last: int, start: float, end: float) -> tuple[float, float]:
     """Return the mean front and rear voltage [V] over [``start``, ``end``] [s]; of one instant, the voltage held then.
 
     Parameters

@@ -197,7 +197,7 @@ def law_alone(entry: Effect) -> FunctionType:
     return _function(f"{entry.field}_alone", given, [f"return 0.0 + ({line})"], f"Return {entry.law} with c = 1.")
 
 
-def thrust_voltages(nu_front, nu_rear, time, p):
+def thrust_voltages(nu_front: float, nu_rear: float, time: float, p: Any) -> tuple[float, float]:
     """Return (mu_d, mu_s) [V], difference and sum of the rotors' thrust-equivalent voltages at ``time`` [s]."""
     front, rear = thrust_voltage(nu_front, time, p), thrust_voltage(nu_rear, time, p)
     return front - rear, front + rear

@@ -12,6 +12,8 @@ mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its comma
 the ends of its travel; over one integration step it counts as standing where it arrives.
 """
 
+from typing import Any
+
 from .delay import mean_held
 from .general_model import general_accelerations
 from .laws import (
@@ -179,7 +181,7 @@ def step(
     )
 
 
-def arriving(since, voltages, last, t, h, p):
+def arriving(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantParameters) -> tuple[float, float]:
     """Return the front and rear voltage [V] that arrive at the motors over [``t``, ``t + h``] [s], as a mean.
 
     ``since``, ``voltages`` and ``last`` are those of :func:`heli_plant.delay.mean_held`, which the input delay needs.
@@ -190,7 +192,9 @@ def arriving(since, voltages, last, t, h, p):
     return voltages[last][0], voltages[last][1]
 
 
-def advance(state, since, voltages, k, mass_command, h, p):
+def advance(
+    state: PlantState, since: Any, voltages: Any, k: int, mass_command: float, h: float, p: PlantParameters
+) -> PlantState:
     """Return the state one sample later, input delay included.
 
     Parameters

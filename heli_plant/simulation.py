@@ -1,5 +1,7 @@
 """A record simulated off line: :func:`heli_plant.plant.advance` looped over held voltages, compiled."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,7 +13,9 @@ from .state import PlantState
 STATES = len(PlantState._fields)
 
 
-def _loop(time, voltages, mass_commands, start, h, p, states, angles):
+def _loop(
+    time: Any, voltages: Any, mass_commands: Any, start: PlantState, h: float, p: Any, states: Any, angles: Any
+) -> None:
     """Fill ``states`` (N, 12) and ``angles`` (N, 3); row k is the state at ``time[k]``."""
     state = start
     for k in range(len(states)):

@@ -54,27 +54,6 @@ from . import (
 
 # isort: on
 
-__all__ = [
-    "ACCELERATION",
-    "AXES",
-    "BENDING",
-    "CATALOGUE",
-    "DELAY",
-    "FRICTION",
-    "GRID",
-    "LAG",
-    "LOWEST_ELEVATION",
-    "ROTORS",
-    "STEP_TIMES",
-    "THRUST",
-    "VOLTAGE",
-    "Effect",
-    "Shape",
-    "at",
-    "effect",
-    "effect_of",
-]
-
 CATALOGUE: tuple[Effect, ...] = tuple(
     entry for module in tuple(globals().values()) for entry in getattr(module, "EFFECTS", ())
 )
