@@ -4,12 +4,12 @@ A regular file is replaced by a rename, so that a reader finds the old content o
 followed. What is no regular file (a device, a pipe, standard output) cannot be replaced without destroying it: it is
 written through.
 
-A draft exists only while its block runs. SIGKILL and a loss of power leave one. So each draft is locked (flock) by the
-process that made it, and whoever makes the next draft in the same folder removes those that nobody holds.
+A draft exists only while its block runs. SIGKILL and a loss of power leave one. So the process that made a draft holds
+it (flock; on Windows an open file beside it), and whoever makes the next draft in the same folder removes those that
+nobody holds.
 """
 
 import errno
-import fcntl
 import os
 import secrets
 import shutil
@@ -22,6 +22,7 @@ from os import PathLike
 from pathlib import Path
 from typing import IO
 
+from heli_identifier.platform import NO_WAIT, Hold, hold_new, remove_if_left
 from heli_identifier.signals import deferred, undone
 
 PREFIX = ".heli-draft-"
@@ -121,10 +122,8 @@ def regular_size(path: Path, largest: float) -> int:
 @contextmanager
 def draft_file(folder: Path) -> Iterator[tuple[Path, IO[bytes]]]:
     """Give path and file object of a new file in ``folder``; it is removed unless the block renames it."""
-    with _draft(folder, lambda path: os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)) as made:
-        path, descriptor = made
-        with open(descriptor, "wb", closefd=False) as file:
-            yield path, file
+    with _draft(folder, lambda path: path.touch(exist_ok=False)) as path, open(path, "wb") as file:
+        yield path, file
 
 
 @contextmanager
@@ -137,7 +136,7 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
         The folder cannot be made; it names the folder in which.
     """
     # the place of temporary files is looked for by writing one, and in vain where the disk is full
-    with _draft(Path(tempfile.gettempdir() if folder is None else folder), _folder) as (path, _):
+    with _draft(Path(tempfile.gettempdir() if folder is None else folder), lambda path: path.mkdir(0o700)) as path:
         yield path
 
 
@@ -150,12 +149,7 @@ def sweep(folder: Path) -> None:
         return
     for path in left:
         with suppress(OSError):  # somebody else's, or gone meanwhile
-            descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-            try:
-                if os.fstat(descriptor).st_uid == os.geteuid() and _lock(descriptor, path):
-                    _remove(path)
-            finally:
-                os.close(descriptor)
+            remove_if_left(path, _remove)
 
 
 def _is_standard_output(present: os.stat_result) -> bool:
@@ -173,9 +167,10 @@ def _write_through(target: Path, present: os.stat_result, data: bytes) -> None:
     if _is_standard_output(present):
         descriptor = os.dup(1)
     else:
-        # Without O_NONBLOCK a pipe that nobody reads would be waited for without end.
-        descriptor = os.open(target, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY)
-        os.set_blocking(descriptor, True)
+        # Without NO_WAIT a pipe that nobody reads would be waited for without end.
+        descriptor = os.open(target, os.O_WRONLY | NO_WAIT)
+        if NO_WAIT:
+            os.set_blocking(descriptor, True)
     with open(descriptor, "wb") as file:
         file.write(data)
 
@@ -185,41 +180,35 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     with draft_file(target.parent) as (draft, file):
         if present is not None:
-            os.fchmod(file.fileno(), stat.S_IMODE(present.st_mode))
+            draft.chmod(stat.S_IMODE(present.st_mode))
         file.write(data)
-        file.flush()
+        file.close()  # Windows replaces no file that is open
         draft.replace(target)
 
 
 @contextmanager
-def _draft(folder: Path, make: Callable[[Path], int]) -> Iterator[tuple[Path, int]]:
-    """Make and lock a draft; signals wait meanwhile, which would leave it between its birth and this block."""
+def _draft(folder: Path, make: Callable[[Path], object]) -> Iterator[Path]:
+    """Make and hold a draft; signals wait meanwhile, which would leave it between its birth and this block."""
     sweep(folder)
     with ExitStack() as stack:
         with deferred():
-            path, descriptor = _new(folder, make)
-            stack.callback(os.close, descriptor)
+            path, hold = _new(folder, make)
+            stack.enter_context(undone(hold.release))
             stack.enter_context(undone(lambda: _remove(path)))
-        yield path, descriptor
+        yield path
 
 
-def _new(folder: Path, make: Callable[[Path], int]) -> tuple[Path, int]:
+def _new(folder: Path, make: Callable[[Path], object]) -> tuple[Path, Hold]:
     while True:
         path = folder / f"{PREFIX}{secrets.token_hex(8)}"
         try:
-            descriptor = make(path)
+            hold = hold_new(path, make)
         except OSError as error:
             if isinstance(error, FileNotFoundError) and folder.is_dir():
                 continue  # another process has swept it before it could be opened
             raise OSError(error.errno, error.strerror, str(folder)) from error
-        if _lock(descriptor, path) is not False:
-            return path, descriptor
-        os.close(descriptor)
-
-
-def _folder(path: Path) -> int:
-    path.mkdir(mode=0o700)
-    return os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+        if hold is not None:
+            return path, hold
 
 
 def _remove(path: Path) -> None:
@@ -227,14 +216,3 @@ def _remove(path: Path) -> None:
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)
-
-
-def _lock(descriptor: int, path: Path) -> bool | None:
-    """Lock a draft: False if another process holds or has removed it, None where files have no locks."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return os.path.samestat(os.fstat(descriptor), os.lstat(path))
-    except (BlockingIOError, FileNotFoundError):
-        return False
-    except OSError:
-        return None

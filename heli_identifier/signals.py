@@ -14,8 +14,7 @@ from contextlib import contextmanager, suppress
 from threading import current_thread, main_thread
 from types import FrameType
 
-ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)
-"""Signals that ask a command to end."""
+from heli_identifier.platform import ENDING
 
 _PATIENCE = 3.0
 """How long a child process may take to clean up [s]."""
@@ -94,13 +93,3 @@ def deferred() -> Iterator[None]:
     finally:
         for number in came:
             signal.raise_signal(number)
-
-
-@contextmanager
-def unheard(number: signal.Signals) -> Iterator[None]:
-    """Hold a signal back in the block; processes that are started in it never hear it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [number])
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -30,13 +30,13 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("make", [files.draft_file, files.draft_folder])
 def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
-    lock = files._lock
+    hold = files.hold_new
 
-    def interrupted(descriptor, path):
-        os.kill(os.getpid(), signal.SIGINT)
-        return lock(descriptor, path)
+    def interrupted(path, new):
+        signal.raise_signal(signal.SIGINT)
+        return hold(path, new)
 
-    monkeypatch.setattr(files, "_lock", interrupted)
+    monkeypatch.setattr(files, "hold_new", interrupted)
     with pytest.raises(KeyboardInterrupt), make(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []

@@ -10,7 +10,6 @@ Order and answer are JSON and NumPy's format for arrays; nothing is unpickled.
 
 from __future__ import annotations
 
-import ctypes
 import faulthandler
 import json
 import os
@@ -18,7 +17,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ from typing import Any, NoReturn, TypeVar
 import numpy as np
 
 from heli_identifier.files import draft_folder
+from heli_identifier.platform import NEW_GROUP, end_process, end_with_parent
 from heli_identifier.signals import undone
 
 from .. import errors
@@ -40,20 +40,12 @@ Answer = TypeVar("Answer")
 PATIENCE = 120.0
 """Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
 
-_PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
-
 
 def leave(code: int) -> NoReturn:
     """End a process that has run FMUs: flush, then skip the interpreter's own end."""
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(code)
-
-
-def die_with_parent() -> None:
-    """Let the system end this process when its parent ends; there is no such thing outside of Linux."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 @dataclass(frozen=True)
@@ -89,18 +81,11 @@ def waiting_child(progress: bool = False) -> Iterator[Child]:
                 stdout=subprocess.DEVNULL,
                 stderr=None if progress else subprocess.PIPE,
                 env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": str(folder)},
-                start_new_session=True,  # Ctrl-C is for the parent, which then ends this one
+                **NEW_GROUP,  # Ctrl-C is for the parent, which then ends this one
             ) as process,
-            undone(partial(_kill, process)),
+            undone(partial(end_process, process)),
         ):
             yield Child(folder, process)
-
-
-def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End a process and wait for its end; Popen.wait would wait for itself where a signal has interrupted it."""
-    process.kill()
-    with suppress(ChildProcessError):
-        os.waitpid(process.pid, 0)
 
 
 def run_apart(
@@ -235,9 +220,7 @@ def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
 
 def main(folder: Path, parent: int) -> NoReturn:
     """Run in the child: read the order from standard input, write the answer into ``folder``."""
-    die_with_parent()
-    if os.getppid() != parent:  # it ended before that was arranged
-        leave(0)
+    end_with_parent(parent)
     from .loop import run
     from .many import run_many
 

@@ -6,7 +6,6 @@ leaves no files and no processes behind. What a command reads it does not write 
 """
 
 import os
-import resource
 import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -19,6 +18,7 @@ import typer
 from fmu_src.errors import FmuError
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import keeping
+from heli_identifier.platform import memory_limits
 from heli_identifier.signals import handled_here
 from heli_plant.errors import PlantError
 
@@ -113,10 +113,7 @@ def require_memory() -> None:
     Where the system refuses memory while they are loaded, they end the process without a word, or wait for ever. Under
     a limit that is high enough the linear algebra is loaded at once, before data take the memory.
     """
-    for kind, name in ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d")):
-        limit, _ = resource.getrlimit(kind)
-        if limit == resource.RLIM_INFINITY:
-            continue
+    for limit, name in memory_limits():
         if limit < LEAST_MEMORY * 1_000_000:
             raise ConfigurationError(
                 f"this process may use {limit / 1e6:.0f} MB of memory ({name}), a command needs {LEAST_MEMORY} MB; "

@@ -28,7 +28,8 @@ from heli_identifier.cli.arguments import (
 from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
-from heli_identifier.signals import undone, unheard
+from heli_identifier.platform import unheard
+from heli_identifier.signals import undone
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
@@ -330,9 +331,9 @@ class Adviser:
 
 def _end_with_parent() -> None:
     """Let a process that was started for a command end with it, however it ends."""
-    from fmu_src.master import die_with_parent
+    from heli_identifier.platform import end_with_parent
 
-    die_with_parent()
+    end_with_parent(os.getppid())
 
 
 def _write_advice(advice: "Advice", folder: Path) -> None:

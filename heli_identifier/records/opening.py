@@ -2,27 +2,24 @@
 
 The libraries that read MATLAB, HDF5, TDMS or MDF files are written for honest ones. A damaged or hostile file makes
 some of them crash the process (scipy's reader of MATLAB files, for one), run without end, or ask for all memory. So a
-forked copy of this process reads the file first. If it comes through, or ends with an exception, this process may do
+process of its own reads the file first. If it comes through, or ends with an exception, this process may do
 the same.
 """
 
 import errno
-import faulthandler
 import gzip
 import hashlib
 import io
-import os
-import resource
-import signal
 import zlib
 from collections.abc import Callable, Iterator
-from math import ceil
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 from heli_identifier.archives import ArchiveError, check_size
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import draft_folder, regular_bytes, regular_size
+from heli_identifier.platform import run_bounded
 from heli_identifier.records.columnar import read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.configuration import LogFormat
 from heli_identifier.records.matlab import read_matlab
@@ -37,8 +34,6 @@ BUSY = 30.0
 
 MEMORY = 8_000_000_000
 """Memory that a parser may take beyond what this process has [bytes]."""
-
-_OUT_OF_MEMORY = 3
 
 
 class _Reader(NamedTuple):
@@ -105,16 +100,21 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
 
 
 def _read_binary(reader: _Reader, path: Path, file: str, mapped: frozenset[str]) -> Table:
-    library = need(reader.module, reader.package, file, reader.what)
+    read = partial(_read_by, reader, path, file, mapped)
+    need(reader.module, reader.package, file, reader.what)
     if not reader.is_hardened:
-        check_survives(lambda: reader.read(library, path, file, mapped), path.stat().st_size, file)
+        check_survives(read, path.stat().st_size, file)
     try:
-        return reader.read(library, path, file, mapped)
+        return read()
     except LogError:
         raise
     except Exception as error:  # each library raises what its parser does on a damaged file
         said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {reader.what} ({said[0][:200]}); save it again.") from error
+
+
+def _read_by(reader: _Reader, path: Path, file: str, mapped: frozenset[str]) -> Table:
+    return reader.read(need(reader.module, reader.package, file, reader.what), path, file, mapped)
 
 
 def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
@@ -140,7 +140,7 @@ def check_survives(read: Callable[[], object], size: int, file: str) -> None:
     Parameters
     ----------
     read : callable
-        Reads the file; what it gives or raises does not matter here.
+        Reads the file; what it gives or raises does not matter here. It can be pickled, on Windows.
     size : int
         Size of the file [bytes].
     file : str
@@ -152,44 +152,10 @@ def check_survives(read: Callable[[], object], size: int, file: str) -> None:
         The reader crashed, took longer than `PATIENCE` or more than `MEMORY`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
-    child = os.fork()
-    if child == 0:
-        _read_and_leave(read, patience)
-    _, status = os.waitpid(child, 0)
-    refused = f"{file} is not readable: "
-    if os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGALRM):
-        raise LogError(f"{refused}its reader came to no end within {patience:.3g} s; save it again.")
-    if os.WIFSIGNALED(status):
-        raise LogError(f"{refused}it is damaged so that its reader crashes; save it again.")
-    if os.WEXITSTATUS(status) == _OUT_OF_MEMORY:
-        raise LogError(f"{refused}it asks for more than {MEMORY / 1e9:g} GB of memory; save it again.")
-
-
-def _read_and_leave(read: Callable[[], object], patience: float) -> NoReturn:
-    """Read in the child, without a word, and end it without any of the parent's cleaning up."""
-    code = 0
-    try:
-        faulthandler.disable()  # a crash of the reader is an answer here, not news
-        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGXCPU, signal.SIGALRM):
-            signal.signal(number, signal.SIG_DFL)
-        nothing = os.open(os.devnull, os.O_RDWR)
-        for descriptor in (0, 1, 2):
-            os.dup2(nothing, descriptor)
-        held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        _lower(resource.RLIMIT_CORE, 0)  # no image of a crashed reader is left behind
-        _lower(resource.RLIMIT_CPU, ceil(patience))
-        _lower(resource.RLIMIT_AS, held + MEMORY)
-        signal.setitimer(signal.ITIMER_REAL, BUSY * patience)
-        read()
-    except MemoryError:
-        code = _OUT_OF_MEMORY
-    except BaseException:  # the parent meets it as well, and says it
-        code = 0
-    finally:
-        os._exit(code)
-
-
-def _lower(limit: int, bound: int) -> None:
-    """Lower a limit of this process to ``bound`` unless it is lower."""
-    now, hard = resource.getrlimit(limit)
-    resource.setrlimit(limit, (bound if now == resource.RLIM_INFINITY else min(now, bound), hard))
+    problem = {
+        "no end": f"its reader came to no end within {patience:.3g} s",
+        "crash": "it is damaged so that its reader crashes",
+        "out of memory": f"it asks for more than {MEMORY / 1e9:g} GB of memory",
+    }.get(run_bounded(read, patience, BUSY * patience, MEMORY))
+    if problem is not None:
+        raise LogError(f"{file} is not readable: {problem}; save it again.")

@@ -248,11 +248,11 @@ def _move_all(draft: Path, folder: Path) -> None:
             if place.exists():
                 os.link(place, old)  # the old file stays in its place until the new one replaces it
             done.append((place, old))
-            file.rename(place)
+            file.replace(place)
     except OSError as error:
         for place, old in done:
             if old.exists():
-                old.rename(place)
+                old.replace(place)
             else:
                 place.unlink(missing_ok=True)
         raise ConfigurationError(f"{folder} cannot be written to: {error.strerror}; nothing was changed.") from error
