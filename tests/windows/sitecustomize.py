@@ -23,7 +23,7 @@ import shutil  # noqa: F401  # the standard library itself is loaded before its 
 import signal
 import subprocess
 import sys
-import tempfile  # noqa: F401
+import tempfile
 from contextlib import suppress
 
 _replace, _rename, _unlink, _open_descriptor, _open = os.replace, os.rename, os.unlink, os.open, io.open
@@ -63,7 +63,7 @@ def rename(source, target, **options):
 
 def unlink(path, **options):
     """os.unlink, refused for what is open."""
-    if "dir_fd" not in options:
+    if "dir_fd" not in options and sys._getframe(1).f_code.co_filename != tempfile.__file__:
         _refuse(path)
     _unlink(path, **options)
 
