@@ -46,16 +46,16 @@ def test_a_move_that_fails_takes_back_those_before_it(tmp_path):
     (tmp_path / "a").write_text("old")
     (tmp_path / "b").write_text("old")
     (tmp_path / "c").write_text("old")
-    original = Path.rename
+    original = Path.replace
 
-    def rename(self, target):
+    def replace(self, target):
         # the disk fails when the last file is moved to its place
         if self.name == "c" and Path(target) == tmp_path / "c" and ".replaced" not in str(self):
             raise OSError(28, "No space left on device")
         return original(self, target)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Path, "rename", rename)
+        patch.setattr(Path, "replace", replace)
         with pytest.raises(ConfigurationError, match="nothing was changed"), whole_folder(tmp_path) as draft:
             for name in "abc":
                 (draft / name).write_text("new")

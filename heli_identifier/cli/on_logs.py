@@ -485,21 +485,20 @@ def demo(
     from heli_identifier.results import whole_folder
 
     began, rigs = perf_counter(), ("rig-a", "rig-b")
-    diagnoses = {}
     with progress_bar() as progress:
         progress("building the units", 0.0)
         with whole_folder(output) as draft:
             for name in UNITS:
                 build(name, draft)
-        for number, rig in enumerate(rigs):
-            progress(f"diagnosing {rig}", (1 + number) / (1 + len(rigs)))
-            with whole_folder(output / "demo" / rig) as draft:
-                diagnoses[rig] = diagnosed(*read_data_set(*demo_logs(rig)), RigConfiguration(name=rig), draft)
     typer.echo(f"{len(UNITS)} units in {output}: {', '.join(UNITS)}")
-    for rig, diagnosis in diagnoses.items():
-        used = [entry.used_for for entry in diagnosis.data]
-        typer.echo(f"\n{rig}: {counted(used.count('training'), 'log')} fitted, {used.count('held out')} held out")
-        print_diagnosis(diagnosis)
+    for rig in rigs:
+        typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
+        with progress_bar() as progress, whole_folder(folder) as draft:
+            progress(f"diagnosing {rig}", 0.0)
+            diagnosis = diagnosed(*read_data_set(*demo_logs(rig)), RigConfiguration(name=rig), draft)
+        used = [entry.used_for for entry in diagnosis.data]
+        typer.echo(f"{rig}: {counted(used.count('training'), 'log')} fitted, {used.count('held out')} held out")
+        print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
     typer.echo(f"\n{perf_counter() - began:.0f} s in all")

@@ -10,8 +10,8 @@ As `sitecustomize` it also acts in every Python process that the tests start. Wh
 * text files without an encoding, and the standard streams, are cp1252;
 * multiprocessing spawns.
 
-Not imitated: os.getuid is there (libraries take it where sys.platform is linux), sys.platform and os.name, backslashes and drives, names that ignore case, reserved names (con, nul),
-paths of more than 260 characters.
+Not imitated: os.getuid is there (libraries take it where sys.platform is linux), sys.platform and os.name, backslashes
+and drives, names that ignore case, reserved names (con, nul), paths of more than 260 characters.
 """
 
 import builtins
