@@ -1,5 +1,7 @@
 """The measurement chain: faults undone, defects seen, and a damaged log of a clean rig named as such."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,10 +9,10 @@ from heli_identifier.chain import FAULTS, inspected, undone
 from heli_identifier.chain.inspection import quantum
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
-from heli_identifier.tracing import identify_plant
+from heli_identifier.tracing import diagnose, identify_plant
 from heli_identifier.tracing.events import find_events, unslipped
 from tests.blind.damage import DAMAGES
-from tests.blind.generator import make_rig
+from tests.blind.generator import make_rig, simulate_log
 
 H, COUNTS = 0.01, (4096, 4096, 8192)
 TIME = H * np.arange(3000)
@@ -114,6 +116,22 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
 
 def test_undamaged_logs_have_no_defect():
     assert inspected(logs_of("none"), COUNTS, 5.0) == ()
+
+
+def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
+    """Gains 10 % larger; they drift by 1.5 % from log to log where a supply does."""
+    rig = make_rig(9001, "clean")
+    base = rig.truth.base
+    other = replace(rig.truth, base=base._replace(k_x=1.1 * base.k_x, k_z=1.1 * base.k_z, k_y=1.1 * base.k_y))
+    strange = simulate_log(other, rig.train[2][:, 1:3], 5)
+    *training, held = (
+        Log(name, 100.0, np.ascontiguousarray(log[:, 1:3]), np.ascontiguousarray(log[:, 3:6]))
+        for name, log in zip(("one", "two", "strange", "held"), (*rig.train[:2], strange, rig.held), strict=True)
+    )
+    found = diagnose(training, held_out=held)
+    assert found.effects == ()
+    (note,) = (note for note in found.notes if "does not belong" in note)
+    assert note.startswith("the log strange does not belong to the others: its gains differ")
 
 
 def test_voltages_that_are_late_are_named_and_no_effect_is():

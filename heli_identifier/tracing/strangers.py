@@ -13,6 +13,8 @@ Small zeros are offsets of a log, which the fits allow for. An arm that was bala
 **Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.MISTAKE` nats with
 the sign of an axis changed or the rotors swapped, its own offsets and scale of the noise allowed.
 
+**Gains.** A log of another rig has gains of its own, which the likelihood estimates beside those that the logs share.
+
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
 sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
 
@@ -51,6 +53,9 @@ ELEVATION = 1
 OUTLYING, FEWEST = 3.5, 3
 """Robust standard deviations from the median that make an outlier, the bound of Iglewicz and Hoaglin; logs of which one
 can be told to differ from the others."""
+
+OTHER_GAIN = 0.06
+"""Logarithm of a gain's ratio from which a log is of another rig: four times what a supply drifts from log to log."""
 
 LEAST_STIFFNESS = 0.1
 """Stiffness a_e [1/s^2] below which the arm is balanced everywhere, and its zero shows in no torque."""
@@ -158,7 +163,30 @@ def stranger_notes(fitted: Fit, logs: Sequence[Log], left_out: LeftOut) -> tuple
                 f"the log {log.name} does not belong to the others: "
                 f"its innovations are {scale / usual:.1f} times theirs"
             )
+    notes += _other_gains(fitted)
     return tuple(f"{note}. Mend it in heli.toml or leave it out, and run this again" for note in notes)
+
+
+def _other_gains(fitted: Fit) -> list[str]:
+    """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
+    axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
+    if len(records) < FEWEST:
+        return notes
+    gains = fitted.point.own[:, 3 * len(axes) :]
+    apart = gains - np.median(gains, axis=0)
+    spread = np.median(np.abs(apart), axis=0) / 0.6745
+    for record, own in zip(records, apart, strict=True):
+        said = [
+            f"{100.0 * np.expm1(g):+.0f} % on the {axis}"
+            for axis, g, usual in zip(axes, own, spread, strict=True)
+            if abs(g) > max(OTHER_GAIN, OUTLYING * usual)
+        ]
+        if said:
+            notes.append(
+                f"the log {record.name} does not belong to the others: its gains differ from theirs by "
+                f"{', '.join(said)}, as those of another rig or another supply"
+            )
+    return notes
 
 
 def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
