@@ -1,4 +1,4 @@
-r"""The criterion: innovations of the plant at the log's rate under an estimated torque of the air.
+r"""The criterion: innovations of the plant at a record's rate under an estimated torque of the air.
 
     F = sum_a N_a ln sigma_a + sum_a sum_k rho(e_ak / sigma_a) - N_a/2 + |x|^2/2 + |z|^2/2 + sum_l |b_l / tau|^2/2
 
@@ -13,7 +13,7 @@ Sensitivities: a further acceleration a_k of an axis along the filter's own moti
 error dynamics of the filter, a linear filter. No torque of a bench changes much within 40 ms, so these sensitivities
 are taken at :data:`.settings.SEEN_AT` and held over a block of samples. They have to be those at the block's beginning:
 a later one knows the controller's answer to the innovations that it is multiplied by, and the gradient would be biased.
-Those to the air's parameters are finite differences of the filter at the log's rate. Records are read in chunks, so
+Those to the air's parameters are finite differences of the filter at the record's rate. Records are read in chunks, so
 memory grows with the log alone.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964.

@@ -184,7 +184,7 @@ CURVE_BINS = 32
 
 SEEN_AT = 25.0
 """Rate [Hz] at which sensitivities to torques are taken and unknown torques are searched: ten times the fastest motion
-of a bench. Innovations keep the log's rate."""
+of a bench. Innovations keep the rate of the records."""
 
 CHUNK = 20000
 """Samples that are linearised at a time: memory does not grow with the length of a log."""
