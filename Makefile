@@ -6,7 +6,9 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test test-all lint size bench blind docs audit lock sbom clean
+WINDOWS_TESTS := tests/test_drafts.py tests/test_records_reading.py tests/test_report_staging.py tests/test_records_apart.py
+
+.PHONY: demo test test-all test-windows wheel wheels-check release lint size bench blind docs audit lock sbom clean
 
 $(BIN)/python:
 	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed, this is " + sys.version)'
@@ -39,8 +41,38 @@ lint: $(VENV)/.test
 test: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile -m 'not slow'
 
-test-all: lint docs
+test-all: lint docs test-windows
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+# What touches the system once more without fcntl, fork, most signals, and so on; the list is in that sitecustomize.
+test-windows: $(VENV)/.test
+	PYTHONPATH=tests/windows $(BIN)/python -m pytest -p no:xdist $(WINDOWS_TESTS)
+
+$(VENV)/release: | $(BIN)/python
+	$(BIN)/python -m venv $@
+	$@/bin/python -m pip install --quiet --disable-pip-version-check build twine
+
+wheel: | $(VENV)/release
+	rm -rf build/dist
+	SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct) $(VENV)/release/bin/python -m build --outdir build/dist .
+
+# The dependencies exist as wheels for other systems: resolved as if there, nothing is installed.
+wheels-check: wheel
+	set -e; for version in 3.11 3.12 3.13; do \
+	  for systems in "--platform win_amd64" "--platform macosx_11_0_arm64 --platform macosx_12_0_arm64 --platform macosx_14_0_arm64"; do \
+	    $(PIP) --dry-run --ignore-installed --target build/none --only-binary=:all: \
+	      --python-version $$version $$systems build/dist/*.whl; \
+	    echo "$$version $$systems: all wheels are there"; \
+	  done; \
+	done
+
+# The second build has to give the same bytes; the notes are the newest part of the changelog.
+release: wheel
+	sha256sum build/dist/*.whl build/dist/*.tar.gz > build/release.sha256
+	$(MAKE) wheel
+	sha256sum --check build/release.sha256
+	$(VENV)/release/bin/twine check --strict build/dist/*
+	awk '/^## /{n++} n==1' CHANGELOG.md > build/release-notes.md
 
 # Lines and files of every folder, beside what they are to be.
 size:
