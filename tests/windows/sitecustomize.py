@@ -92,6 +92,7 @@ for stream in (sys.stdin, sys.stdout, sys.stderr):
 for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty"):
     sys.modules[name] = None
 subprocess.Popen.kill = lambda self: self.send_signal(9)
+multiprocessing.process.BaseProcess.kill = lambda self: os.kill(self.pid, 9)
 multiprocessing.set_start_method("spawn")
 
 KEPT = ("SIGINT", "SIGTERM", "SIGABRT", "SIGFPE", "SIGILL", "SIGSEGV", "SIG_DFL", "SIG_IGN")
