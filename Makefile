@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 # One thread per process: the tests and the tracer run processes of their own on all cores.
 export OPENBLAS_NUM_THREADS := 1
 
-WINDOWS_TESTS := tests/test_drafts.py tests/test_records_reading.py tests/test_report_staging.py tests/test_records_apart.py
+WINDOWS_TESTS := tests/test_drafts.py tests/test_report_staging.py tests/test_records_reading.py
 
 .PHONY: demo test test-all test-windows wheel wheels-check release lint size bench blind docs audit lock sbom clean
 
@@ -68,11 +68,11 @@ wheels-check: wheel
 
 # The second build has to give the same bytes; the notes are the newest part of the changelog.
 release: wheel
-	sha256sum build/dist/*.whl build/dist/*.tar.gz > build/release.sha256
+	sha256sum build/dist/*.whl build/dist/*.tar.gz > $(VENV)/release/sha256
 	$(MAKE) wheel
-	sha256sum --check build/release.sha256
-	$(VENV)/release/bin/twine check --strict build/dist/*
-	awk '/^## /{n++} n==1' CHANGELOG.md > build/release-notes.md
+	sha256sum --check $(VENV)/release/sha256
+	$(VENV)/release/bin/twine check --strict build/dist/*.whl build/dist/*.tar.gz
+	awk '/^## /{n++} n==1' CHANGELOG.md > build/dist/release-notes.md
 
 # Lines and files of every folder, beside what they are to be.
 size:
