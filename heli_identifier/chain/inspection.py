@@ -29,6 +29,9 @@ LEAST_STEP = 0.03
 OTHER_COUNTS = 1.5
 """Ratio of steps from which an encoder is another one: the next common make has twice the counts."""
 
+COARSE = 4.0
+"""Ratio of steps beyond which the reading of an encoder sticks and jumps as an axis with friction does."""
+
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
 
@@ -178,7 +181,8 @@ def _of_counts(axis: str, step: float, counts: int) -> list[Defect]:
         f"{counts}: mend encoder_counts, or take an encoder that is finer; or mend the factor of the {axis}, if it is "
         f"{ratio:.3g} times too large"
     )
-    return [Defect("counts", axis, words, ratio=ratio)]
+    stuck = (f"friction of the {axis}",) if ratio > COARSE else ()  # a reading that stays and jumps
+    return [Defect("counts", axis, words, stuck, ratio)]
 
 
 def _flat_top(log: Log, limit: float) -> float:
