@@ -16,11 +16,12 @@ import typer
 from typer.core import TyperCommand
 
 from heli_identifier.cli.guard import fail
-from heli_identifier.cli.terminal import note, print_notes
+from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import ConfigurationError, LogError
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
+    from heli_identifier.results import ParameterSet
 
 
 def option(text: str, *names: str, metavar: str | None = None, **more: Any) -> Any:
@@ -201,10 +202,18 @@ def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
     """Give the start values of a parameters.json under the unit that it names; nothing without a file."""
     if file is None:
         return {}
+    parameters = read_with_doubts(file)
+    return {parameters.unit: parameters.start_values}
+
+
+def read_with_doubts(file: Path) -> "ParameterSet":
+    """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
     from heli_identifier.results import read_parameters
 
     parameters = read_parameters(file)
-    return {parameters.unit: parameters.start_values}
+    for text in parameters.doubts:
+        warn(text)
+    return parameters
 
 
 def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[str, Value]:

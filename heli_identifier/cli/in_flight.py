@@ -23,6 +23,7 @@ from heli_identifier.cli.arguments import (
     logs_of,
     of_unit,
     option,
+    read_with_doubts,
     split_logs,
 )
 from heli_identifier.cli.terminal import counted, note, note_written, print_diagnosis, progress_bar, warn
@@ -84,7 +85,6 @@ def follow(
     then what `heli diagnose` writes of the recording. After an adoption the controller's margins are computed again:
     control_advice.json, and controller.json with gains that are offered, not applied.
     """
-    from heli_identifier import read_parameters
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
 
@@ -102,7 +102,7 @@ def follow(
                 f"{read} lies in the folder of the flight, whose files would replace it; name another folder."
             )
     check_unused(output)
-    twin, adviser = read_parameters(parameters), Adviser(output, controller_of(controller))
+    twin, adviser = read_with_doubts(parameters), Adviser(output, controller_of(controller))
     with ExitStack() as stack:
         if log is not None:
             source, configuration = _player(log, config, 1.0 if speed is None else speed, start, end)

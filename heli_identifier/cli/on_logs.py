@@ -24,6 +24,7 @@ from heli_identifier.cli.arguments import (
     found_configuration,
     logs_of,
     option,
+    read_with_doubts,
     shared_configuration,
     split_logs,
 )
@@ -231,9 +232,8 @@ def check(
     diagnosis, or the noise floor if that is larger.
     """
     from heli_identifier import check as check_logs
-    from heli_identifier import read_parameters
 
-    expected = read_parameters(parameters)
+    expected = read_with_doubts(parameters)
     outcome = check_logs(logs_of(logs, config, start, end)[0], expected, factor)
     if junit is not None:
         write_atomically(junit, outcome.junit())

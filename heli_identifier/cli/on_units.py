@@ -27,6 +27,7 @@ from heli_identifier.cli.arguments import (
     logs_of,
     of_unit,
     option,
+    read_with_doubts,
 )
 from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
@@ -520,13 +521,12 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
-    from heli_identifier import read_parameters
     from heli_identifier.provenance import from_command_line
     from heli_identifier.results import document_text, significant, whole_folder, write_figure
     from heli_identifier.tools import design_pid, step_figure
 
     with whole_folder(output) as draft:
-        given = read_parameters(parameters)
+        given = read_with_doubts(parameters)
         with progress_bar() as progress:
             made = design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()

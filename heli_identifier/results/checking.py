@@ -10,7 +10,7 @@ from heli_identifier.results.parameters import ParameterSet
 from heli_identifier.results.simulation import several
 from heli_identifier.results.tables import Tabular
 from heli_identifier.results.words import angle_text, significant
-from heli_identifier.tracing import Outcome, hold_to
+from heli_identifier.tracing import Outcome, Use, hold_to
 
 
 @dataclass(frozen=True, repr=False)
@@ -21,9 +21,12 @@ class Check(Tabular):
     ----------
     outcomes : tuple of Outcome
         One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``.
+    not_judged : tuple of str
+        Axes that the diagnosis calls not usable: nothing is held to them.
     """
 
     outcomes: tuple[Outcome, ...]
+    not_judged: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -33,10 +36,11 @@ class Check(Tabular):
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
-        return [
+        judged = [
             (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
         ]
+        return [*judged, *(("every log", axis, "", "", "not usable") for axis in self.not_judged)]
 
     @property
     def title(self) -> str:
@@ -52,6 +56,7 @@ class Check(Tabular):
         """Give the outcome as `heli check --json` prints it; angles in rad."""
         return {
             "passed": self.passed,
+            "not_judged": list(self.not_judged),
             "axes": [
                 {
                     "log": outcome.log,
@@ -90,7 +95,8 @@ def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1
     """Hold new logs to the error that a diagnosis found for its corrected model.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
-    on the held-out logs of the diagnosis, or times the noise floor if that is larger.
+    on the held-out logs of the diagnosis, or times the noise floor if that is larger. An axis that the diagnosis calls
+    not usable is not judged.
 
     Parameters
     ----------
@@ -108,6 +114,8 @@ def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1
     Raises
     ------
     ConfigurationError
-        The parameters are not those of a plant, or come with no error on held-out logs, or the factor is not positive.
+        The parameters are not those of a plant, come with no error on held-out logs, or have no usable axis; or the
+        factor is not positive.
     """
-    return Check(tuple(hold_to(parameters.plant(), parameters.limits(factor), several(logs))))
+    outcomes = hold_to(parameters.plant(), parameters.limits(factor), several(logs))
+    return Check(tuple(outcomes), parameters.axes_for(Use.NOTHING))

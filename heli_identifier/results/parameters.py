@@ -145,8 +145,22 @@ class ParameterSet(Tabular):
                 f"the plant's parameters lack {', '.join(missing)}; values of another rig are not taken for them."
             )
 
+    def axes_for(self, *uses: Use) -> tuple[str, ...]:
+        """Give the axes of which the diagnosis says one of these uses."""
+        return tuple(axis for axis, expected in self.expected.items() if expected.use in uses)
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What every result from these parameters has to say: axes that the diagnosis does not call fit for control."""
+        words = {Use.PREDICTION: "for prediction only, not for control", Use.NOTHING: "for nothing"}
+        return tuple(
+            f"the {', the '.join(axes)} of this plant can be used {said}; diagnosis.json says why and what to fly"
+            for use, said in words.items()
+            if (axes := self.axes_for(use))
+        )
+
     def limits(self, factor: float) -> dict[str, float]:
-        """Give the largest error [rad] of the 1 s prediction that each axis may have.
+        """Give the largest error [rad] of the 1 s prediction that each axis may have that is of any use.
 
         Parameters
         ----------
@@ -156,7 +170,8 @@ class ParameterSet(Tabular):
         Raises
         ------
         ConfigurationError
-            These parameters come with no error on held-out logs, or not of every axis, or the factor is not positive.
+            These parameters come with no error on held-out logs, or not of every axis; none of their axes is usable; or
+            the factor is not positive.
         """
         if not self.expected:
             raise ConfigurationError("these parameters come with no error on held-out logs; take those of a diagnosis.")
@@ -167,9 +182,15 @@ class ParameterSet(Tabular):
                 "the parameters.json of a diagnosis."
             )
         require_positive("factor", factor, "1")
+        useless = self.axes_for(Use.NOTHING)
+        if len(useless) == len(AXES):
+            raise ConfigurationError(
+                "the diagnosis calls no axis of these parameters usable, so nothing is held to it."
+            )
         return {
             axis: factor * max(expected.prediction.value, expected.noise_floor)
             for axis, expected in self.expected.items()
+            if axis not in useless
         }
 
     @property

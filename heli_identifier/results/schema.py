@@ -256,9 +256,7 @@ class CatalogueEntry(Entry):
     unit: str
     score: Number
     visibility: Annotated[Number, "share, 0 to 1, of its signature that no parameter can imitate"]
-    upper_bound: Annotated[
-        Number, "largest size that the data still allow at 95 %; `null` where they bound nothing"
-    ]
+    upper_bound: Annotated[Number, "largest size that the data still allow at 95 %; `null` where they bound nothing"]
     why: str
     experiment: str
 

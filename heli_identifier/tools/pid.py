@@ -38,6 +38,7 @@ from heli_identifier.tools.loop import (
     step_response,
     unit_step,
 )
+from heli_identifier.tracing import Use
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters
@@ -202,9 +203,15 @@ def design_pid(
     Raises
     ------
     ConfigurationError
-        There is no equilibrium, of the plant or of any plant that the data allow; the motors have no lag; or the
-        parameters are those of another unit than the plant.
+        There is no equilibrium, of the plant or of any plant that the data allow; the motors have no lag; the diagnosis
+        calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
     """
+    useless = [axis for axis in LOOPS if axis in parameters.axes_for(Use.NOTHING)]
+    if useless:
+        raise ConfigurationError(
+            f"the diagnosis calls the {' and the '.join(useless)} of these parameters not usable, so a loop around it "
+            "has no margin that could be trusted; diagnosis.json says why and which flight would change that."
+        )
     plant, present = parameters.plant(), settings or PidSettings()
     point = operating_point(plant, pitch, elevation)
     model, models = linear_model(plant, point), []
