@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 import pytest
+from typer.testing import CliRunner
 
 from heli_identifier import check
-from heli_identifier.cli import main
+from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.results import corrected_parameters
 from heli_identifier.tools import design_pid
@@ -38,13 +39,12 @@ def test_no_controller_is_retuned_around_an_axis_that_is_not_usable(axis):
         design_pid(parameters(**{axis: Use.NOTHING}))
 
 
-def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path, capsys):
+def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
     given = parameters(elevation=Use.PREDICTION, travel=Use.NOTHING)
     assert len(given.doubts) == 2 and not parameters().doubts
     file = given.write(tmp_path / "parameters.json")
-    with pytest.raises(SystemExit) as end:
-        main(["simulate", "open_loop", "-d", "0.1", "--parameters", str(file)])
-    said = " ".join(capsys.readouterr().err.split())
-    assert not end.value.code
+    done = CliRunner().invoke(app, ["simulate", "open_loop", "-d", "0.1", "--parameters", str(file)])
+    said = " ".join(done.stderr.split())
+    assert done.exit_code == 0
     assert "the elevation of this plant can be used for prediction only" in said
     assert "the travel of this plant can be used for nothing" in said
