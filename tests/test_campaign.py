@@ -193,6 +193,7 @@ def stand_in(module, tmp_path):
     return SimpleNamespace(work=import_module(module).work, sources=sources, noted=noted, folder=tmp_path / "results")
 
 
+@pytest.mark.slow
 def test_restart_makes_only_what_is_missing(stand_in):
     first = run_campaign(stand_in.sources(range(3)), stand_in.folder, workers=1, work=stand_in.work)
     (stand_in.folder / "rows" / f"{first[1]['key']}.parquet").unlink()
@@ -242,6 +243,7 @@ def test_rig_that_kills_every_worker_fails_alone_however_long_they_take_to_come_
     assert (bad["rig"], bad["verdict"], good["verdict"]) == ("rig -1", None, "model adequate")
 
 
+@pytest.mark.slow
 def test_scheduler_that_runs_already_is_used_and_left_running_but_not_one_of_another_version(
     stand_in, monkeypatch, request
 ):

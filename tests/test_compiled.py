@@ -154,7 +154,7 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("ending", [".nbi", ".nbc"])
+@pytest.mark.parametrize("ending", [pytest.param(".nbi", marks=pytest.mark.slow), ".nbc"])
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, damage, ending):
     assert run(COUNTED, tmp_path) == ["5.0", "0"]

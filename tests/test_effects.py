@@ -258,7 +258,9 @@ def interpreted(V, start, p):
 
 
 @pytest.mark.parametrize("e", [*CATALOGUE, None], ids=lambda e: e.field if e else "all")
-@pytest.mark.parametrize("general", [0.0, 1.0], ids=["simplified", "general"])
+@pytest.mark.parametrize(
+    "general", [pytest.param(0.0, id="simplified"), pytest.param(1.0, id="general", marks=pytest.mark.slow)]
+)
 def test_compiled_record_moves_as_the_interpreted_steps(e, general):
     p = (on(e, 0.2 * e.upper) if e else ALL_ON)._replace(general_model=general)
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))

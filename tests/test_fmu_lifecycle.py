@@ -238,7 +238,10 @@ def digests_here(fmus, log, tmp_path_factory):
     return digests(sys.executable, log, fmus, tmp_path_factory.mktemp("here"))
 
 
-@pytest.mark.parametrize("version", ["3.9", "3.10", "3.11", "3.12", "3.13"])
+@pytest.mark.parametrize(
+    "version",
+    ["3.9", *(pytest.param(v, marks=pytest.mark.slow) for v in ("3.10", "3.11", "3.12")), "3.13"],
+)
 def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log, digests_here, tmp_path, version):
     """No site packages, another working directory: the vendored sources and the standard library are enough."""
     candidates = [
@@ -251,6 +254,7 @@ def test_the_units_show_the_same_bits_on_a_bare_interpreter_elsewhere(fmus, log,
     assert digests(python, log, fmus, tmp_path) == digests_here
 
 
+@pytest.mark.slow
 def test_the_native_twins_show_the_bits_of_the_bare_interpreters(log, digests_here, tmp_path):
     needs_a_compiler()
     twins = {unit: build_native(unit, tmp_path) for unit in NATIVE_UNITS}

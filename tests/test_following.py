@@ -217,7 +217,9 @@ def test_a_rig_that_does_not_change_gives_no_alarm(rows):
     assert events == [] and MODES[outputs[-1].mode] == "following"
 
 
-@pytest.mark.parametrize("name", CHANGES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] if n != "elevation.offset" else []) for n in CHANGES]
+)
 def test_a_change_is_noticed_named_measured_and_adopted_on_a_ramp(name):
     after, field = CHANGES[name]
     state, events, outputs, plan = followed(changed_rows(name))
@@ -246,6 +248,7 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
     assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
 
 
+@pytest.mark.slow
 def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
     """Friction that was named damping: both brake, and only motions at different rates tell them apart."""
     rows = changed_rows("effects.dry_friction.travel")
@@ -262,6 +265,7 @@ def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_on
     assert said == [("held", "travel.damping"), ("alarm", friction), ("adopted", friction)]
 
 
+@pytest.mark.slow
 def test_a_change_that_went_on_while_it_was_watched_is_put_on_trial_again():
     """The last ten blocks alone tell of what is left: in the mean over all blocks since the change it is too little."""
     before = start_correcting(PLAN, Sample(*changed_rows("elevation.gain")[0]))
@@ -472,6 +476,7 @@ def test_the_copies_one_second_ahead_take_the_voltages_that_were_put_back():
     assert [begin[2] - begin[1], begin[3] - begin[1]] == pytest.approx([front, 2.0 * front + 0.5])
 
 
+@pytest.mark.slow
 def test_a_twentieth_of_the_samples_lost_hides_no_change():
     rows = changed_rows("pitch.gain")
     lost = np.random.default_rng(9).random(len(rows)) < 0.05

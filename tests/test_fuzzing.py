@@ -12,7 +12,9 @@ from heli_identifier.records import guess, read_configuration, read_log
 from tests.fuzzing import LOG, READERS, complaint, tried
 
 
-@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize(
+    "reader", [pytest.param(r, marks=[pytest.mark.slow] if r == "a MATLAB log" else []) for r in READERS]
+)
 def test_a_damaged_file_is_read_or_refused_in_one_sentence(tmp_path, reader):
     random = Random(16)
     assert [found for _ in range(150) if (found := tried(reader, tmp_path, random)) is not None] == []

@@ -37,6 +37,7 @@ def orders(fmus, ours, tmp_path_factory):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("host", "package", "order"), IMPORTERS)
 def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, order, ours, orders, tmp_path):
     check_agreement(host, package, orders[order], ours, tmp_path)

@@ -286,6 +286,7 @@ def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(
             read_parameters(file)
 
 
+@pytest.mark.slow
 def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_offered_gains():
     calm = PID._replace(elevation=AxisGains(10.0, 5.0, 8.0))
     kept = control_advice(TABLE_2, {"pitch.gain": 0.005}, settings=calm)

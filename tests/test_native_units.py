@@ -129,7 +129,9 @@ def test_a_native_unit_has_the_bits_of_the_pythonfmu_unit(tmp_path, fmus, twins,
         assert run["different"] == 0 and run["status"] == [0, 0], run
 
 
-@pytest.mark.parametrize("unit", NATIVE_UNITS)
+@pytest.mark.parametrize(
+    "unit", [pytest.param(u, marks=[pytest.mark.slow] if u == "AdaptiveIdentifier" else []) for u in NATIVE_UNITS]
+)
 def test_both_versions_of_fmi_show_the_same_bits(tmp_path, twins, unit):
     chosen = [{**one, "steps": 300} for one in orders_of(unit, tmp_path)[-2:]]
     for run in lockstep(tmp_path, twins[unit], twins[unit, 3], chosen):

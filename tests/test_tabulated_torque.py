@@ -119,6 +119,7 @@ THREE = tabled("pitch", "mu_sum", 1.0, 6.0, lambda x: 0.1 * math.sin(x))._replac
 )
 
 
+@pytest.mark.slow
 def test_the_compiled_plant_runs_as_the_interpreted_one():
     """Apart from the last places of sin and cos, the same sums and products; 500 steps leave 1e-12."""
     voltages, state = swing(THREE)
