@@ -1,5 +1,6 @@
 __all__ = [
     "Check",
+    "Comparison",
     "Diagnosis",
     "DiagnosisSettings",
     "Identification",
@@ -12,6 +13,7 @@ __all__ = [
     "__version__",
     "build",
     "check",
+    "compare",
     "demo_logs",
     "diagnose",
     "identify",
@@ -27,7 +29,19 @@ __all__ = [
 
 from .provenance import __version__
 from .records import Log, LogFormat, RigConfiguration, demo_logs, read_configuration, read_data_set, read_log, read_logs
-from .results import Check, Look, ParameterSet, Simulation, build, check, look, read_parameters, simulate
+from .results import (
+    Check,
+    Comparison,
+    Look,
+    ParameterSet,
+    Simulation,
+    build,
+    check,
+    compare,
+    look,
+    read_parameters,
+    simulate,
+)
 from .tools.identification import Identification, identify
 from .tools.linearisation import linearise
 from .tracing import Diagnosis, DiagnosisSettings, diagnose

@@ -8,7 +8,7 @@ import heli_identifier
 from heli_identifier.cli.arguments import Spreading
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
-from heli_identifier.cli.on_logs import campaign, check, demo, diagnose, fleet, identify, init, look
+from heli_identifier.cli.on_logs import campaign, check, compare, demo, diagnose, fleet, identify, init, look
 from heli_identifier.cli.on_units import build, design, effects, linearise, simulate, ssp
 
 app = typer.Typer(
@@ -36,6 +36,7 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
         "heli check tonight.csv --parameters result/parameters.json\n\n"
         "heli check tonight.csv --parameters result/parameters.json --junit check.xml",
     ),
+    (compare, "heli compare result-may result-june\n\nheli compare result-may result-june --log tonight.csv"),
     (
         campaign,
         "heli campaign rigs --output campaign\n\n"

@@ -1,4 +1,4 @@
-"""Commands on measured logs: diagnose, look, identify, check, campaign, fleet; init and demo to begin with."""
+"""Commands on measured logs: diagnose, look, identify, check, compare, campaign, fleet; init and demo to begin with."""
 
 import os
 import sys
@@ -246,6 +246,36 @@ def check(
     if not outcome.passed:
         note("the model no longer explains these logs: run `heli diagnose` on them")
         raise typer.Exit(FAILED)
+
+
+def compare(
+    first: Annotated[Path, typer.Argument(metavar="FIRST", help="Folder that `heli diagnose` wrote.")],
+    second: Annotated[Path, typer.Argument(metavar="SECOND", help="Another one, of this rig or of another.")],
+    log: Annotated[
+        list[Path],
+        option("Log on which both plants are to predict; may be repeated.", metavar="LOG", show_default=False),
+    ] = [],
+    start: From = None,
+    end: To = None,
+    config: Config = None,
+    json: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
+
+    A plant is better on a log where the interval of its error 1 s ahead lies below the other's.
+    """
+    from heli_identifier import compare as compare_diagnoses
+
+    recorded = logs_of(log, config, start, end)[0] if log else ()
+    found = compare_diagnoses(first, second, recorded)
+    if json:
+        print_json(found.to_dict())
+        return
+    what, *names, outcome = found.columns
+    print_table(found.title, (what, *(f"{name} >" for name in names), outcome), found.rows, verbose)
+    for text in found.remarks:
+        note(text)
 
 
 # --- many rigs -------------------------------------------------------------------------------------------------------

@@ -214,6 +214,10 @@ def simulate(
     if output is not None:
         result.write_csv(output)
     _draw(result, recorded, plot)
+    errors = _off_the_log(result, recorded)
+    if errors and not json:
+        said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
+        typer.echo(f"RMS error of the plant against {log}: {said}")
     last = result.values[-1]
     _print_outputs(
         f"{result.time[-1]:g} s in steps of {result.time[1]:g} s",
@@ -221,7 +225,21 @@ def simulate(
         {"first": result.values[0], "last": last, "smallest": result.values.min(0), "largest": result.values.max(0)},
         json,
         verbose,
+        errors,
     )
+
+
+def _off_the_log(result: Any, log: "Log | None") -> dict[str, float]:
+    """Root-mean-square errors [rad] of the plant's angles against a log, whose samples are joined by lines."""
+    import numpy as np
+
+    names = [name for name in ("plant.pitch", "plant.elevation", "plant.travel") if name in result.names]
+    if log is None or len(names) < 3:
+        return {}
+    within = result.time <= log.time[-1] + 1e-9 * log.step
+    measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
+    errors = result.columns(*names)[within] - measured
+    return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
 
 
 def _fmu_files(words: list[str]) -> dict[str, str]:
@@ -339,13 +357,20 @@ def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
     return [dict(zip(("name", "unit", *columns), row, strict=True)) for row in rows]
 
 
-def _print_outputs(title: str, result: Any, figures: Mapping[str, Any], json: bool, everything: bool) -> None:
+def _print_outputs(
+    title: str,
+    result: Any,
+    figures: Mapping[str, Any],
+    json: bool,
+    everything: bool,
+    errors: Mapping[str, float] = {},
+) -> None:
     """Print figures of every output, of the finer ones if ``everything`` is wanted."""
     from heli_identifier.results import significant, unit_text
 
     outputs = _outputs(result, figures)
     if json:
-        print_json(outputs)
+        print_json([row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in outputs])
         return
     print_table(
         title,

@@ -11,16 +11,20 @@ __all__ = [
     "START",
     "THIRD",
     "Check",
+    "Comparison",
     "DiagnosisFile",
+    "LogSource",
     "Look",
     "ParameterSet",
     "ParametersFile",
+    "PlantSource",
     "Simulation",
     "Tabular",
     "build",
     "canvas",
     "check",
     "check_free_run",
+    "compare",
     "corrected_parameters",
     "diagnosis_file",
     "diagnosis_summary",
@@ -46,6 +50,7 @@ __all__ = [
     "p_text",
     "parameter_rows",
     "plain",
+    "plant_of",
     "plant_values",
     "possible_rows",
     "read_document",
@@ -69,9 +74,19 @@ __all__ = [
 ]
 
 from .checking import Check, check
+from .comparing import Comparison, compare
 from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
 from .looking import Look, look
-from .parameters import PLANT, ParameterSet, corrected_parameters, drawn_values, plant_values, read_parameters
+from .parameters import (
+    PLANT,
+    ParameterSet,
+    PlantSource,
+    corrected_parameters,
+    drawn_values,
+    plant_of,
+    plant_values,
+    read_parameters,
+)
 from .report import notebook_view
 from .schema import (
     DiagnosisFile,
@@ -83,7 +98,7 @@ from .schema import (
     read_document,
     reference_rows,
 )
-from .simulation import Simulation, several, simulate, started
+from .simulation import LogSource, Simulation, several, simulate, started
 from .style import (
     AFTER,
     BEFORE,

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any
 from xml.etree import ElementTree
 
-from heli_identifier.records import Log
-from heli_identifier.results.parameters import ParameterSet
-from heli_identifier.results.simulation import several
+from heli_identifier.results.parameters import ParameterSet, parameter_set
+from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Tabular
 from heli_identifier.results.words import angle_text, significant
-from heli_identifier.tracing import Outcome, Use, hold_to
+from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
 
 
 @dataclass(frozen=True, repr=False)
@@ -91,7 +91,11 @@ class Check(Tabular):
         return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
 
 
-def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1.3) -> Check:
+def check(
+    logs: LogSource | Sequence[LogSource],
+    parameters: ParameterSet | Diagnosis | str | PathLike[str],
+    factor: float = 1.3,
+) -> Check:
     """Hold new logs to the error that a diagnosis found for its corrected model.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
@@ -100,10 +104,10 @@ def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1
 
     Parameters
     ----------
-    logs : Log or sequence of Log
+    logs : Log, path of one, or sequence of them
         Logs of the same rig.
-    parameters : ParameterSet
-        parameters.json of the diagnosis, from :func:`heli_identifier.read_parameters`.
+    parameters : ParameterSet, Diagnosis, or path of a parameters.json
+        Of the diagnosis that states the expected error.
     factor : float
         Error that is allowed, as a multiple of the expected one.
 
@@ -117,5 +121,6 @@ def check(logs: Log | Sequence[Log], parameters: ParameterSet, factor: float = 1
         The parameters are not those of a plant, come with no error on held-out logs, or have no usable axis; or the
         factor is not positive.
     """
-    outcomes = hold_to(parameters.plant(), parameters.limits(factor), several(logs))
-    return Check(tuple(outcomes), parameters.axes_for(Use.NOTHING))
+    own = parameter_set(parameters)
+    outcomes = hold_to(own.plant(), own.limits(factor), several(logs))
+    return Check(tuple(outcomes), own.axes_for(Use.NOTHING))

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results.simulation import several
+from heli_identifier.records import RigConfiguration, common_configuration
+from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Tabular
 from heli_identifier.results.words import significant, with_interval
 from heli_identifier.tracing import DiagnosisSettings, Identification, ParameterReport, identify_plant
@@ -120,7 +120,7 @@ def _report_values(report: ParameterReport) -> dict[str, Any]:
     }
 
 
-def look(logs: Log | Sequence[Log], *, configuration: RigConfiguration | None = None) -> Look:
+def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 
     The gains come from one likelihood of the innovations at the logs' rate, with a torque of the air that is estimated,
@@ -128,9 +128,9 @@ def look(logs: Log | Sequence[Log], *, configuration: RigConfiguration | None = 
 
     Parameters
     ----------
-    logs : Log or sequence of Log
+    logs : Log, path of one, or sequence of them
     configuration : RigConfiguration, optional
-        What is known of the rig.
+        What is known of the rig; by default that of the logs.
 
     Returns
     -------
@@ -141,7 +141,8 @@ def look(logs: Log | Sequence[Log], *, configuration: RigConfiguration | None = 
     LogError
         Nothing is excited, or an axis stands still in a log.
     """
-    used, known = several(logs), configuration or RigConfiguration()
+    used = several(logs)
+    known = configuration or common_configuration(used) or RigConfiguration()
     found = identify_plant(used, DiagnosisSettings.from_rig(known))
     rig = found.plant.likelihood.rig
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in used], axis=0)

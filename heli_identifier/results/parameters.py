@@ -286,6 +286,35 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
     )
 
 
+PlantSource = ParameterSet | PlantParameters | Diagnosis | str | PathLike[str]
+"""What every function takes as the parameters of a plant; a path is that of a parameters.json."""
+
+
+def parameter_set(source: ParameterSet | Diagnosis | str | PathLike[str]) -> ParameterSet:
+    """Give the parameters in a diagnosis, in a parameters.json, or themselves.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be used, or the source is something else.
+    """
+    if isinstance(source, ParameterSet):
+        return source
+    if isinstance(source, Diagnosis):
+        return corrected_parameters(source)
+    if isinstance(source, str | PathLike):
+        return read_parameters(source)
+    raise ConfigurationError(
+        f"parameters are of type {type(source).__name__}; a ParameterSet, a Diagnosis or the path of a parameters.json "
+        "is needed."
+    )
+
+
+def plant_of(source: PlantSource) -> PlantParameters:
+    """Give the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
+    return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
+
+
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     """Read a parameters.json, and check that its values are parameters of the unit that it names.
 

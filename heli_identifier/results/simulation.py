@@ -1,20 +1,20 @@
 """A simulation from Python: the plant of a parameter set under voltages, or under the voltages of a log."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heli_identifier.errors import ConfigurationError, require_positive
-from heli_identifier.records import Log
-from heli_identifier.results.parameters import ParameterSet
+from heli_identifier.errors import ConfigurationError, LogError, require_positive
+from heli_identifier.records import Log, named_apart, read_log
+from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.schema import plain
 from heli_identifier.results.tables import Tabular
 from heli_identifier.results.words import significant
 from heli_identifier.tracing import record_start
-from heli_plant.parameters import PlantParameters
 from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
 
@@ -25,6 +25,9 @@ SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 """Columns of a simulation: voltages [V], angles [rad]."""
 
 STATES = PlantState._fields
+
+LogSource = Log | str | PathLike[str]
+"""A log, or the file of one with the contract's columns; `read_log` reads others."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,8 +92,8 @@ class Simulation(Tabular):
 
 
 def simulate(
-    parameters: ParameterSet | PlantParameters,
-    inputs: Log | ArrayLike,
+    parameters: PlantSource,
+    inputs: LogSource | ArrayLike,
     *,
     step: float = 0.01,
     start: PlantState | None = None,
@@ -99,9 +102,8 @@ def simulate(
 
     Parameters
     ----------
-    parameters : ParameterSet or PlantParameters
-        As :func:`heli_identifier.read_parameters` gives them.
-    inputs : Log, or array_like of shape (N, 2)
+    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
+    inputs : Log, path of one, or array_like of shape (N, 2)
         Front and rear voltage [V], each row held for one step. Of a log, its voltages are taken, in its own steps.
     step : float
         Sampling period and integration step [s]; without effect where a log is given.
@@ -118,9 +120,10 @@ def simulate(
         The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
         positive.
     """
-    plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
-    if isinstance(inputs, Log):
-        voltages, step, start = inputs.voltages, inputs.step, start or started(inputs)
+    plant = plant_of(parameters)
+    if isinstance(inputs, Log | str | PathLike):
+        (log,) = several(inputs)
+        voltages, step, start = log.voltages, log.step, start or started(log)
     else:
         voltages = np.asarray(inputs, dtype=np.float64)
         require_positive("step", step, "s")
@@ -130,9 +133,20 @@ def simulate(
     return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
 
 
-def several(logs: Log | Sequence[Log]) -> tuple[Log, ...]:
-    """Give one log or several, as every function takes them, as a tuple."""
-    return (logs,) if isinstance(logs, Log) else tuple(logs)
+def several(logs: LogSource | Sequence[LogSource]) -> tuple[Log, ...]:
+    """Give one log or several, read where a path is given, as a tuple.
+
+    Raises
+    ------
+    LogError
+        A file cannot be read, or something is neither a log nor a path.
+    """
+    given = [logs] if isinstance(logs, Log | str | PathLike) or not isinstance(logs, Iterable) else list(logs)
+    for one in given:
+        if not isinstance(one, Log | str | PathLike):
+            raise LogError(f"a log is of type {type(one).__name__}; a Log, the path of one, or several are needed.")
+    own = tuple(one if isinstance(one, Log) else read_log(one) for one in given)
+    return own if all(isinstance(one, Log) for one in given) else named_apart(own)
 
 
 def started(log: Log) -> PlantState:

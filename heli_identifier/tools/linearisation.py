@@ -22,7 +22,7 @@ from control import StateSpace, ss
 from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.results import ParameterSet
+from heli_identifier.results import PlantSource, plant_of
 from heli_plant.continuous import rates_of_change
 from heli_plant.dual import seeded, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
@@ -83,7 +83,7 @@ class LinearModel:
 
 
 def linearise(
-    parameters: ParameterSet | PlantParameters,
+    parameters: PlantSource,
     elevation: float = 0.0,
     pitch: float = 0.0,
     *,
@@ -99,8 +99,7 @@ def linearise(
 
     Parameters
     ----------
-    parameters : ParameterSet or PlantParameters
-        As :func:`heli_identifier.read_parameters` gives them.
+    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
     elevation, pitch : float
         Operating point [rad].
     period : float, optional
@@ -117,7 +116,7 @@ def linearise(
         The plant has no equilibrium there within the motors' voltages, the motors have no lag, or the parameters are
         not those of a plant.
     """
-    plant = parameters.plant() if isinstance(parameters, ParameterSet) else parameters
+    plant = plant_of(parameters)
     return linear_system(plant, operating_point(plant, pitch, elevation), period)
 
 

@@ -1,0 +1,243 @@
+"""Two diagnoses beside each other: what differs between the plants, and which predicts given logs better.
+
+A parameter has moved where the difference d of two estimates is more than its 95 % interval allows,
+|d| > 1.96 sqrt(s_1^2 + s_2^2), with the standard errors s of two diagnoses that share no log.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import hypot, inf
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import Estimate
+from heli_identifier.records import Log
+from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
+from heli_identifier.results.schema import DiagnosisFile, diagnosis_file, estimate_entry, plain, read_document
+from heli_identifier.results.simulation import LogSource, several
+from heli_identifier.results.tables import Tabular
+from heli_identifier.results.words import angle_text, effect_name, with_interval
+from heli_identifier.tracing import Diagnosis, ErrorFigure, hold_to
+from heli_plant.effects import AXES
+
+NOT_IN_PLANT = "not in the plant"
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A parameter or a coefficient of both plants; None where a plant does not have it."""
+
+    name: str
+    estimates: tuple[Estimate | None, Estimate | None]
+
+    @property
+    def outcome(self) -> str:
+        """Whether it moved by more than its interval, is only in one of them, or was given to both."""
+        first, second = self.estimates
+        if first is None or second is None:
+            return f"only in the {'second' if first is None else 'first'}"
+        if first.standard_error is None and second.standard_error is None:
+            return "given" if first.value == second.value else "given anew"
+        error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
+        return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
+
+
+@dataclass(frozen=True)
+class ComparedError:
+    """Errors 1 s ahead [rad] of both plants on one axis of one log."""
+
+    log: str
+    axis: str
+    errors: tuple[ErrorFigure, ErrorFigure]
+    closed_loop: bool
+
+    @property
+    def outcome(self) -> str:
+        """Which plant is better: that whose interval lies below the other's. In closed loop nothing is said."""
+        first, second = self.errors
+        if self.closed_loop:
+            return "decides nothing"
+        if first.high < second.low:
+            return "first is better"
+        return "second is better" if second.high < first.low else "not told apart"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Tabular):
+    """Two diagnoses, of one rig or of two.
+
+    Attributes
+    ----------
+    names : tuple of str
+        What the two are called.
+    parameters, effects : tuple of Compared
+        Parameters of the corrected plants by name, a gain at no voltage; effects that one of the plants has.
+    uses : mapping of str to (str, str)
+        What each axis may be used for.
+    errors : tuple of ComparedError
+        On the logs that were given.
+    shared : tuple of str
+        Logs that both diagnoses were made of: with them the standard errors of a difference are too large or small.
+    """
+
+    names: tuple[str, str]
+    parameters: tuple[Compared, ...]
+    effects: tuple[Compared, ...]
+    uses: Mapping[str, tuple[str, str]]
+    errors: tuple[ComparedError, ...] = ()
+    shared: tuple[str, ...] = ()
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Parameters and effects that moved by more than their intervals, or that one plant alone has."""
+        unmoved = ("given", "within its interval")
+        return tuple(one.name for one in (*self.parameters, *self.effects) if one.outcome not in unmoved)
+
+    @property
+    def title(self) -> str:
+        """How many parameters and effects moved."""
+        count = len(self.parameters) + len(self.effects)
+        return f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("what", *self.names, "outcome")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """One row a parameter, an effect, the use of an axis, and an error."""
+        found = [
+            (one.name, *(with_interval(e) if e else absent for e in one.estimates), one.outcome)
+            for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT))
+            for one in group
+        ]
+        found += [
+            (f"use of the {axis}", *two, "as before" if two[0] == two[1] else "differs")
+            for axis, two in self.uses.items()
+        ]
+        for one in self.errors:
+            first, second = map(angle_text, one.errors)
+            found.append((f"{one.log}, {one.axis} 1 s ahead [mrad]", first, second, one.outcome))
+        return found
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What limits the comparison."""
+        said = ["Of twenty estimates that are alike, one moves by more than its interval by chance."]
+        if self.shared:
+            said.append(
+                f"Both diagnoses use {', '.join(self.shared)}: their estimates are not independent, and the intervals "
+                "of differences hold only roughly."
+            )
+        if any(one.closed_loop for one in self.errors):
+            said.append(
+                "A controller flew the logs of a diagnosis. Voltages then answer the air, and errors 1 s ahead do not "
+                "say which plant is better."
+            )
+        return tuple(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the same as values for JSON."""
+        groups = {
+            group: [
+                {"name": one.name, "outcome": one.outcome, **_pair([e and estimate_entry(e) for e in one.estimates])}
+                for one in getattr(self, group)
+            ]
+            for group in ("parameters", "effects")
+        }
+        errors = [
+            {"log": one.log, "axis": one.axis, "outcome": one.outcome}
+            | _pair([{"prediction_1s_rad": e.value, "interval": (e.low, e.high)} for e in one.errors])
+            for one in self.errors
+        ]
+        uses = {axis: _pair(two) for axis, two in self.uses.items()}
+        return plain({**_pair(self.names), **groups, "use": uses, "errors": errors, "notes": self.remarks})
+
+    def __repr__(self) -> str:
+        return f"<Comparison: {self.title}>"
+
+
+def compare(
+    first: Diagnosis | str | PathLike[str],
+    second: Diagnosis | str | PathLike[str],
+    logs: LogSource | Sequence[LogSource] = (),
+) -> Comparison:
+    """Compare two diagnoses, of one rig at two times or of two rigs.
+
+    Parameters
+    ----------
+    first, second : Diagnosis or path
+        A diagnosis, or the folder that `heli diagnose` wrote.
+    logs : Log, path, or sequence of them
+        Logs on which both plants are to predict 1 s ahead.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    ConfigurationError
+        A folder does not hold a diagnosis.
+    LogError
+        A log cannot be read, or is too short for a prediction over 1 s.
+    """
+    names, documents, plants = zip(*map(_opened, (first, second), ("first", "second")), strict=True)
+    if names[0] == names[1]:
+        names = tuple(str(own) for own in (first, second))
+    mapped = [({name: _read(e) for name, e in own.parameters.after.items()}, dict(_in_plant(own))) for own in documents]
+    parameters, effects = (
+        tuple(Compared(name, (one.get(name), two.get(name))) for name in dict.fromkeys((*one, *two)))
+        for one, two in zip(*mapped, strict=True)
+    )
+    files = [{entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents]
+    uses = {axis: (str(own.use), str(documents[1].use[axis].use)) for axis, own in documents[0].use.items()}
+    return Comparison(
+        names,
+        parameters,
+        effects,
+        uses,
+        tuple(_errors(plants, several(logs), any(own.closed_loop for own in documents))),
+        tuple(files[0][key] for key in files[0] if key in files[1]),
+    )
+
+
+def _opened(source: Any, name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
+    """Give a diagnosis by its name, with its document and the parameters of its plant."""
+    if isinstance(source, Diagnosis):
+        return name, diagnosis_file(source), corrected_parameters(source)
+    if not isinstance(source, str | PathLike):
+        raise ConfigurationError(
+            f"the {name} to compare is of type {type(source).__name__}; a Diagnosis or the folder of one is needed."
+        )
+    folder = Path(source)
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{folder} is a file; name the folder that `heli diagnose` wrote.")
+    document = read_document(folder / "diagnosis.json", DiagnosisFile)
+    return folder.resolve().name, document, read_parameters(folder / "parameters.json")
+
+
+def _read(entry: Any) -> Estimate:
+    return Estimate(entry.value, entry.standard_error, entry.unit)
+
+
+def _in_plant(document: DiagnosisFile) -> Iterator[tuple[str, Estimate]]:
+    """Give the effects that a corrected plant has and their coefficients; a torque by table has none."""
+    for entry in (*document.effects, *document.possible):
+        if entry.in_plant and entry.coefficient is not None:
+            coefficient = Estimate(entry.coefficient, entry.standard_error, entry.unit or "1")
+            yield effect_name(entry.name, entry.axis), coefficient
+
+
+def _errors(plants: Sequence[ParameterSet], logs: Sequence[Log], closed_loop: bool) -> Iterator[ComparedError]:
+    if logs:
+        limits = dict.fromkeys(AXES, inf)
+        for one, two in zip(*(hold_to(own.plant(), limits, logs) for own in plants), strict=True):
+            yield ComparedError(one.log, one.axis, (one.error, two.error), closed_loop)
+
+
+def _pair(two: Sequence[Any]) -> dict[str, Any]:
+    return dict(zip(("first", "second"), two, strict=True))
