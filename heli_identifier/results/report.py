@@ -32,11 +32,13 @@ from heli_identifier.results.words import (
     agreement_sentence,
     effect_name,
     effect_title,
+    has_sign,
     held_out_sentence,
     law_text,
     listed,
     meaning,
     p_text,
+    real_changes,
     significant,
     unit_text,
     variable_name,
@@ -140,9 +142,14 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 def verdict_line(diagnosis: Diagnosis) -> str:
     """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
-    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant]
-    if not named:
+    if not diagnosis.effects:
         return f"These logs do not refute the model. {_best_change(diagnosis)}"
+    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
+    if not named:
+        first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
+        but = "whose interval holds zero" if first.in_plant else "which the plant does not have"
+        said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
+        return f"The logs speak for {said}. {_best_change(diagnosis)}"
     more = len(named) - NAMED_IN_VERDICT
     shown = [*named[:NAMED_IN_VERDICT], *([f"{more} more"] if more > 0 else [])]
     return f"The model lacks {listed(shown)}. {_best_change(diagnosis)}"
@@ -150,10 +157,7 @@ def verdict_line(diagnosis: Diagnosis) -> str:
 
 def _best_change(diagnosis: Diagnosis) -> str:
     """Say of the axis whose error really changes most by how much; and that none does."""
-    _, field = LEADING[diagnosis.closed_loop]
-    what = AHEAD[field]
-    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
-    real = {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
+    what, real = AHEAD[LEADING[diagnosis.closed_loop][1]], real_changes(diagnosis)
     if not real:
         return f"On held-out logs no axis's error {what} changes by more than its interval."
     axis = max(real, key=lambda name: abs(real[name].value))

@@ -132,9 +132,6 @@ def _letter(word: str) -> str:
 LEADING = {False: ("of a 1 s prediction", "prediction_1s"), True: (".2 s ahead", "ahead_200ms")}
 """The error that leads, by whether a controller flew: in words, and the field of it."""
 
-WORTH_SAYING = 1.03
-"""Ratio of errors before and after from which the verdict mentions them."""
-
 
 def effect_name(name: str, axis: str) -> str:
     """Give an effect as words: ``dry friction on the pitch``."""
@@ -172,7 +169,8 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     """Give the verdict on the rig in one sentence."""
     if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
         return _nothing_shown(diagnosis)
-    named = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
+    known = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
+    named, unsure = [own for own in known if has_sign(own)], [own for own in known if not has_sign(own)]
     unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
     shared, parts = _shared(named), []
     if named:
@@ -183,7 +181,25 @@ def verdict_sentence(diagnosis: Diagnosis) -> str:
     if unknown:
         said = listed([unknown_effect(effect) for effect in unknown])
         parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    return f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}"
+    sentences = [f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}"] if parts else []
+    if unsure:
+        sentences.append(f"The logs speak for {listed(list(map(found_effect, unsure)))}: the interval holds zero.")
+    return " ".join(sentences)
+
+
+def has_sign(effect: FoundEffect) -> bool:
+    """Whether the interval of an effect's coefficient does without zero; a torque by table has no coefficient."""
+    if effect.coefficient is None:
+        return True
+    low, high = effect.coefficient.interval
+    return low > 0.0 or high < 0.0
+
+
+def real_changes(diagnosis: Diagnosis) -> dict[str, ErrorFigure]:
+    """Give the changes of the leading error whose interval does without zero, by axis."""
+    _, field = LEADING[diagnosis.closed_loop]
+    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
+    return {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
 
 
 def _shared(effects: Sequence[FoundEffect]) -> dict[tuple[tuple[str, str], ...], list[FoundEffect]]:
@@ -292,13 +308,12 @@ def effect_title(effect: FoundEffect) -> str:
 
 
 def _gain(diagnosis: Diagnosis) -> str:
-    """Say how far the error fell on the axis that gained most."""
+    """Say how far the error fell on the axis that gained most; nothing where no axis really gains."""
     what, field = LEADING[diagnosis.closed_loop]
-    gains = {axis: _error(report, "before", field).value / _error(report, "after", field).value
-             for axis, report in diagnosis.axes.items()}  # fmt: skip
-    axis = max(gains, key=lambda name: gains[name])
-    if gains[axis] < WORTH_SAYING:
+    falls = {axis: own.value for axis, own in real_changes(diagnosis).items() if own.value < 0.0}
+    if not falls:
         return ""
+    axis = min(falls, key=lambda name: falls[name])
     it = "it" if len(diagnosis.effects) == 1 else "them"
     before, after = (significant(1e3 * _error(diagnosis.axes[axis], s, field).value) for s in ("before", "after"))
     return f"; with {it} the {axis}'s error {what} on held-out data falls from {before} to {after} mrad"
