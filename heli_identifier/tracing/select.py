@@ -170,7 +170,7 @@ class _Search:
         self.around = Scores(self.fitted, self.candidates)
 
     def enter(self, chosen: Sequence[str]) -> None:
-        """Go over to a set with new effects, from their best shapes; a fault enters if the logs get likelier."""
+        """Go over to a set with new effects, from their best shapes; a fault enters if it is worth it beside these."""
         shapes: dict[str, float] = {}
         for name in chosen:
             if name not in self.selected:
@@ -182,9 +182,11 @@ class _Search:
             if other.value > following.value - CLOSE:
                 break
             following, stretch = other, 2.0 * stretch
-        if new and following.value > self.fitted.value:
-            self.left |= dict.fromkeys(new, 2)  # undone, the logs fit worse: the quadratic form reaches less far
-            self.take([name for name in chosen if name not in new])
+        kept = [name for name in chosen if name not in new]
+        without = self.refit(kept, shapes) if new else following
+        if new and following.value > without.value - NAMED:
+            self.left |= dict.fromkeys(new, 2)  # the effects alone explain it, or the quadratic form reaches less far
+            self.take(kept, without)
         else:
             self.take(chosen, following)
 
