@@ -10,11 +10,14 @@ def undo(logged: Array, predicted: Array, h: float, size: float) -> Array:
 
     Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, section 2.
     """
-    half, at, y = 0.5 * size, float(predicted[0]), []
-    for value in predicted.tolist():
-        at = min(max(at, value - half), value + half)
-        y.append(at)
-    return logged + predicted - np.array(y)
+    # y_k = max(low_k, min(high_k, y_k-1)): such steps in a row are one such step, so pairs are joined again and again
+    low, high, reach = predicted - 0.5 * size, predicted + 0.5 * size, 1
+    low[0] = high[0] = predicted[0]
+    while reach < len(low):
+        before = low[:-reach].copy(), high[:-reach].copy()
+        low[reach:], high[reach:] = (np.clip(end, low[reach:], high[reach:]) for end in before)
+        reach *= 2
+    return logged + predicted - low
 
 
 FAULTS = tuple(

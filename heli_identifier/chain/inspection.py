@@ -90,9 +90,7 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
         _refuse_folds(log)
         _refuse_opposed(log)
     steps_of = [[quantum(log.angles[:, k]) for log in logs] for k in range(len(ANGLES))]
-    expected = [
-        all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))
-    ]
+    expected = [all(on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
     for axis, steps, count, usual in zip(ANGLES, steps_of, counts, expected, strict=True):
         if all(steps):
             found += _of_counts(axis, float(np.median(steps)), count)

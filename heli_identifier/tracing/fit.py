@@ -207,7 +207,11 @@ class _Search:
 
 
 def fit(
-    likelihood: Likelihood, fields: Sequence[str], start: Fit | None = None, shapes: Mapping[str, float] | None = None
+    likelihood: Likelihood,
+    fields: Sequence[str],
+    start: Fit | None = None,
+    shapes: Mapping[str, float] | None = None,
+    value_only: bool = False,
 ) -> Fit:
     """Fit a plant to the records of a rig.
 
@@ -220,6 +224,8 @@ def fit(
         Where to begin.
     shapes : mapping of str to float, optional
         Values of parameters to begin from.
+    value_only : bool
+        Whether F alone is asked for: the fit is a rough one, from the air of ``start``.
 
     Returns
     -------
@@ -230,26 +236,30 @@ def fit(
         first = rig.estimate(likelihood.records)
         some, count, a = likelihood.beginning(COARSE), len(likelihood.records), len(rig.axes)
         beginning = replace(likelihood, records=some)
-        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY)
+        start = _searched(beginning, fields, first, beginning.resting(first), ROUGHLY, AIR_SCANS)
         own = np.vstack((start.point.own, np.zeros((count - len(some), 4 * a))))
         start = replace(start, point=replace(start.point, own=own))
     point = replace(start.point, parameters=rig.assign(start.parameters, shapes or {}))
-    return _searched(likelihood, fields, point.parameters, point)
+    least, scans = (ROUGHLY, 0) if value_only else (CONVERGED, AIR_SCANS)
+    return _searched(likelihood, fields, point.parameters, point, least, scans)
 
 
 def _searched(
-    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float = CONVERGED
+    likelihood: Likelihood, fields: Sequence[str], at: Parameters, point: Point, least: float, scans: int
 ) -> Fit:
-    """Fit from a point until F falls by less than ``least``; ``at`` are the parameters that tell the signs of gains."""
-    rig, scans = likelihood.rig, 0
+    """Fit from a point until F falls by less than ``least``, with so many scans of the air at the most.
+
+    ``at`` are the parameters that tell the signs of gains.
+    """
+    rig = likelihood.rig
     coordinates = [rig.coordinate(name, at) for name in fields]
     x = np.array([c.coordinate(rig.read(at, c.field)) for c in coordinates])
     search = _Search(likelihood, coordinates, x, point)
     for _ in range(ITERATIONS):
         if not search.step(least):
-            if scans == AIR_SCANS or not search.scan_air():
+            if scans == 0 or not search.scan_air():
                 break
-            scans += 1
+            scans -= 1
     else:
         search.linearise()
     return Fit(

@@ -364,9 +364,9 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
     )  # fmt: skip
 
     def assign(p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
-        gains = {field: read(p, field) for field in GAINS} | {f: values[f] for f in GAINS if f in values}
-        p = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
-        return p._replace(**{f: gains[f] / s for f, s in zip(GAINS, _slopes(p, operating), strict=True)})
+        q = p._replace(**{field: value for field, value in values.items() if field not in GAINS})
+        slopes = zip(GAINS, _slopes(p, operating), _slopes(q, operating), strict=True)
+        return q._replace(**{f: (values[f] if f in values else getattr(p, f) * old) / new for f, old, new in slopes})
 
     def read(p: PlantParameters, field: str) -> float:
         value = float(getattr(p, field))

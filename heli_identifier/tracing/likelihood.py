@@ -31,7 +31,17 @@ from scipy.signal import lfilter
 
 from heli_identifier.chain import Fault, undone
 
-from .noise import SHAPES, AxisFilter, error_dynamics, filters, gains, physical, recoloured, start_response
+from .noise import (
+    SHAPES,
+    AxisFilter,
+    error_dynamics,
+    filters,
+    gains,
+    physical,
+    recoloured,
+    slope_of_colour,
+    start_response,
+)
 from .rig import Coordinate, Parameters, Record, Rig
 from .settings import BLOCK, CHUNK, DRIFT, HUBER, OFFSET, SEEN_AT, START
 
@@ -287,8 +297,8 @@ class Likelihood:
         drift = point.own[i, 3 * len(self.rig.axes) :]
         if not drift.any():
             return parameters
-        values = {n: self.rig.read(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
-        return self.rig.assign(parameters, values)
+        of_log = {n: getattr(parameters, n) * exp(d) for n, d in zip(self.rig.gains, drift, strict=True)}
+        return parameters._replace(**of_log)
 
     def run(self, i, point, first, last, carry, e, motion=_NO_MOTION, parameters=None, record=None):
         """Run the filter over samples of record ``i``; fill ``e`` and ``motion``; give the state."""
@@ -325,10 +335,16 @@ class Likelihood:
         local, plant = P + SHAPES * a, self.of_log(i, point, point.parameters)
         now = self.filters(record, point)
         transfer = [error_dynamics(own, held) for own in now]
-        others = _other_filters(record.step, point, moves, rig) if filters_move else [{} for _ in now]
+        colours = (
+            [
+                _Colour(own, others)
+                for own, others in zip(now, _other_filters(record.step, point, moves, rig), strict=True)
+            ]
+            if filters_move
+            else []
+        )
         blocks = -(-record.samples // held)
         starts = [start_response(own, held, blocks) for own in now]
-        memory_of_filters: dict[tuple[int, int], list] = {}
         runs: list = [None] * P
         carried: list = [None] * (1 + P)
         memory: list[dict[int, Array]] = [{} for _ in range(a)]
@@ -342,10 +358,8 @@ class Likelihood:
             fast: list[dict[int, Array]] = [{} for _ in range(a)]
             slow: list[dict[int, Array]] = [{} for _ in range(a)]
             torques: list[dict[int, Array]] = [{local + axis: np.ones(len(moved))} for axis in range(a)]
-            for axis in range(a):
-                for j, (other, step) in others[axis].items():
-                    state = memory_of_filters.setdefault((axis, j), [])
-                    fast[axis][j] = (recoloured(own[:, axis], now[axis], other, state) - own[:, axis]) / step
+            for axis, colour in enumerate(colours):
+                fast[axis] |= colour.derivatives(own[:, axis])
             base, under = np.empty((len(moved), a)), np.empty((len(moved), a))
             carried[0] = rig.accelerations(slower, plant, moved, first // held, carried[0], base)
             for j, (p, step, in_output, faults) in enumerate(moves):
@@ -463,6 +477,26 @@ def _passed(torques: dict[int, Array], transfer: tuple[Array, Array], memory: di
     out, zf = lfilter(*transfer, stacked, axis=0, zi=zi)
     memory.update({j: zf[:, position] for position, j in enumerate(keys)})
     return {j: out[:, position] for position, j in enumerate(keys)}
+
+
+class _Colour:
+    """Derivatives of one axis's innovations to what moves its filter, chunk by chunk."""
+
+    def __init__(self, own: AxisFilter, others: Mapping[int, tuple[AxisFilter, float]]):
+        self.columns, self.weights = list(others), slope_of_colour(own, list(others.values()))
+        self.poles = own.errors, own.noise
+        self.states = [np.zeros(len(poles) - 1) for poles in self.poles]
+        self.past = [np.zeros(len(weights)) for weights in self.weights]
+
+    def derivatives(self, e: Array) -> dict[int, Array]:
+        """Continue with the innovations (n,); give columns (n,) by coordinate."""
+        found = np.zeros((len(e), len(self.columns)))
+        for k, (poles, weights) in enumerate(zip(self.poles, self.weights, strict=True)):
+            filtered, self.states[k] = lfilter([1.0], poles, e, zi=self.states[k])
+            known = np.concatenate((self.past[k], filtered))
+            found += np.lib.stride_tricks.sliding_window_view(known[:-1], len(weights)) @ weights[::-1]
+            self.past[k] = known[-len(weights) :]
+        return dict(zip(self.columns, found.T, strict=True))
 
 
 def _other_filters(h: float, point: Point, moves: list, rig: Rig) -> list[dict[int, tuple[AxisFilter, float]]]:

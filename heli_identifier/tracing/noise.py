@@ -23,7 +23,8 @@ Int. J. Control 28 (1978) 295 (doubling).
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +38,8 @@ SHAPES = len(NOISE_WIDTH)
 """Parameters of the noise of one axis: logarithms of rho [1/s^2], c and f [1/s], psi [rad], logarithm of k [1/s]."""
 
 
-class AxisFilter(NamedTuple):
+@dataclass(frozen=True, eq=False, slots=True)
+class AxisFilter:
     """The stationary filter of one axis, and the polynomials of its transfer functions.
 
     Attributes
@@ -190,7 +192,7 @@ def gains(own: Sequence[AxisFilter]) -> Array:
     return np.array([np.concatenate((axis.K[:4], axis.F.ravel(), axis.K[4:], axis.A[4, 4:])) for axis in own])
 
 
-def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] | None = None) -> Array:
+def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
     """Innovations under another filter of one axis, from those under the present one.
 
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
@@ -206,22 +208,41 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter, memory: list[Array] |
     e : Array, shape (n,)
         Innovations [rad].
     old, new : AxisFilter
-    memory : list, optional
-        States of the two filters; empty at a record's beginning, changed in place.
     """
-    errors = new.errors
-    if not np.array_equal(old.A[:2], new.A[:2]):
-        A = np.vstack((old.A[:2], new.A[2:]))
-        errors = polynomial(A - np.outer(A @ new.K, C))
-    state = [np.zeros(5), np.zeros(3)] if memory is None else memory
-    if not state:
-        state[:] = np.zeros(5), np.zeros(3)
-    e, state[0] = lfilter(old.errors, errors, e, zi=state[0])
-    if not np.array_equal(old.noise, new.noise):
-        e, state[1] = lfilter(new.noise, old.noise, e, zi=state[1])
-    return np.asarray(e)
+    e = lfilter(old.errors, _errors_around(old, new), e)
+    return np.asarray(e if np.array_equal(old.noise, new.noise) else lfilter(new.noise, old.noise, e))
 
 
+def _errors_around(old: AxisFilter, new: AxisFilter) -> Array:
+    """Give det(zI - M') of the filter ``new`` around the plant of ``old``."""
+    A = np.vstack((old.A[:2], new.A[2:]))
+    return polynomial(A - np.outer(A @ new.K, C))
+
+
+def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> tuple[Array, Array]:
+    """Give the derivatives of the innovations to what moves a filter, as combinations of their past.
+
+    With g = e / det(zI - M) and m = e / det(zI - N), :func:`recoloured` has the differential
+
+        de' = d det(zI - N') m - d det(zI - M') g.
+
+    Parameters
+    ----------
+    own : AxisFilter
+    others : sequence of (filter, difference)
+        J filters beside it, and the differences of a parameter that they stand for.
+
+    Returns
+    -------
+    of_g, of_m : Array, shapes (5, J) and (3, J)
+        Weights of g and m 1, 2, ... samples ago.
+    """
+    of_g = [(own.errors - _errors_around(own, other))[1:] / step for other, step in others]
+    of_m = [(other.noise - own.noise)[1:] / step for other, step in others]
+    return np.column_stack(of_g), np.column_stack(of_m)
+
+
+@lru_cache(maxsize=64)
 def start_response(own: AxisFilter, held: int, count: int) -> Array:
     """Change of every ``held``-th innovation (count, 2) by a start that is one larger in angle or rate."""
     M = np.linalg.matrix_power(own.M, held)
@@ -231,6 +252,7 @@ def start_response(own: AxisFilter, held: int, count: int) -> Array:
     return np.column_stack([lfilter(column, a, impulse)[1:] for column in b])
 
 
+@lru_cache(maxsize=64)
 def error_dynamics(own: AxisFilter, held: int = 1) -> tuple[Array, Array]:
     """Transfer function from a further acceleration of one axis [rad/s^2] to its innovation [rad].
 

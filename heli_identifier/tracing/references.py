@@ -47,8 +47,9 @@ SATURATED_SHARE = 0.1
 """Most samples at the voltages' limit, where r has to be interpolated."""
 ROWS = 800
 """Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
-EXACT = 0.0001
-"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own."""
+EXACT, AS_GOOD = 0.0001, 3.0
+"""Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own; how many
+times larger than in its own log it may be in another one that the same controller flew."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def find_references(logs: Sequence[Log]) -> References:
                 answering.append((i, _Law(log, sign, columns)))
         for turn in range(2):  # a log that shows a law badly takes it from one that shows it well
             for _, law in answering:
-                law.search([other.shape for _, other in answering if len(other.shape)], again=turn > 0)
+                law.search([other for _, other in answering if len(other.shape)], again=turn > 0)
         for i, law in answering:
             controller, signal, reason = law.rebuilt(channel, axes)
             if reason:
@@ -237,6 +238,7 @@ class _Law:
         self.steps = np.diff(self.signals)
         n, fast = self.n, 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
         self.bounds = np.log([[0.5] * n + [0.01, 0.02], [fast] * n + [fast, 3.0]])
+        self.size = float(np.log(np.abs(self.steps[0]).mean() + 1e-12))
         self.shape, self.least = np.array([]), np.inf
 
     def terms(self, signals: Array, shape: Array) -> Array:
@@ -272,15 +274,17 @@ class _Law:
             weight = 1.0 / np.maximum(residual, 1e-2 * size + 1e-15)
         return float(np.log(size + 1e-12)), gains / scale
 
-    def search(self, known: Sequence[Array], *, again: bool) -> None:
+    def search(self, known: Sequence["_Law"], *, again: bool) -> None:
         """Scan and polish the rates from the grid and from the laws of other logs."""
         if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
             return
-        size = np.log(np.abs(self.steps[0]).mean() + 1e-12)
-        best = min(known, key=lambda shape: self.loss(shape)[0], default=None)
+        size = self.size
+        other = min(known, key=lambda law: self.loss(law.shape)[0], default=None)
+        best = None if other is None else other.shape
         if again and (best is None or best is self.shape or self.loss(best)[0] > self.least - 0.05):
             return
-        if best is None or self.loss(best)[0] - size > np.log(EXACT):
+        enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
+        if best is None or self.loss(best)[0] - size > enough:
             n, fast = self.n, 5.0 / self.h
             poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
             grid = [np.log([q] * n + [c]) for q in poles for c in (0.1, 1.0, 3.0, fast)]

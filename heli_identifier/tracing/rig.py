@@ -220,7 +220,7 @@ class Rig:
     base : tuple of str
         Parameters that every fit estimates.
     gains : tuple of str
-        Those of them that a controller's designer needs, one an axis.
+        Those of them that a controller's designer needs, one an axis; proportional to the parameter of their name.
     lifting : tuple of str
         Gains that are positive on every rig that is wired as its model says.
     units : mapping of str to str

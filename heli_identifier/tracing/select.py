@@ -23,7 +23,17 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, NAMED_CERTAIN, REFITTED, ROUNDS, SCAN_GAIN
+from .settings import (
+    CLOSE,
+    HALVES_DRAWS,
+    HALVES_SPLITS,
+    KEPT,
+    NAMED,
+    NAMED_CERTAIN,
+    REFITTED,
+    ROUNDS,
+    SCAN_GAIN,
+)
 
 _NOT: Mapping[str, float] = {}
 
@@ -149,7 +159,9 @@ class _Search:
         self.around = Scores(self.fitted, candidates)
         self.scores: dict[str, Score] = {}
 
-    def refit(self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 0.0) -> Fit:
+    def refit(
+        self, chosen: Sequence[str], shapes: Mapping[str, float] = _NOT, stretch: float = 0.0, value_only: bool = False
+    ) -> Fit:
         """Fit another set, its faults undone at what the quadratic form says of them.
 
         With a ``stretch`` new ones are undone at so many times that, and old ones stay as they are undone.
@@ -162,7 +174,7 @@ class _Search:
         }  # fmt: skip
         likelihood = self.fitted.likelihood.undoing(wrong, self.fitted.e)
         own = [name for name in chosen if name not in self.faults]
-        return fit(likelihood, with_shapes(self.core, own, self.candidates), self.fitted, {**shapes, **off})
+        return fit(likelihood, with_shapes(self.core, own, self.candidates), self.fitted, {**shapes, **off}, value_only)
 
     def take(self, chosen: Sequence[str], fitted: Fit | None = None) -> None:
         """Go over to another set."""
@@ -170,25 +182,33 @@ class _Search:
         self.around = Scores(self.fitted, self.candidates)
 
     def enter(self, chosen: Sequence[str]) -> None:
-        """Go over to a set with new effects, from their best shapes; a fault enters if it is worth it beside these."""
+        """Go over to a set with new effects, from their best shapes, or with new faults if these are worth it.
+
+        Of the two the kind of the best enters first, and the other is asked for again beside it: an effect that is
+        missing leaves much that faults of the log imitate, and the other way round.
+        """
+        new = [name for name in chosen if name not in self.selected]
+        wrong = bool(new) and new[0] in self.faults
+        new = [name for name in new if (name in self.faults) == wrong]
+        kept = [name for name in chosen if name in self.selected]
         shapes: dict[str, float] = {}
-        for name in chosen:
-            if name not in self.selected:
-                shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
-        following, stretch = self.refit(chosen, shapes, 1.0), 2.0
-        new = [name for name in chosen if name in self.faults and name not in self.selected]
-        while new and stretch <= 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
-            other = self.refit(chosen, shapes, stretch)
+        for name in new:
+            shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
+        following, stretch = self.refit([*kept, *new], shapes, 1.0), 2.0
+        if not wrong:
+            return self.take([*kept, *new], following)
+        while stretch <= 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
+            other = self.refit([*kept, *new], shapes, stretch)
             if other.value > following.value - CLOSE:
                 break
             following, stretch = other, 2.0 * stretch
-        kept = [name for name in chosen if name not in new]
-        without = self.refit(kept, shapes) if new else following
-        if new and following.value > without.value - NAMED:
-            self.left |= dict.fromkeys(new, 2)  # the effects alone explain it, or the quadratic form reaches less far
+        without = self.fitted if len(kept) == len(self.selected) else self.refit(kept)
+        if following.value < without.value - NAMED:
+            return self.take([*kept, *new], following)
+        self.left |= dict.fromkeys(new, 2)  # the quadratic form reaches less far than it promised
+        if without is not self.fitted:
             self.take(kept, without)
-        else:
-            self.take(chosen, following)
+        return None
 
     def undo_anew(self) -> bool:
         """Undo the faults at what is asked for now, where that is no longer what is undone; say if it was better."""
@@ -207,7 +227,7 @@ class _Search:
         def without(gone: Sequence[str]) -> float:
             rest = tuple(name for name in self.selected if name not in gone)
             if rest not in lost:  # the null undoes nothing
-                lost[rest] = self.null.value if not rest and not self.begun else self.refit(rest).value
+                lost[rest] = self.null.value if not rest and not self.begun else self.refit(rest, value_only=True).value
             return lost[rest]
 
         self.scores = self.around.scores(self.selected)

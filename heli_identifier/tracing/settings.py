@@ -68,8 +68,9 @@ HUBER = 3.0
 LARGEST_STEP = 1.5
 """Largest step of a parameter in widths of its prior: the model is trusted no farther."""
 
-CONVERGED, ROUGHLY = 0.01, 1.0
-"""Fall of the objective [nats] below which a fit has converged, a seventh of a standard error, and its beginning."""
+CONVERGED, ROUGHLY = 0.01, 0.3
+"""Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
+and one of which the value alone is asked for."""
 
 ITERATIONS, HALVINGS = 30, 6
 """Most Gauss-Newton steps of a fit, and most halvings of one step."""
@@ -135,7 +136,7 @@ CLOSE = 3.0
 LEAST_VISIBILITY = 0.01
 """Share of an effect's signature, beside the fitted parameters, below which it is not testable."""
 
-ROUNDS = 5
+ROUNDS = 8
 """Most times that the selected set is refitted and scored again."""
 
 HALVES_SPLITS, HALVES_DRAWS = 3, 5

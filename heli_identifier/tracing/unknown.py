@@ -199,26 +199,29 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
     found: list[Unknown] = []
     tried = scan(selection.fit)[:2]
     while tried and tried[0].score > UNKNOWN_TRIED and len(found) < len(selection.fit.likelihood.rig.axes):
-        after, u = _beside(selection, tried.pop(0), found, candidates)
-        weighed = _weighed(selection, after, u)
-        if weighed.score > UNKNOWN:
+        start, u = _started(selection.fit, tried.pop(0), found)
+        if _weighed(selection, selection.fit.value - start.value, u).score < UNKNOWN:
+            continue
+        after = select(selection.null, candidates, start)
+        more = len(after.findings) - len(selection.findings)
+        weighed = _weighed(after, selection.fit.value - after.fit.value, replace(u, freedom=max(u.freedom + more, 1.0)))
+        named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
+        if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named):
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
     return selection, tuple(_described(selection.fit, u) for u in found)
 
 
-def _beside(before: Selection, u: Unknown, found: Sequence[Unknown], candidates: Sequence[Effect]):
-    """Fit with an unknown torque, and select the catalogue anew beside it: selection, and the period refined."""
-    fitted, tables = before.fit, before.fit.likelihood.rig.tables
+def _started(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit, Unknown]:
+    """Fit with an unknown torque, its period refined."""
+    tables = fitted.likelihood.rig.tables
     if u.variable == TIME:
         alone = fit(fitted.likelihood, fitted.fields, _with_waves(fitted, [*found, u]))  # air that does not follow it
         u = _Seen(_with_waves(alone, found)).refined(fitted.likelihood.rig.axes.index(u.axis), u.spacing)
-        start = fit(fitted.likelihood, fitted.fields, _with_waves(alone, [*found, u]))
-    else:
-        fields = tables.fields(u.axis, u.variable)
-        shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
-        start = fit(fitted.likelihood, (*fitted.fields, *fields), fitted, shapes)
-    return select(before.null, candidates, start), u
+        return fit(fitted.likelihood, fitted.fields, _with_waves(alone, [*found, u])), u
+    fields = tables.fields(u.axis, u.variable)
+    shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
+    return fit(fitted.likelihood, (*fitted.fields, *fields), fitted, shapes), u
 
 
 def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
@@ -232,14 +235,11 @@ def _with_waves(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     return replace(fitted, point=point, e=e, motion=motion)
 
 
-def _weighed(before: Selection, after: Selection, u: Unknown) -> Unknown:
-    """Give the unknown torque what the likelihood of named effects alone lacks, or nothing if that is too little."""
-    quadratic, axis = after.last.quadratic, after.fit.likelihood.rig.axes.index(u.axis)
-    phi = np.median(after.last.dispersion[quadratic.information.argmax(0) == axis])
-    more = len(after.findings) - len(before.findings)
-    weighed = replace(u, nats=(before.fit.value - after.fit.value) / float(phi), freedom=max(u.freedom + more, 1.0))
-    named = sum(finding.score.score for finding in after.findings if finding.effect.axis in (u.axis, "rotors"))
-    return weighed if weighed.score > UNKNOWN_SHARE * named else replace(u, nats=0.0)
+def _weighed(around: Selection, fall: float, u: Unknown) -> Unknown:
+    """Give the unknown torque what the likelihood gains by it, a ``fall`` of F, over the dispersion of its axis."""
+    quadratic, axis = around.last.quadratic, around.fit.likelihood.rig.axes.index(u.axis)
+    phi = np.median(around.last.dispersion[quadratic.information.argmax(0) == axis])
+    return replace(u, nats=fall / float(phi))
 
 
 def _described(fitted: Fit, u: Unknown) -> FoundEffect:
