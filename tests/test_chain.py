@@ -137,7 +137,7 @@ def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
 def test_voltages_that_are_late_are_named_and_no_effect_is():
     """The plant of the damaged logs is that of the sound ones, and nothing is said against the rig."""
     sound, found = identify_plant(logs_of("none", 2)), identify_plant(logs_of("voltages late by a sample", 2))
-    (fault, size), = found.plant.likelihood.faults.items()
+    ((fault, size),) = found.plant.likelihood.faults.items()
     assert (fault.name, fault.channel) == ("late", "voltages")
     assert size == pytest.approx(0.01, abs=0.002)  # a fifth of a sample, what lag and delay trade against each other
     assert [f for f in found.selection.findings if f.effect.fault is None and f.established] == []

@@ -312,9 +312,7 @@ def test_a_reference_is_found_by_name_or_configuration_in_radians_and_is_cut_wit
 )
 def test_bad_references_are_refused_with_the_column(tmp_path, format, header, values, message):
     with pytest.raises(LogError, match=message):
-        read_log(
-            written(tmp_path, rewritten([*TRUTH.T, values], [*CONTRACT_HEADERS, header])), LogFormat(**format)
-        )
+        read_log(written(tmp_path, rewritten([*TRUTH.T, values], [*CONTRACT_HEADERS, header])), LogFormat(**format))
     with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
         LogFormat(references={"yaw": "psi"})
 

@@ -1,11 +1,22 @@
 """The torque of the air and its filter, against scipy's and closed forms."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 from scipy.linalg import expm, solve_discrete_lyapunov
 from scipy.signal import lfilter
 
-from heli_identifier.tracing.noise import AxisFilter, axis_filters, error_dynamics, filters, gains, physical, recoloured
+from heli_identifier.tracing.noise import (
+    AxisFilter,
+    axis_filters,
+    error_dynamics,
+    filters,
+    gains,
+    physical,
+    recoloured,
+    slope_of_colour,
+)
 from heli_identifier.tracing.settings import COLOURED, MOST_ROTATED
 
 H = 0.01
@@ -22,7 +33,8 @@ def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> AxisF
 @pytest.mark.parametrize("c, f", [(2.5, 300.0), (2.5, 10.0), (6.0, 1.0)])
 def test_the_torque_is_stationary_with_the_stated_variance(c, f, psi):
     """P = F P F' + Q has the solution rho^2 I: the torque's standard deviation is what is called rho."""
-    _, _, A, F, *_ = solved(80.0, c, f, psi)
+    own = solved(80.0, c, f, psi)
+    A, F = own.A, own.F
     Q = 80.0**2 * (np.eye(2) - F @ F.T)
     np.testing.assert_allclose(solve_discrete_lyapunov(F, Q), 80.0**2 * np.eye(2), rtol=1e-6, atol=1e-6)
     np.testing.assert_array_equal(A[2:4, 2:4], F)
@@ -44,7 +56,8 @@ def test_a_swirl_rings_at_its_frequency():
 
 def test_the_gain_minimises_the_stationary_error():
     """The filter's own recursion, started elsewhere, ends at the same variance and gain."""
-    _, K, A, F, S, *_ = solved(80.0, 2.5, 20.0, 0.3)
+    own = solved(80.0, 2.5, 20.0, 0.3)
+    A, F = own.A, own.F
     stay = np.exp(-40.0 * H)
     Q = np.diag((1e-10, 1e-9, 0.0, 0.0, COLOURED * (1.0 - stay**2)))
     Q[2:4, 2:4] = 80.0**2 * (np.eye(2) - F @ F.T)
@@ -52,8 +65,8 @@ def test_the_gain_minimises_the_stationary_error():
     for _ in range(5000):
         k = P @ C / (C @ P @ C + R)
         P = A @ (P - np.outer(k, C @ P)) @ A.T + Q
-    assert C @ P @ C + R == pytest.approx(S, rel=1e-6)
-    np.testing.assert_allclose(P @ C / S, K, rtol=1e-5)
+    assert C @ P @ C + R == pytest.approx(own.S, rel=1e-6)
+    np.testing.assert_allclose(P @ C / own.S, own.K, rtol=1e-5)
 
 
 def test_the_encoders_error_has_its_variance_and_colour():
@@ -67,7 +80,8 @@ def test_the_encoders_error_has_its_variance_and_colour():
 
 def _linear_run(torque, noise, air):
     """Innovations of the filter of one linear axis, made by its matrices; the axis itself obeys A's upper block."""
-    _, K, A, *_ = solved(*air)
+    own = solved(*air)
+    K, A = own.K, own.A
     x, angle, e = np.zeros(5), np.zeros(2), np.empty(len(torque))
     for i in range(len(torque)):
         e[i] = angle[0] + noise[i] - x[0] - x[4]
@@ -86,12 +100,20 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
     np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
 
 
-def test_in_pieces_recolouring_is_the_same_as_in_one():
-    e = np.random.default_rng(4).standard_normal(1000)
-    old, new = solved(80.0, 2.5, 200.0, 0.0), solved(90.0, 2.0, 150.0, 0.1)
-    memory: list = []
-    pieces = [recoloured(part, old, new, memory) for part in np.split(e, [300, 650])]
-    np.testing.assert_allclose(np.concatenate(pieces), recoloured(e, old, new), rtol=1e-12, atol=1e-14)
+def test_slopes_of_the_colour_are_those_of_recoloured():
+    """Central differences over 2 d of what recoloured gives: their error is of the order d^2 = 1e-8."""
+    e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
+    own = solved(*air)
+    steps = [(solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0)]
+    of_g, of_m = slope_of_colour(own, steps)
+    g, m = lfilter([1.0], own.errors, e), lfilter([1.0], own.noise, e)
+    past = [
+        sum(w[i, :].mean() * np.concatenate((np.zeros(i + 1), x[: -i - 1])) for i in range(len(w)))
+        for w, x in ((of_g, g), (of_m, m))
+    ]
+    up, down = (recoloured(e, own, other) for other, _ in steps)
+    slope = (up - down) / (2.0 * d)
+    np.testing.assert_allclose(past[0] + past[1], slope, atol=1e-6 * np.abs(slope).max())
 
 
 def test_a_further_acceleration_passes_the_error_dynamics():
@@ -121,8 +143,8 @@ def test_filters_that_are_solved_together_have_the_bits_of_one_alone():
     )
     for own, axis, row in zip(filters(H, axes, air), axes, air.T, strict=True):
         alone = axis_filters(np.array([[H, *axis, *row]]))[0]
-        for one, other in zip(own, alone, strict=True):
-            np.testing.assert_array_equal(one, other)
+        for field in fields(own):
+            np.testing.assert_array_equal(getattr(own, field.name), getattr(alone, field.name))
     assert gains(filters(H, axes, air)).shape == (3, 10)
 
 
