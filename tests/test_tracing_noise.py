@@ -104,7 +104,7 @@ def test_slopes_of_the_colour_are_those_of_recoloured():
     """Central differences over 2 d of what recoloured gives: their error is of the order d^2 = 1e-8."""
     e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
     own = solved(*air)
-    steps = [(solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0)]
+    steps = tuple((solved(*(air * (1.0 + d * sign))), d * sign) for sign in (1.0, -1.0))
     of_g, of_m = slope_of_colour(own, steps)
     g, m = lfilter([1.0], own.errors, e), lfilter([1.0], own.noise, e)
     past = [

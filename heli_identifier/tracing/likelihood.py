@@ -483,7 +483,7 @@ class _Colour:
     """Derivatives of one axis's innovations to what moves its filter, chunk by chunk."""
 
     def __init__(self, own: AxisFilter, others: Mapping[int, tuple[AxisFilter, float]]):
-        self.columns, self.weights = list(others), slope_of_colour(own, list(others.values()))
+        self.columns, self.weights = list(others), slope_of_colour(own, tuple(others.values()))
         self.poles = own.errors, own.noise
         self.states = [np.zeros(len(poles) - 1) for poles in self.poles]
         self.past = [np.zeros(len(weights)) for weights in self.weights]

@@ -209,17 +209,19 @@ def recoloured(e: Array, old: AxisFilter, new: AxisFilter) -> Array:
         Innovations [rad].
     old, new : AxisFilter
     """
-    e = lfilter(old.errors, _errors_around(old, new), e)
+    e = lfilter(old.errors, _errors_around(old, [new])[0], e)
     return np.asarray(e if np.array_equal(old.noise, new.noise) else lfilter(new.noise, old.noise, e))
 
 
-def _errors_around(old: AxisFilter, new: AxisFilter) -> Array:
-    """Give det(zI - M') of the filter ``new`` around the plant of ``old``."""
-    A = np.vstack((old.A[:2], new.A[2:]))
-    return polynomial(A - np.outer(A @ new.K, C))
+def _errors_around(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
+    """Give det(zI - M') of filters ``new`` around the plant of ``old``, shape (n, 6)."""
+    A, K = np.array([axis.A for axis in new]), np.array([axis.K for axis in new])
+    A[:, :2] = old.A[:2]
+    return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> tuple[Array, Array]:
+@lru_cache(maxsize=64)
+def slope_of_colour(own: AxisFilter, others: tuple[tuple[AxisFilter, float], ...]) -> tuple[Array, Array]:
     """Give the derivatives of the innovations to what moves a filter, as combinations of their past.
 
     With g = e / det(zI - M) and m = e / det(zI - N), :func:`recoloured` has the differential
@@ -229,7 +231,7 @@ def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]])
     Parameters
     ----------
     own : AxisFilter
-    others : sequence of (filter, difference)
+    others : tuple of (filter, difference)
         J filters beside it, and the differences of a parameter that they stand for.
 
     Returns
@@ -237,9 +239,10 @@ def slope_of_colour(own: AxisFilter, others: Sequence[tuple[AxisFilter, float]])
     of_g, of_m : Array, shapes (5, J) and (3, J)
         Weights of g and m 1, 2, ... samples ago.
     """
-    of_g = [(own.errors - _errors_around(own, other))[1:] / step for other, step in others]
-    of_m = [(other.noise - own.noise)[1:] / step for other, step in others]
-    return np.column_stack(of_g), np.column_stack(of_m)
+    new, steps = [other for other, _ in others], np.array([step for _, step in others])
+    of_g = (own.errors - _errors_around(own, new)).T / steps
+    of_m = (np.array([other.noise for other in new]) - own.noise).T / steps
+    return of_g[1:], of_m[1:]
 
 
 @lru_cache(maxsize=64)
