@@ -38,6 +38,7 @@ UNITS: dict[str, str] = {
     "HelicopterPlant": "fmu_src.units.helicopter_plant",
     "AdaptiveIdentifier": "fmu_src.units.adaptive_identifier",
     "PidController": "fmu_src.units.pid_controller",
+    "StateFeedback": "fmu_src.units.state_feedback",
     "Exciter": "fmu_src.units.exciter",
     "LogPlayer": "fmu_src.units.log_player",
     "RigLink": "fmu_src.units.rig_link",

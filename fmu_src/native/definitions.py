@@ -33,7 +33,7 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, continuous, control, correction, laws, motor, observer, state
+from heli_plant import communication, continuous, control, correction, laws, motor, observer, state, state_feedback
 from heli_plant.encoders import EncoderCounts
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
@@ -230,6 +230,30 @@ def controller_twin() -> Definition:
     return Definition("pid.c", entries, {control.PidSettings: settings}, (control.PidState,))
 
 
+def state_feedback_twin() -> Definition:
+    """StateFeedback; an entry of a matrix has the name of its path."""
+    default = state_feedback.FeedbackSettings()._asdict()
+    rows = {name: value for name, value in default.items() if hasattr(value, "_fields")}
+    paths = [
+        f"{name}.{field}.{column}" if columns else f"{name}.{field}"
+        for name, value in rows.items()
+        for field, own in value._asdict().items()
+        for columns in [getattr(own, "_fields", ())]
+        for column in columns or ("",)
+    ]
+    settings = {
+        **dict(zip(paths, paths, strict=True)),
+        "period": "sample.time",
+        "delay": "sample.delay",
+        "travel_enabled": "travel.enabled",
+        "voltage_limit": "voltage_limit",
+    }
+    entries = (state_feedback.hold, state_feedback.start_holding, control.risen, motor.saturate)
+    more = f"static const double SAMPLE_EARLY = {state_feedback.EARLY!r};\n"
+    memory = (state_feedback.Held,)
+    return Definition("state_feedback.c", entries, {state_feedback.FeedbackSettings: settings}, memory, more=more)
+
+
 def exciter_twin() -> Definition:
     """Exciter."""
     entries = (
@@ -248,6 +272,7 @@ DEFINITIONS: dict[str, Callable[[], Definition]] = {
     "HelicopterPlant": plant_twin,
     "AdaptiveIdentifier": identifier_twin,
     "PidController": controller_twin,
+    "StateFeedback": state_feedback_twin,
     "Exciter": exciter_twin,
     "LogPlayer": lambda: Definition("player.c"),  # its file is read in C
 }

@@ -1,0 +1,66 @@
+/* StateFeedback between FMI and the translated model: which variable goes where. */
+#include "unit.h"
+#include "model.h"
+#include "variables.h"
+
+static const double REFERENCE_EARLY = 1e-9; /* [s]; communication points k H have rounding errors */
+
+struct Model {
+    FeedbackSettings settings;
+    Row3 rises;
+    double step_time;
+    bool running;
+    Held held;
+};
+
+static void initialise(Model *model, Unit *unit)
+{
+    Value *values = unit->values;
+    set_FeedbackSettings(&model->settings, values);
+    model->rises = (Row3){
+        values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
+        values[REF_reference_step_travel].real};
+    model->step_time = values[REF_reference_step_time].real - REFERENCE_EARLY;
+    model->running = false;
+    const double limit = model->settings.voltage_limit;
+    values[REF_v_front].real = motor_saturate(model->settings.hover.front, limit);
+    values[REF_v_rear].real = motor_saturate(model->settings.hover.rear, limit);
+}
+
+static void advance(Model *model, Unit *unit, double time, double step)
+{
+    Value *values = unit->values;
+    const double period = model->settings.period, since = time - unit->start_time;
+    if (step > (1.0 + SAMPLE_EARLY) * period)
+        refuse(
+            &unit->space, "a step of %.6g s leaves out samples of sample.time = %.6g s; take steps no longer", step,
+            period);
+    const Angles angles = {values[REF_pitch].real, values[REF_elevation].real, values[REF_travel].real};
+    const Row3 given = {
+        values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
+    const Rotors added = {values[REF_excitation_front].real, values[REF_excitation_rear].real};
+    const Row3 references = control_risen(given, model->rises, since, model->step_time);
+    const Held held = model->running
+        ? model->held
+        : state_feedback_start_holding(angles.pitch, angles.elevation, angles.travel, &model->settings);
+    model->held = state_feedback_hold(&held, since, step, &angles, references, &added, &model->settings);
+    model->running = true;
+    values[REF_v_front].real = model->held.v_front;
+    values[REF_v_rear].real = model->held.v_rear;
+}
+
+static void write(const Model *model, Bytes *bytes)
+{
+    write_bool(bytes, &model->running);
+    if (model->running)
+        write_Held(bytes, &model->held);
+}
+
+static void read(Model *model, Bytes *bytes)
+{
+    read_bool(bytes, &model->running);
+    if (model->running)
+        read_Held(bytes, &model->held);
+}
+
+const ModelFunctions MODEL = {sizeof(Model), initialise, advance, write, read};
