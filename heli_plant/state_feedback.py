@@ -346,3 +346,19 @@ def _angle_row(row: Angles, y: Angles) -> float:
 
 def _row(row: Pair, z: Pair) -> float:
     return row.elevation * z.elevation + row.other * z.other
+
+
+def entry_unit(matrix: str, row: str, column: str) -> str:
+    """Return the unit of an entry of a matrix: that of its row over that of its column; the integrals' is [rad s]."""
+    above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
+    if above == below:
+        return "1"
+    known = {("rad/s", "rad"): "1/s", ("rad", "rad/s"): "s", ("V", "rad/s"): "V s/rad", ("rad/s", "V"): "rad/(V s)",
+             ("V", "rad s"): "V/(rad s)"}  # fmt: skip
+    return known.get((above, below), f"{above}/{below}")
+
+
+def _unit_of(name: str) -> str:
+    if name in ("front", "rear", "nu_front", "nu_rear"):
+        return "V"
+    return "rad/s" if name.endswith("_rate") else "rad"

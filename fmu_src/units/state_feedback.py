@@ -14,6 +14,7 @@ from heli_plant.state_feedback import (
     FeedbackState,
     Held,
     Rotors,
+    entry_unit,
     hold,
     start_holding,
 )
@@ -38,25 +39,9 @@ _EARLY = 1e-9
 
 
 def _entries(matrix: str) -> list[tuple[str, str]]:
-    """Rows and columns of a matrix."""
+    """Return rows and columns of a matrix."""
     rows = getattr(_DEFAULT, matrix)
     return [(row, column) for row, own in rows._asdict().items() for column in own._fields]
-
-
-def _unit_of(name: str) -> str:
-    if name in ("front", "rear") or name.startswith("nu_"):
-        return "V"
-    return "rad/s" if name.endswith("_rate") else "rad"
-
-
-def _matrix_unit(matrix: str, row: str, column: str) -> str:
-    """Unit of an entry: that of its row over that of its column; an integral's is the angle's times seconds."""
-    above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
-    if above == below:
-        return "1"
-    known = {("rad/s", "rad"): "1/s", ("rad", "rad/s"): "s", ("V", "rad/s"): "V s/rad", ("rad/s", "V"): "rad/(V s)",
-             ("V", "rad s"): "V/(rad s)"}  # fmt: skip
-    return known.get((above, below), f"{above}/{below}")
 
 
 class StateFeedback(SlaveBase):
@@ -92,7 +77,7 @@ class StateFeedback(SlaveBase):
         real_parameter("voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
         *(
             real_parameter(
-                f"{matrix}.{row}.{column}", _matrix_unit(matrix, row, column), 0.0, -_LARGEST, _LARGEST,
+                f"{matrix}.{row}.{column}", entry_unit(matrix, row, column), 0.0, -_LARGEST, _LARGEST,
                 f"entry {said}: {row.replace('_', ' ')} by {column.replace('_', ' ')}",
             )
             for matrix, said in _MATRICES.items()

@@ -9,7 +9,7 @@ from heli_identifier.cli.arguments import Spreading
 from heli_identifier.cli.guard import guarded
 from heli_identifier.cli.in_flight import follow, stream
 from heli_identifier.cli.on_logs import campaign, check, compare, demo, diagnose, fleet, identify, init, look
-from heli_identifier.cli.on_units import build, design, effects, linearise, simulate, ssp
+from heli_identifier.cli.on_units import build, design, design_controller, effects, linearise, simulate, ssp
 
 app = typer.Typer(
     name="heli",
@@ -74,6 +74,11 @@ _COMMANDS: tuple[tuple[Any, str], ...] = (
     (
         linearise,
         "heli linearise result/parameters.json\n\nheli linearise result/parameters.json --elevation 0.1 -o control",
+    ),
+    (
+        design_controller,
+        "heli design-controller result/parameters.json\n\n"
+        "heli design-controller result/parameters.json --kind lqi --axis travel --elevation 0.1 --init init_heli.m",
     ),
     (ssp, "heli ssp closed_loop --output closed_loop.ssp\n\nheli ssp open_loop --parameters result/parameters.json"),
     (init, "heli init run1.mat\n\nheli init\n\nheli init rigs/north-lab.toml"),

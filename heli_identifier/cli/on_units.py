@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from math import floor
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -23,6 +24,7 @@ from heli_identifier.cli.arguments import (
     Verbose,
     assignments,
     by_unit,
+    found_configuration,
     in_scenario,
     logs_of,
     of_unit,
@@ -582,3 +584,65 @@ def linearise(
     for text in made.notes:
         note(text)
     note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
+
+
+def design_controller(
+    parameters: Annotated[
+        Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
+    ] = Path("parameters.json"),
+    kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
+    axis: Annotated[
+        str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
+    ] = "travel",
+    elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.1,
+    pitch: Annotated[float, option("Pitch of the operating point, with --axis pitch.", metavar="RAD")] = 0.0,
+    period: Annotated[float | None, option("Sampling period; heli.toml's or 0.01.", metavar="SECONDS")] = None,
+    plants: Annotated[int, option("Plants over which the designs are judged.", metavar="N", min=20, max=20_000)] = 1000,
+    init: Annotated[
+        Path | None, option("The course's script with masses and lengths, to compare with.", "--init", metavar="FILE.m")
+    ] = None,
+    config: Config = None,
+    output: Folder = Path("control"),
+    json: Json = False,
+) -> None:
+    """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
+
+    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`, controller.m,
+    init_heli_corrected.m, and of LQR and LQI controller.c with its header.
+    """
+    from heli_identifier.provenance import from_command_line
+    from heli_identifier.results import document_text, whole_folder
+    from heli_identifier.tools import controller_html, controller_m, corrected_init, course_values, design_table
+    from heli_identifier.tools import design_controller as design_it
+
+    configuration = found_configuration(config)
+    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
+    with whole_folder(output) as draft:
+        given = read_with_doubts(parameters)
+        with progress_bar() as progress:
+            made = design_it(given, kind, axis, elevation, pitch, aim, plants, progress)
+        origin = from_command_line()
+        document = made.document(origin)
+        texts = {
+            "design.json": document_text(document),
+            "design.html": controller_html(made, origin),
+            "controller.m": controller_m(made),
+            "init_heli_corrected.m": corrected_init(
+                given, made.model, course_values(init), configuration.geometry, init.name if init else None
+            ),
+        }
+        for name, judged in (("controller.json", made.robust), ("nominal.json", made.nominal)):
+            texts[name] = document_text(made.parameters(judged, origin).to_dict())
+        if kind != "pid":
+            from fmu_src.native import controller_sources
+
+            texts |= controller_sources(made.robust.settings)
+        for name, text in texts.items():
+            write_atomically(draft / name, text)
+    if json:
+        print_json(document)
+        return
+    print_table(f"{kind.upper()} of elevation and {axis}: what 95 % of {made.plants} plants keep", *design_table(made))
+    for text in made.notes:
+        note(text)
+    note_written(output, tuple(texts))

@@ -1,4 +1,14 @@
-from .configuration import CONFIGURATION_NAME, CONTRACT, LogFormat, RigConfiguration, check_given, read_configuration
+from .configuration import (
+    CONFIGURATION_NAME,
+    CONTRACT,
+    ControllerConfiguration,
+    Geometry,
+    LogFormat,
+    RigConfiguration,
+    Weights,
+    check_given,
+    read_configuration,
+)
 from .data_set import (
     DEMO_RIGS,
     check_apart,
@@ -25,13 +35,16 @@ __all__ = [
     "CONFIGURATION_NAME",
     "CONTRACT",
     "CONTRACT_HEADERS",
+    "ControllerConfiguration",
     "DEMO_RIGS",
     "GAP_STEPS",
+    "Geometry",
     "Guess",
     "LOWEST_RATE_HZ",
     "Log",
     "LogFormat",
     "RigConfiguration",
+    "Weights",
     "check_apart",
     "check_excitation",
     "check_given",

@@ -1,6 +1,6 @@
 """What is known of a rig besides its logs, and how it writes them: the file ``heli.toml``.
 
-The file has two sections, ``[rig]`` and ``[log]``; every key is optional, and `write_template` writes the file with
+The file has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional, and `write_template` writes the file with
 every key explained. msgspec refuses unknown keys and wrong types; `RigConfiguration` and `LogFormat` check the bounds
 of the values.
 """
@@ -8,7 +8,7 @@ of the values.
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import reduce
 from itertools import combinations
 from math import isfinite
@@ -151,6 +151,99 @@ CONTRACT = LogFormat()
 
 
 @dataclass(frozen=True)
+class Weights:
+    """Diagonal weights Q and R of a linear-quadratic controller, as a course's script states them.
+
+    ``pitch`` to ``travel_rate`` weigh squares of [rad] and [rad/s], ``elevation_integral`` and ``other_integral`` (of
+    travel or pitch) those of [rad s], ``voltage`` that of each rotor's [V]. The default is nearly Bryson's rule, one over
+    the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel.
+
+    Raises
+    ------
+    ConfigurationError
+        A weight is negative or not finite, the voltage's is zero, or those of the controlled angles are.
+    """
+
+    pitch: float = 30.0
+    elevation: float = 400.0
+    travel: float = 40.0
+    pitch_rate: float = 30.0
+    elevation_rate: float = 300.0
+    travel_rate: float = 100.0
+    elevation_integral: float = 100.0
+    other_integral: float = 1.5
+    voltage: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            singular = name in ("voltage", "elevation")
+            said = f"controller.weights.{name} = {value:g} must lie in [{1e-9 * singular:g}, 1e+09]"
+            why = ": with a weight of zero the cost has no least value" if singular else ""
+            _require(1e-9 * singular <= value <= 1e9, said + why)
+        _require(self.pitch + self.travel > 0.0, "controller.weights.pitch and travel must not both be 0")
+
+
+@dataclass(frozen=True)
+class ControllerConfiguration:
+    """What a controller is designed for.
+
+    Attributes
+    ----------
+    period : float
+        Sampling period [s].
+    disk_margin : float
+        Least disk margin at both actuators at once that 95 % of the plants have to keep with the robust design; .6
+        allows factors of 1.86 and phases of 33 degrees at once in both.
+    air : tuple of float
+        Standard deviation of the air's torque on pitch, elevation, travel [rad/s^2].
+    encoder_noise : float
+        [rad].
+    weights : Weights
+    """
+
+    period: float = 0.01
+    disk_margin: float = 0.6
+    air: tuple[float, float, float] = (0.1, 0.03, 0.01)
+    encoder_noise: float = 6e-4
+    weights: Weights = Weights()
+
+    def __post_init__(self) -> None:
+        require_range("controller.period", self.period, "s", 5e-4, 1.0)
+        require_range("controller.disk_margin", self.disk_margin, "1", 0.05, 1.9)
+        for level in self.air:
+            require_range("controller.air", level, "rad/s^2", 1e-6, 10.0)
+        require_range("controller.encoder_noise", self.encoder_noise, "rad", 1e-7, 0.1)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Masses [kg] and lengths [m] of a rig, and its hover, in the names of the course's script; None: not stated.
+
+    Attributes
+    ----------
+    m_p, m_c : float or None
+        One motor with its share of the helicopter's head, and the counterweight.
+    l_c, l_h, l_p : float or None
+        From the elevation's axis to the counterweight and to the head, from the pitch's axis to a motor.
+    hover_voltage : float or None
+        Sum of both voltages [V] at which the horizontal arm hovers.
+    """
+
+    m_p: float | None = None
+    m_c: float | None = None
+    l_c: float | None = None
+    l_h: float | None = None
+    l_p: float | None = None
+    hover_voltage: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if value is not None:
+                unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
+                require_range(f"geometry.{name}", value, unit, 1e-3, most)
+
+
+@dataclass(frozen=True)
 class RigConfiguration:
     """One rig.
 
@@ -174,6 +267,10 @@ class RigConfiguration:
         coupling's 1. They belong to the model before, and the logs move them as far as they know better.
     format : LogFormat
         How the rig writes its logs, with its encoder counts and voltage limit.
+    controller : ControllerConfiguration
+        What a controller is designed for.
+    geometry : Geometry
+        Masses, lengths and hover; by default none is stated.
 
     Raises
     ------
@@ -188,6 +285,8 @@ class RigConfiguration:
     horizontal: float | None = None
     effects: Mapping[str, Estimate] = field(default_factory=dict)
     format: LogFormat = CONTRACT
+    controller: ControllerConfiguration = ControllerConfiguration()
+    geometry: Geometry = Geometry()
 
     def __post_init__(self) -> None:
         check_given("rig.", self)
@@ -257,6 +356,14 @@ _KEYS: dict[str, Any] = {  # of the file, with types and defaults
         "signs": _of_signals(int),
         "references": {axis: (str | msgspec.UnsetType, msgspec.UNSET) for axis in ANGLES},
     },
+    "controller": {
+        "period": (float, ControllerConfiguration.period),
+        "disk_margin": (float, ControllerConfiguration.disk_margin),
+        "air": (tuple[float, float, float], ControllerConfiguration.air),
+        "encoder_noise": (float, ControllerConfiguration.encoder_noise),
+        "weights": {one.name: (float, one.default) for one in fields(Weights)},
+    },
+    "geometry": {one.name: (float | None, None) for one in fields(Geometry)},
 }
 
 
@@ -303,11 +410,15 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     except msgspec.ValidationError as error:
         raise ConfigurationError(f"{path}: {_explained(str(error), content)}") from error
     rig, log = found["rig"], found["log"]
+    controller = found["controller"]
     counts, limit, effects = tuple(rig.pop("encoder_counts").values()), rig.pop("voltage_limit"), rig.pop("effects")
     try:
         format = LogFormat(**log, encoder_counts=counts, voltage_limit=limit)
         expected = {name: _expected(name, given) for name, given in effects.items()}
-        return RigConfiguration(**rig, effects=expected, format=format)
+        weights = Weights(**controller.pop("weights"))
+        aim = ControllerConfiguration(**{**controller, "air": tuple(controller["air"])}, weights=weights)
+        geometry = Geometry(**found["geometry"])
+        return RigConfiguration(**rig, effects=expected, format=format, controller=aim, geometry=geometry)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 

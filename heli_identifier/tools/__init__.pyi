@@ -1,6 +1,10 @@
 __all__ = [
     "CONSOLIDATED",
     "CONTROLLER",
+    "ControllerDesign",
+    "FEEDBACK",
+    "KINDS",
+    "OTHERS",
     "Advice",
     "Coefficient",
     "EstimateHistory",
@@ -22,11 +26,13 @@ __all__ = [
     "TrueUnknown",
     "Truth",
     "control_advice",
+    "design_controller",
     "design_pid",
     "designs",
     "diagnose_rigs",
     "effects_named",
     "experiment_table",
+    "feedback_settings",
     "fleet_html",
     "fleet_of",
     "fleet_sentence",
@@ -52,6 +58,7 @@ __all__ = [
 
 from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
 from .campaign_rows import Row, Summary, read_rows, summarised, write_rows
+from .controller import FEEDBACK, KINDS, OTHERS, ControllerDesign, design_controller, feedback_settings
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
 from .figures import step_figure
 from .fleet import Coefficient, Finding, Fleet, diagnose_rigs, fleet_of

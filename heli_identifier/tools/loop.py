@@ -1,22 +1,35 @@
-"""The sampled PID around the linear plant: closed loop, margins, and a reference step on the whole plant.
+"""A sampled controller around the linear plant: closed loop, margins, and a reference step on the whole plant.
 
-The PID is a linear system within its limits, so differences of the unit's own step give its matrices exactly. Its
-voltages appear one period after the angles they follow from and reach the motors after the plant's input delay d.
+The controller is a PID or a state feedback. It is a linear system within its limits, so differences of the unit's own
+step give its matrices exactly. Its voltages appear one period after the angles they follow from and reach the motors
+after the plant's input delay d.
 
 For the margins the loop is cut at one actuator, the voltages' difference (pitch) or their sum (elevation), while the
-other loop stays closed. With P(z) the sampled plant from (v_f - v_r, v_f + v_r) to the angles and K(z) the PID,
+other loop stays closed. With P(z) the sampled plant from (v_f - v_r, v_f + v_r) to the angles and K(z) the controller,
 
     L(z) = z^-1 exp(-j w d) K(z) P(z),    l_1 = L_11 + L_12 L_21 / (1 - L_22),
 
-and -l_1 is the loop gain of negative feedback.
+and -l_1 is the loop gain of negative feedback. The disk margin allows a factor (1 + d/2)/(1 - d/2) at both actuators at
+once, each d any complex number up to alpha in size,
+
+    alpha = 1 / max over w of mu(S - I/2),    S = (I - L)^-1,
+
+with mu the structured singular value, of two complex numbers sqrt((t + sqrt(t^2 - 4 abs(det M)^2)) / 2) with
+t = abs(M_11)^2 + abs(M_22)^2 + 2 abs(M_12 M_21). It then allows any gain up to (2 + alpha)/(2 - alpha) and any phase up
+to 2 atan(alpha / 2).
+
+Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (disk margins); J. Doyle, IEE Proc. D 129
+(1982) 242, for mu as a bound over scalings, which for two numbers is exact and least where both off-diagonal entries
+have one size.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from control import StateSpace, append, ss, stability_margins
+from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
@@ -24,6 +37,11 @@ from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
+from heli_plant.state import PlantState
+from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, start_feedback
+
+Settings = PidSettings | FeedbackSettings
+"""A controller."""
 
 Responses = NDArray[Any]
 """Frequency responses, complex."""
@@ -72,27 +90,49 @@ def pid_settings(values: Mapping[str, float], voltage_limit: float | None = None
     )
 
 
-def controller(settings: PidSettings, period: float) -> StateSpace:
-    """Return the linear system of a PID that is called every ``period`` [s].
+@lru_cache(maxsize=8)
+def controller(settings: Settings, period: float) -> StateSpace:
+    """Return the linear system of a controller that is called every ``period`` [s].
 
-    States are its integrals and filtered angles, inputs the measured angles and their references [rad], outputs v_front
-    and v_rear [V].
+    States are those of its step, inputs the measured angles and their references [rad], outputs v_front and v_rear [V].
     """
-    free = settings._replace(voltage_limit=UNLIMITED, pitch_limit=UNLIMITED)
+    if isinstance(settings, PidSettings):
+        free = settings._replace(voltage_limit=UNLIMITED, pitch_limit=UNLIMITED)
+        return _differences(
+            lambda x, y, r: (lambda after, voltages: [*after, *voltages])(*pid_step(PidState(*x), *y, r, period, free)),
+            6,
+            period,
+        )
+    at_zero = settings._replace(
+        voltage_limit=UNLIMITED, point=type(settings.point)(), hover=Rotors(), period=period
+    )
+    still = start_feedback(0.0, 0.0, 0.0, at_zero)
+    kinds = [type(part) for part in still]
+    sizes = np.cumsum([0, *map(len, still)])
+    states = int(sizes[3 + settings.delay])  # older voltages are kept, but never looked at
 
-    def following(row: list[float]) -> NDArray[np.float64]:
-        """Return state and voltages after a period, from state, angles and references in one row."""
-        references = (row[9], row[10], row[11])
-        state, voltages = pid_step(PidState(*row[:6]), row[6], row[7], row[8], references, period, free)
-        return np.array([*state, *voltages])
+    def following(x: list[float], y: list[float], r: tuple[float, float, float]) -> list[float]:
+        x = [*x, *[0.0] * (int(sizes[-1]) - states)]
+        state = FeedbackState(*(kind(*x[a:b]) for kind, a, b in zip(kinds, sizes, sizes[1:], strict=False)))
+        after = feedback_step(state, *y, r, Rotors(), at_zero)
+        return [*[value for part in after for value in part][:states], *after.now]
 
-    base = following([0.0] * 12)
-    slope = np.column_stack([following(row) - base for row in np.eye(12).tolist()])
-    return ss(slope[:6, :6], slope[:6, 6:], slope[6:, :6], slope[6:, 6:], period)
+    return _differences(following, states, period)
 
 
-def closed_loop(model: LinearModel, settings: PidSettings) -> StateSpace:
-    """Close the loop of a PID around a plant; the input delay is rounded to whole periods.
+def _differences(following: Callable[..., list[float]], states: int, period: float) -> StateSpace:
+    """Return the linear system of a step that gives state and voltages from state, angles and references."""
+
+    def at(row: list[float]) -> NDArray[np.float64]:
+        return np.array(following(row[:states], row[states : states + 3], tuple(row[states + 3 :])))
+
+    base = at([0.0] * (states + 6))
+    slope = np.column_stack([at(row) - base for row in np.eye(states + 6).tolist()])
+    return ss(slope[:states, :states], slope[:states, states:], slope[states:, :states], slope[states:, states:], period)
+
+
+def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
+    """Close the loop of a controller around a plant; the input delay is rounded to whole periods.
 
     Inputs are the references of pitch, elevation, travel [rad] and loads on difference and sum of the voltages [V],
     outputs the angles [rad].
@@ -102,7 +142,7 @@ def closed_loop(model: LinearModel, settings: PidSettings) -> StateSpace:
     n, one, nothing = 2 * periods, np.eye(3), np.zeros((3, 3))
     delay = ss(np.eye(n, k=-2), np.eye(n, 2), np.eye(n)[-2:], np.zeros((2, 2)), plant.dt)
     loads, references = (ss([], [], [], np.eye(size), plant.dt) for size in (2, 3))
-    # From references, loads and the PID's voltages to references and angles, then to angles and what the PID hears.
+    # From references, loads and the controller's voltages to references and angles, then to angles and what it hears.
     driven = append(references, plant * np.hstack((TO_ROTORS, np.eye(2))) * append(loads, delay))
     heard = np.block([[nothing, one], [nothing, one], [one, nothing]]) * driven
     return heard.lft(controller(settings, plant.dt), 2, 6)
@@ -156,16 +196,24 @@ class Margins:
 
 
 def loop_margins(gain: Responses, omega: NDArray[np.float64]) -> Margins:
-    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s]."""
-    phase = np.degrees(np.unwrap(np.angle(gain)))
-    found = stability_margins((np.abs(gain), phase, omega), returnall=True)
-    factors, phases, _, _, crossings, _ = map(np.asarray, found)
+    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s].
+
+    Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: figures are good to 1e-3.
+    """
+    before, after, size = gain[:-1], gain[1:], np.log(np.abs(gain))
+    over = np.flatnonzero((before.imag > 0.0) != (after.imag > 0.0))
+    share = before.imag[over] / (before.imag[over] - after.imag[over])
+    real = before.real[over] + share * (after.real[over] - before.real[over])
+    factors = -1.0 / real[real < 0.0]
+    unit = np.flatnonzero((size[:-1] > 0.0) != (size[1:] > 0.0))
+    share = size[unit] / (size[unit] - size[unit + 1])
+    phases = np.abs(np.angle(-before[unit] * np.exp(1j * share * np.angle(after[unit] / before[unit])), deg=True))
     return Margins(
         float(min(factors[factors > 1.0], default=np.inf)),
         float(max(factors[factors < 1.0], default=0.0)),
-        float(min(np.abs(phases), default=np.inf)),
+        float(min(phases, default=np.inf)),
         float(np.max(1.0 / np.abs(1.0 + gain))),
-        float(max(crossings, default=np.nan)),
+        float(max(omega[unit] * (omega[unit + 1] / omega[unit]) ** share, default=np.nan)),
     )
 
 
@@ -182,7 +230,7 @@ def plant_response(model: LinearModel, omega: NDArray[np.float64]) -> Responses:
     return _response(plant.A, plant.B @ TO_ROTORS, plant.C, z) * delays[:, None, None]
 
 
-def controller_response(settings: PidSettings, period: float, omega: NDArray[np.float64]) -> Responses:
+def controller_response(settings: Settings, period: float, omega: NDArray[np.float64]) -> Responses:
     """Return the response (N, 2, 3) from the angles to (difference, sum) of the voltages."""
     pid = controller(settings, period)
     heard = _response(pid.A, pid.B[:, :3], pid.C, np.exp(1j * omega * period)) + pid.D[:, :3]
@@ -202,15 +250,15 @@ def loop_gain(plant: Responses, pid: Responses, loop: int) -> Responses:
 
 
 def margins_over(
-    plants: Responses, settings: PidSettings, period: float, omega: NDArray[np.float64]
+    plants: Responses, settings: Settings, period: float, omega: NDArray[np.float64]
 ) -> dict[str, list[Margins]]:
-    """Return the margins of the pitch and the elevation loop of a PID around each of many plants.
+    """Return the margins of the pitch and the elevation loop of a controller around each of many plants.
 
     Parameters
     ----------
     plants : NDArray, shape (M, N, 3, 2), complex
         :func:`plant_response` of each.
-    settings : PidSettings
+    settings : PidSettings or FeedbackSettings
     period : float
         Control period [s].
     omega : NDArray, shape (N,)
@@ -220,6 +268,23 @@ def margins_over(
     return {
         name: [loop_margins(gain, omega) for gain in loop_gain(plants, pid, index)] for index, name in enumerate(LOOPS)
     }
+
+
+def disk_margins(plants: Responses, pid: Responses) -> NDArray[np.float64]:
+    """Return the disk margin (M,) at both actuators at once of a controller around each of many plants (M, N, 3, 2)."""
+    S = np.linalg.inv(np.eye(2) - pid @ plants)
+    M = S - 0.5 * np.eye(2)
+    total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
+    mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
+    return np.asarray(1.0 / mu.max(axis=-1))
+
+
+def settling_time(share: NDArray[np.float64], period: float) -> float:
+    """Return the time [s] from which a response (N,) to a unit step stays within :data:`SETTLED`; infinite if never."""
+    outside = np.flatnonzero(~(np.abs(share - 1.0) <= SETTLED))
+    if not len(outside):
+        return 0.0
+    return float("inf") if outside[-1] == len(share) - 1 else float((outside[-1] + 1) * period)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,43 +315,75 @@ class StepResponse:
     @property
     def settling_time(self) -> float:
         """Time [s] after which the response stays within :data:`SETTLED` of the step; infinite if it does not."""
-        outside = np.abs(self.angle / self.size - 1.0) > SETTLED
-        if outside[-1]:
-            return float("inf")
-        return float(self.time[int(np.flatnonzero(outside)[-1]) + 1]) if outside.any() else 0.0
+        after = self.time >= -1e-9
+        return settling_time(self.angle[after] / self.size, float(self.time[1] - self.time[0]))
 
 
 def step_response(
     parameters: PlantParameters,
     point: OperatingPoint,
-    settings: PidSettings,
+    settings: Settings,
     axis: str,
     size: float = 0.1,
     duration: float = 12.0,
     period: float = 0.01,
 ) -> StepResponse:
-    """Simulate a reference step of ``size`` [rad] on the pitch or the elevation, for ``duration`` [s].
+    """Simulate a reference step of ``size`` [rad] on one axis, for ``duration`` [s].
 
     The whole plant is simulated: friction, saturation, delay and sampling included. The controller holds the operating
-    point in its integrals from the start.
+    point from the start.
     """
-    index, held = AXES.index(axis), (point.v_front, point.v_rear)
+    index = AXES.index(axis)
+    lead, count = round(LEAD / period), round((LEAD + duration) / period)
+    still = np.array([point.pitch, point.elevation, 0.0])
+    references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])
+    state, held = rigid_start(point.state(parameters), parameters), (point.v_front, point.v_rear)
+    angles, _ = fly(parameters, settings, references, state, held, period, at_rest(settings, point))
+    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - still[index], size)
+
+
+def at_rest(settings: Settings, point: OperatingPoint) -> PidState | FeedbackState:
+    """Return the state of a controller that holds an operating point."""
+    if isinstance(settings, FeedbackSettings):
+        state = start_feedback(point.pitch, point.elevation, 0.0, settings)
+        beside = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
+        return FeedbackState(state.estimate, state.integrals, *[beside] * (len(state) - 2))
     integrals = {}
     if settings.pitch.integral:
         integrals["integral_pitch"] = (point.v_rear - point.v_front) / settings.pitch.integral
     if settings.elevation.integral:
-        integrals["integral_elevation"] = (settings.trim - sum(held)) / settings.elevation.integral
-    pid = start_pid(point.pitch, point.elevation, 0.0)._replace(**integrals)
-    state = rigid_start(point.state(parameters), parameters)
-    lead, count = round(LEAD / period), round((LEAD + duration) / period)
+        integrals["integral_elevation"] = (settings.trim - point.v_front - point.v_rear) / settings.elevation.integral
+    if settings.travel_enabled and settings.travel.integral:
+        integrals["integral_travel"] = point.pitch / settings.travel.integral
+    return start_pid(point.pitch, point.elevation, 0.0)._replace(**integrals)
+
+
+def fly(
+    parameters: PlantParameters,
+    settings: Settings,
+    references: NDArray[np.float64],
+    state: PlantState,
+    held: tuple[float, float],
+    period: float,
+    memory: PidState | FeedbackState | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
+
+    ``state`` and the voltages ``held`` [V] begin; ``memory`` is the controller's state, by default one without history.
+    """
+    count = len(references)
     time = np.arange(count, dtype=np.float64) * period
-    angles, voltages = np.empty(count), np.empty((count, 2))
-    still = np.array([point.pitch, point.elevation, 0.0])
-    references = [tuple(still.tolist()), tuple((still + size * np.eye(3)[index]).tolist())]
+    angles, voltages = np.empty((count, 3)), np.empty((count, 2))
+    rows: Sequence[list[float]] = references.tolist()
     for k in range(count):
         measured = measured_angles(state)
-        angles[k], voltages[k] = measured[index], held
-        following, wanted = pid_step(pid, *measured, references[k >= lead], period, settings)
+        angles[k], voltages[k] = measured, held
+        if isinstance(settings, PidSettings):
+            pid = memory if isinstance(memory, PidState) else start_pid(*measured)
+            memory, held = pid_step(pid, *measured, (rows[k][0], rows[k][1], rows[k][2]), period, settings)
+        else:
+            own = memory if isinstance(memory, FeedbackState) else start_feedback(*measured, settings)
+            memory = feedback_step(own, *measured, (rows[k][0], rows[k][1], rows[k][2]), Rotors(), settings)
+            held = settings.hover.front + memory.now.front, settings.hover.rear + memory.now.rear
         state = advance(state, time, voltages, k, 0.0, period, parameters)
-        pid, held = following, wanted
-    return StepResponse(axis, time - LEAD, angles - still[index], size)
+    return angles, voltages

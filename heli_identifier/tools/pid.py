@@ -22,7 +22,7 @@ from scipy.optimize import minimize
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.results import PLANT, ParameterSet, drawn_values, plain
-from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, LinearModel, linear_model, operating_point
+from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, LinearModel, OperatingPoint, linear_model, operating_point
 from heli_identifier.tools.loop import (
     LOOPS,
     Margins,
@@ -40,6 +40,7 @@ from heli_identifier.tools.loop import (
 )
 from heli_identifier.tracing import Use
 from heli_plant.control import AxisGains, PidSettings
+from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters
 
@@ -169,16 +170,21 @@ class PidDesign:
 
     def controller_parameters(self, provenance: Mapping[str, Any]) -> ParameterSet:
         """Return the retuned PID as a parameter set that ``heli build PidController --parameters`` takes."""
-        settings, point = self.after.settings, self.model.point
-        values = {
-            f"{axis}.{gain}": Estimate(getattr(getattr(settings, axis), gain), None, unit)
-            for axis in LOOPS
-            for gain, unit in _UNITS.items()
-        }
-        values["trim"] = Estimate(settings.trim, None, "V")
-        values["reference.pitch"] = Estimate(point.pitch, None, "rad")
-        values["reference.elevation"] = Estimate(point.elevation, None, "rad")
+        values = pid_values(self.after.settings, self.model.point)
         return ParameterSet(CONTROLLER, values, provenance=provenance)
+
+
+def pid_values(settings: PidSettings, point: OperatingPoint) -> dict[str, Estimate]:
+    """Return gains of pitch and elevation, trim and references as parameters of the PidController."""
+    values = {
+        f"{axis}.{gain}": Estimate(getattr(getattr(settings, axis), gain), None, unit)
+        for axis in LOOPS
+        for gain, unit in _UNITS.items()
+    }
+    values["trim"] = Estimate(settings.trim, None, "V")
+    values["reference.pitch"] = Estimate(point.pitch, None, "rad")
+    values["reference.elevation"] = Estimate(point.elevation, None, "rad")
+    return values
 
 
 def drawn_plants(parameters: ParameterSet, count: int = DRAWS, seed: int = 0) -> list[PlantParameters]:
@@ -273,7 +279,7 @@ def _notes(plant: PlantParameters, draws: int, fallen: int) -> tuple[str, ...]:
 def retuned(
     model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = (), trim: float | None = None
 ) -> PidSettings:
-    """Return the PID with new gains of pitch and elevation.
+    """Return the PID with new gains of pitch and elevation, and of the travel where its loop is on.
 
     Parameters
     ----------
@@ -286,19 +292,24 @@ def retuned(
     trim : float, optional
         Sum of the voltages [V] at zero error.
     """
-    omega = frequencies(PERIOD, 250)
+    omega = frequencies(model.sampled.dt, 250)
     plants = np.array([plant_response(one, omega) for one in (model, *others)])
+    inner = settings._replace(travel_enabled=False)
     for loop in range(len(LOOPS)):
-        settings = _tuned(model, plants, omega, settings, loop)
+        inner = _tuned(model, plants, omega, inner, loop)
+    settings = inner._replace(travel_enabled=settings.travel_enabled)
+    if settings.travel_enabled:
+        settings = _tuned(model, plants, omega, settings, AXES.index("travel"))
     return settings if trim is None else settings._replace(trim=trim)
 
 
 def _tuned(
     model: LinearModel, plants: Responses, omega: NDArray[np.float64], settings: PidSettings, loop: int
 ) -> PidSettings:
-    """Return the PID with new gains of one loop."""
-    axis, tau = LOOPS[loop], settings.rate_time_constant
+    """Return the PID with new gains of one loop; the travel's acts through the pitch's."""
+    axis, tau, cut = AXES[loop], settings.rate_time_constant, loop % len(LOOPS)
     present: AxisGains = getattr(settings, axis)
+    present = present._replace(integral=present.integral or 1e-3)
     loudest = present.proportional + present.derivative / tau
 
     def with_gains(gains: list[float]) -> PidSettings:
@@ -308,8 +319,8 @@ def _tuned(
     def cost(logarithms: NDArray[np.float64]) -> float:
         trial = with_gains(np.exp(logarithms).tolist())
         gains: AxisGains = getattr(trial, axis)
-        pid = controller_response(trial, PERIOD, omega)
-        peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, loop))))
+        pid = controller_response(trial, model.sampled.dt, omega)
+        peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, cut))))
         noise = (gains.proportional + gains.derivative / tau) / loudest
         return weighted_error(model, trial, loop) + PENALTY * (max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0))
 
@@ -320,10 +331,12 @@ def _tuned(
 
 def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> float:
     """Return the time-weighted error J [s^2] of a linear loop under a unit reference step and a load step of 1 V."""
-    closed, steps = closed_loop(model, settings), round(HORIZON / PERIOD)
-    weights = np.arange(steps) * PERIOD**2
+    period, cut = model.sampled.dt, loop % len(LOOPS)
+    horizon = HORIZON if loop == cut else 4.0 * HORIZON  # the travel is that much slower
+    closed, steps = closed_loop(model, settings), round(horizon / period)
+    weights = np.arange(steps) * period**2
     with np.errstate(over="ignore", invalid="ignore"):
-        reference, load = (unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + loop))
+        reference, load = (unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + cut))
         error = float(weights @ (np.abs(1.0 - reference) + np.abs(load)))
     return error if np.isfinite(error) and error < UNSTABLE else UNSTABLE
 
