@@ -143,6 +143,12 @@ CLOSED_LOOP = Scenario(
     # The controller has its own trim; the exciter's base voltage would be added to it. Least squares is wrong here.
     (("exciter.excitation.base", 0.0), ("identifier.method", "prediction_error")),
 )
+STATE_FEEDBACK = replace(
+    CLOSED_LOOP,
+    name="state_feedback",
+    title="the same with LQI and Kalman filter: StateFeedback in place of PidController",
+    units=tuple((name, "StateFeedback" if unit == "PidController" else unit) for name, unit in CLOSED_LOOP.units),
+)
 MEASURED_DATA = Scenario(
     "measured_data",
     "measured data: LogPlayer -> AdaptiveIdentifier, LogPlayer -> HelicopterPlant beside the measurement",
@@ -219,7 +225,8 @@ LIVE = Scenario(
     in_real_time=True,
 )  # fmt: skip
 SCENARIOS: dict[str, Scenario] = {
-    scenario.name: scenario for scenario in (OPEN_LOOP, CLOSED_LOOP, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW, LIVE)
+    scenario.name: scenario
+    for scenario in (OPEN_LOOP, CLOSED_LOOP, STATE_FEEDBACK, MEASURED_DATA, PLANT_BESIDE_LOG, FOLLOW, LIVE)
 }
 
 

@@ -226,7 +226,9 @@ def feedback_step(
     late = predicted(ahead, state, s)
     asked = Pair(references[1] - s.point.elevation, _other(references[0], references[2], s))
     errors = Pair(elevation - references[1], _other(pitch, travel, s) - asked.other)
-    grown = Pair(state.integrals.elevation + s.period * errors.elevation, state.integrals.other + s.period * errors.other)
+    grown = Pair(
+        state.integrals.elevation + s.period * errors.elevation, state.integrals.other + s.period * errors.other
+    )
     kept = state.integrals
     before = Rotors(
         added.front + _row(s.reference.front, asked) - _state_row(s.gain.front, late) - _row(s.integral.front, kept),

@@ -65,7 +65,9 @@ Layout = Annotated[
         metavar="NAMES",
     ),
 ]
-Controller = Annotated[Path | None, option("Parameters of the PidController that flies the rig.", metavar="FILE")]
+Controller = Annotated[
+    Path | None, option("controller.json: parameters of the controller that flies the rig.", metavar="FILE")
+]
 Native = Annotated[
     bool, option("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 ]
@@ -82,7 +84,7 @@ ScenarioName = Annotated[
     str,
     typer.Argument(
         metavar="SCENARIO",
-        help="open_loop, closed_loop, measured_data, plant_beside_log, follow or live.",
+        help="open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live.",
         autocompletion=scenario_names,
     ),
 ]

@@ -40,11 +40,12 @@ from heli_identifier.cli.terminal import (
     progress_bar,
     warn,
 )
-from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
+from heli_identifier.errors import ConfigurationError, IdentifierError, LogError, require_positive
 from heli_identifier.files import write_atomically
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
+    from heli_identifier.results import ParameterSet
     from heli_identifier.tools import Progress as CampaignProgress
     from heli_identifier.tools import Row, Source, Summary
     from heli_identifier.tracing import Diagnosis
@@ -221,6 +222,12 @@ def check(
     ] = Path("parameters.json"),
     factor: Annotated[float, option("Error allowed, as a multiple of the expected one.", metavar="FACTOR")] = 1.3,
     junit: Annotated[Path | None, option("Write the outcome as JUnit XML.", metavar="FILE")] = None,
+    controller: Annotated[
+        Path | None, option("controller.json of what flew: hold the closed loop's error over 3 s.", metavar="FILE")
+    ] = None,
+    limit: Annotated[
+        float | None, option("Largest closed-loop error of a followed axis, with --controller.", metavar="MRAD")
+    ] = None,
     start: From = None,
     end: To = None,
     config: Config = None,
@@ -230,10 +237,18 @@ def check(
 
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger.
+
+    With --controller: plant and controller fly the logs again from their references, 3 s at a time from the measured
+    motion, and what they err on the followed axes is held to --limit.
     """
     from heli_identifier import check as check_logs
 
     expected = read_with_doubts(parameters)
+    if (controller is None) != (limit is None) or (controller is not None and junit is not None):
+        raise ConfigurationError("give --controller FILE and --limit MRAD together, without --junit.")
+    if controller is not None and limit is not None:
+        _check_closed_loop(logs_of(logs, config, start, end)[0], expected, controller, limit, json)
+        return
     outcome = check_logs(logs_of(logs, config, start, end)[0], expected, factor)
     if junit is not None:
         write_atomically(junit, outcome.junit())
@@ -245,6 +260,25 @@ def check(
         )
     if not outcome.passed:
         note("the model no longer explains these logs: run `heli diagnose` on them")
+        raise typer.Exit(FAILED)
+
+
+def _check_closed_loop(
+    logs: "Sequence[Log]", plant: "ParameterSet", controller: Path, limit: float, json: bool
+) -> None:
+    """Hold the closed loop's error over 3 s to a limit [mrad]."""
+    from heli_identifier.tools import closed_loop_errors
+
+    require_positive("--limit", limit, "mrad")
+    found = closed_loop_errors(logs, plant, controller)
+    passed = found.largest <= 1e-3 * limit
+    if json:
+        print_json({**found.to_dict(), "limit_rad": 1e-3 * limit, "passed": passed})
+    else:
+        log, axis, *figures = found.columns
+        print_table(found.title, (log, axis, *(f"{name} >" for name in figures)), found.rows)
+    if not passed:
+        note(f"the closed loop errs by {1e3 * found.largest:.3g} mrad, more than {limit:g} mrad")
         raise typer.Exit(FAILED)
 
 

@@ -164,6 +164,7 @@ def simulate(
     ] = None,
     settings: Settings = [],
     parameters: Parameters = None,
+    controller: Controller = None,
     fmu: Annotated[
         list[str],
         option("FMU file of a unit; by default the unit is built.", metavar="UNIT=FILE", show_default=False),
@@ -196,7 +197,7 @@ def simulate(
     if runs is not None and not native:
         raise ConfigurationError("--runs needs units in C; add --native.")
     files = _fmu_files(fmu)
-    values = in_scenario(scenario, parameters, settings, files)
+    values = in_scenario(scenario, controller, ()) | in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01

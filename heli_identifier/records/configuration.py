@@ -25,6 +25,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
 from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
+from heli_plant.geometry import Geometry
 
 CONFIGURATION_NAME = "heli.toml"
 
@@ -216,34 +217,6 @@ class ControllerConfiguration:
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Masses [kg] and lengths [m] of a rig, and its hover, in the names of the course's script; None: not stated.
-
-    Attributes
-    ----------
-    m_p, m_c : float or None
-        One motor with its share of the helicopter's head, and the counterweight.
-    l_c, l_h, l_p : float or None
-        From the elevation's axis to the counterweight and to the head, from the pitch's axis to a motor.
-    hover_voltage : float or None
-        Sum of both voltages [V] at which the horizontal arm hovers.
-    """
-
-    m_p: float | None = None
-    m_c: float | None = None
-    l_c: float | None = None
-    l_h: float | None = None
-    l_p: float | None = None
-    hover_voltage: float | None = None
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if value is not None:
-                unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
-                require_range(f"geometry.{name}", value, unit, 1e-3, most)
-
-
-@dataclass(frozen=True)
 class RigConfiguration:
     """One rig.
 
@@ -417,13 +390,21 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
         expected = {name: _expected(name, given) for name, given in effects.items()}
         weights = Weights(**controller.pop("weights"))
         aim = ControllerConfiguration(**{**controller, "air": tuple(controller["air"])}, weights=weights)
-        geometry = Geometry(**found["geometry"])
+        geometry = _geometry(found["geometry"])
         return RigConfiguration(**rig, effects=expected, format=format, controller=aim, geometry=geometry)
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
 _TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false"}
+
+
+def _geometry(given: Mapping[str, float | None]) -> Geometry:
+    for name, value in given.items():
+        if value is not None:
+            unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
+            require_range(f"geometry.{name}", value, unit, 1e-3, most)
+    return Geometry(**given)
 
 
 def _expected(name: str, given: Any) -> Estimate:

@@ -1,6 +1,7 @@
 __all__ = [
     "CONSOLIDATED",
     "CONTROLLER",
+    "ClosedLoopErrors",
     "ControllerDesign",
     "FEEDBACK",
     "KINDS",
@@ -25,8 +26,14 @@ __all__ = [
     "TrueEffect",
     "TrueUnknown",
     "Truth",
+    "closed_loop_errors",
     "control_advice",
+    "controller_html",
+    "controller_m",
+    "corrected_init",
+    "course_values",
     "design_controller",
+    "design_table",
     "design_pid",
     "designs",
     "diagnose_rigs",
@@ -37,6 +44,7 @@ __all__ = [
     "fleet_of",
     "fleet_sentence",
     "fleet_tables",
+    "geometry_of",
     "flight_outlooks",
     "flight_table",
     "generated_rigs",
@@ -58,7 +66,10 @@ __all__ = [
 
 from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
 from .campaign_rows import Row, Summary, read_rows, summarised, write_rows
+from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import FEEDBACK, KINDS, OTHERS, ControllerDesign, design_controller, feedback_settings
+from .controller_page import controller_html, design_table
+from .course import controller_m, corrected_init, course_values, geometry_of
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
 from .figures import step_figure
 from .fleet import Coefficient, Finding, Fleet, diagnose_rigs, fleet_of

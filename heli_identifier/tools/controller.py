@@ -480,7 +480,9 @@ def design_controller(
     """
     aim = aim or ControllerConfiguration()
     if kind not in KINDS or other not in OTHERS:
-        raise ConfigurationError(f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel.")
+        raise ConfigurationError(
+            f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel."
+        )
     axes = ("pitch", "elevation", "travel") if other == "travel" else ("pitch", "elevation")
     check_usable(parameters, axes)
     plant = parameters.plant()
@@ -522,7 +524,9 @@ def design_controller(
             if reached >= aim.disk_margin:
                 break
         else:
-            notes.append(f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}; the best has {reached:.2f}")
+            notes.append(
+                f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}; the best has {reached:.2f}"
+            )
         names = ("K", "K_z", "L", "N")
         rigid = linear_system(plant._replace(arm_bending_elevation=0.0), point)
         continuous = dict(zip(names, gains(rigid, aim, other, kind == "lqi"), strict=False))

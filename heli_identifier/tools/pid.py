@@ -22,7 +22,14 @@ from scipy.optimize import minimize
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.results import PLANT, ParameterSet, drawn_values, plain
-from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD, LinearModel, OperatingPoint, linear_model, operating_point
+from heli_identifier.tools.linearisation import (
+    NOT_LINEAR,
+    PERIOD,
+    LinearModel,
+    OperatingPoint,
+    linear_model,
+    operating_point,
+)
 from heli_identifier.tools.loop import (
     LOOPS,
     Margins,

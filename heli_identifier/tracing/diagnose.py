@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from math import hypot, log, sqrt
 from time import perf_counter
 
 import numpy as np
+from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import BENDING, TIMING
@@ -18,6 +20,7 @@ from heli_identifier.records import (
     counted_once,
     excitation_notes,
 )
+from heli_plant.geometry import RATIO_ERROR, STEEPER, Geometry
 
 from .events import event_notes
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -30,6 +33,8 @@ from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLik
 from .select import Finding
 from .settings import NAMED, SETTLING, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
+
+Array = NDArray[np.float64]
 
 FAR = 3.0
 """Standard deviations from an expected value at which it is in doubt: one in four hundred is by chance."""
@@ -85,7 +90,8 @@ def diagnose(
     names += [name for name in after.fields if name not in (*null.fields, *names)]
     labels, matrix = correlation(found.selection, [effect.field for effect in rig.effects])
     slopes = np.array([after.slope(name) for name in after.fields])
-    before_values = _base(before, covariance(before))
+    joint = slopes[:, None] * found.covariance * slopes
+    before_values, after_values = _base(before, covariance(before)), _base(after, found.covariance)
     return Diagnosis(
         verdict=_verdict(effects),
         faults=faults,
@@ -93,10 +99,10 @@ def diagnose(
         possible=possible,
         catalogue=catalogue_verdicts(found.selection, effects, possible),
         parameters_before=before_values,
-        parameters_after=_base(after, found.covariance),
+        parameters_after=after_values,
         effects_after=estimates(after, found.covariance, names),
         parameters=found.parameters,
-        covariance=slopes[:, None] * found.covariance * slopes,
+        covariance=joint,
         covariance_fields=after.fields,
         plant_before=before.parameters,
         plant_after=_plant(after, effects),
@@ -121,6 +127,7 @@ def diagnose(
             *found.references.notes,
             *_parameter_notes(found),
             *_unexpected_notes(settings.effects, after),
+            *_geometry_notes(settings.geometry, after_values, after.fields, joint),
             *_voltage_notes((*training, *kept), settings.voltage_limit),
             *_held_out_notes(nats, after),
         ),
@@ -254,6 +261,28 @@ def _unexpected_notes(expected: Mapping[str, Estimate], after: Fit) -> list[str]
                 f"rig.effects of heli.toml expects {field} = {given.value:.3g} ± {given.standard_error:.2g}, but the "
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
                 "logs hold something that the model lacks"
+            )
+    return notes
+
+
+def _geometry_notes(
+    geometry: Geometry, values: Mapping[str, Estimate], fields: Sequence[str], joint: Array
+) -> list[str]:
+    """Name the ratios of gains that masses and lengths of the configuration contradict; no force per volt is in them."""
+    notes = []
+    for field, expected in (geometry.ratios or {}).items():
+        if not {field, "k_y"} <= set(fields):
+            continue
+        one, other = values[field].value, values["k_y"].value
+        i, j = fields.index(field), fields.index("k_y")
+        spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
+        distance, ratio = log(abs(one / other) / expected), abs(one / other)
+        beyond = max(distance - log(STEEPER), -distance) / hypot(sqrt(max(spread, 0.0)), RATIO_ERROR)
+        if beyond > FAR:
+            notes.append(
+                f"the masses and lengths of heli.toml say that {field} is {expected:.3g} to {STEEPER * expected:.3g} times "
+                f"|k_y|, the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure again, "
+                "or look for what turns this axis beside its rotors"
             )
     return notes
 

@@ -159,10 +159,11 @@ def _regression(record: Record, time_constant: float) -> tuple[list[Array], list
 
 
 def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[float, float]]) -> Coordinate:
-    """Prior of a field; ``given`` are centre and width of effects of which more is known than their range."""
+    """Prior of a field; ``given`` are centre and width of what is known of effects and gains."""
     if field in _FULL_THRUST:
         sign = copysign(1.0, getattr(start, field))
-        return Coordinate(field, _FULL_THRUST[field] / start.v_max, GAIN_WIDTH, sign=sign)
+        centre, width = given.get(field, (_FULL_THRUST[field] / start.v_max, GAIN_WIDTH))
+        return Coordinate(field, abs(centre), width, sign=sign)
     if field in _LINEAR:
         width, lower = _LINEAR[field]
         return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
@@ -353,6 +354,7 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
     """
     operating = float(np.mean(np.concatenate(inputs)))
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
+    known = given | settings.geometry.priors()
     base = tuple(field for field in BASE if field not in settings.given) + tuple(given)
     largest = max(float(abs(v).max()) for v in inputs)
     parameters = PlantParameters(
@@ -383,7 +385,7 @@ def helicopter(settings: DiagnosisSettings, angles: Sequence[Array], inputs: Seq
         resolution=2.0 * pi / np.array(settings.counts, dtype=float),
         parameters=parameters,
         effects=tuple(_effect(e, lowest, settings) for e in CATALOGUE if e.field not in given), fly=_FLY,
-        coordinate=lambda field, p: _coordinate(field, p, given),
+        coordinate=lambda field, p: _coordinate(field, p, known),
         assign=assign, read=read,
         estimate=lambda records: _first_estimate(records, parameters, base),
         begin=record_start,

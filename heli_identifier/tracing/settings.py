@@ -9,6 +9,7 @@ import numpy as np
 from heli_identifier.errors import require_positive
 from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, check_given
+from heli_plant.geometry import Geometry
 
 # --- the noise of the likelihood (noise.py) ---
 
@@ -250,6 +251,8 @@ class DiagnosisSettings:
         listed either way.
     counts : tuple of int
         Counts per turn of the encoders of pitch, elevation, travel.
+    geometry : Geometry
+        Masses, lengths and hover: priors of the gains.
 
     Raises
     ------
@@ -265,6 +268,7 @@ class DiagnosisSettings:
     effects: Mapping[str, Estimate] = field(default_factory=dict)
     keep_events: bool = False
     counts: tuple[int, int, int] = (4096, 4096, 8192)
+    geometry: Geometry = Geometry()
 
     def __post_init__(self) -> None:
         require_positive("voltage_limit", self.voltage_limit, "V")
@@ -276,7 +280,7 @@ class DiagnosisSettings:
         c = configuration
         return cls(
             c.motor_time_constant, c.format.voltage_limit, c.rest_pitch, c.elevation_gain, c.horizontal, c.effects,
-            counts=c.format.encoder_counts,
+            counts=c.format.encoder_counts, geometry=c.geometry,
         )  # fmt: skip
 
     @property

@@ -1,0 +1,177 @@
+"""A flight flown again from its references: plant and controller in the loop, held against what was measured.
+
+Every :data:`AHEAD` s the plant starts from the measured motion, and the controller from the state to which the measured
+angles have brought it. From there both run by themselves from the references, and the error is the root mean square of
+simulated less measured angles. Feedback cannot flatter it: the simulated voltages answer the simulated angles.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import Log
+from heli_identifier.results import LogSource, PlantSource, Tabular, plant_of, read_parameters, several, significant
+from heli_identifier.tools.controller import CONTROLLER, FEEDBACK, feedback_settings
+from heli_identifier.tools.loop import Settings, fly, pid_settings
+from heli_identifier.tracing import record_start
+from heli_plant.control import PidSettings, PidState, pid_step, start_pid
+from heli_plant.effects import AXES
+from heli_plant.laws import motor_time_constant
+from heli_plant.motor import kept
+from heli_plant.parameters import PlantParameters
+from heli_plant.state import PlantState
+from heli_plant.state_feedback import FeedbackState, Rotors, feedback_step, start_feedback
+
+AHEAD = 3.0
+"""Length [s] of the stretches that are flown again."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False)
+class ClosedLoopErrors(Tabular):
+    """Closed-loop errors over 3 s.
+
+    Attributes
+    ----------
+    errors : dict of str to dict of str to float
+        By log and axis [rad].
+    voltages : dict of str to float
+        By log, what the controller asks for along the measured angles less what was logged [V]: root mean square.
+    followed : tuple of str
+        Axes that the controller follows.
+    """
+
+    errors: dict[str, dict[str, float]]
+    voltages: dict[str, float]
+    followed: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """What :attr:`rows` holds."""
+        return f"Error of the closed loop over {AHEAD:g} s"
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Head of the table."""
+        return ("log", "axis", "error [mrad]", "voltages differ by [V]")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Log, axis, error, and how far the controller is from the one that flew."""
+        return [
+            (log, axis, significant(1e3 * error), significant(self.voltages[log], 2))
+            for log, of_axes in self.errors.items()
+            for axis, error in of_axes.items()
+        ]
+
+    @property
+    def largest(self) -> float:
+        """Largest error of a followed axis [rad]."""
+        return max(of_axes[axis] for of_axes in self.errors.values() for axis in self.followed)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Give the figures as a JSON file has them."""
+        return {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
+
+
+def closed_loop_errors(
+    logs: LogSource | Sequence[LogSource], parameters: PlantSource, controller: str | PathLike[str] | Settings
+) -> ClosedLoopErrors:
+    """Fly logs again from their references.
+
+    Parameters
+    ----------
+    logs : Log, path of one, or sequence of them
+        With the references of the axes that the controller follows.
+    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
+    controller : path of a controller.json, or settings
+        Of the PidController or the StateFeedback that flew.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is no controller's, or a log has no reference of a followed axis.
+    """
+    plant = plant_of(parameters)
+    settings = read_controller(controller, plant.v_max) if isinstance(controller, str | PathLike) else controller
+    errors, voltages = {}, {}
+    for log in several(logs):
+        found, differ = _flown_again(log, plant, settings)
+        errors[log.name] = dict(zip(AXES, found.tolist(), strict=True))
+        voltages[log.name] = differ
+    return ClosedLoopErrors(errors, voltages, _followed(settings))
+
+
+def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:
+    """Read the settings of a PidController or a StateFeedback.
+
+    Raises
+    ------
+    ConfigurationError
+        The file holds the parameters of another unit.
+    """
+    own = read_parameters(path)
+    values = {name: float(estimate.value) for name, estimate in own.values.items()}
+    if own.unit == FEEDBACK:
+        return feedback_settings({"voltage_limit": voltage_limit, **values})
+    if own.unit == CONTROLLER:
+        return pid_settings(values, voltage_limit)
+    raise ConfigurationError(f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}.")
+
+
+def _followed(settings: Settings) -> tuple[str, ...]:
+    return ("elevation", "travel" if settings.travel_enabled else "pitch")
+
+
+def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[Array, float]:
+    """Root mean square errors (3,) [rad] over all stretches of a log, and of the controller's voltages [V]."""
+    if missing := [axis for axis in _followed(settings) if axis not in log.references]:
+        raise ConfigurationError(
+            f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; name the "
+            "column in [log.references] of heli.toml."
+        )
+    zero = np.zeros(len(log.angles))
+    references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
+    share, first = kept(log.step, motor_time_constant(plant)), log.voltages[0]
+    lagged = lfilter([0.0, 1.0 - share], [1.0, -share], log.voltages - first, axis=0) + first
+    length, memories, asked = round(AHEAD / log.step), *_along(log, settings, references)
+    squares, count = np.zeros(3), 0
+    for k in range(length, len(log.angles) - length, length):
+        part = slice(k, k + length)
+        state = PlantState(*map(float, record_start(log.angles[part], log.voltages[part], log.step)))
+        state = state._replace(nu_front=float(lagged[k, 0]), nu_rear=float(lagged[k, 1]))
+        held = float(log.voltages[k, 0]), float(log.voltages[k, 1])
+        angles, _ = fly(plant, settings, references[part], state, held, log.step, memories[k])
+        squares += ((angles - log.angles[part]) ** 2).sum(0)
+        count += length
+    if not count:
+        raise ConfigurationError(
+            f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s."
+        )
+    return np.sqrt(squares / count), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
+
+
+def _along(log: Log, settings: Settings, references: Array) -> tuple[list[PidState | FeedbackState], Array]:
+    """States of the controller along the measured angles, before each sample, and the voltages [V] it then asks for."""
+    rows, asked = zip(log.angles.tolist(), references.tolist(), strict=True), np.empty_like(log.voltages)
+    memory: PidState | FeedbackState
+    if isinstance(settings, PidSettings):
+        memory = start_pid(*log.angles[0].tolist())
+    else:
+        memory = start_feedback(*log.angles[0].tolist(), settings)
+    memories = []
+    for k, (angles, wanted) in enumerate(rows):
+        memories.append(memory)
+        if isinstance(settings, PidSettings) and isinstance(memory, PidState):
+            memory, asked[k] = pid_step(memory, *angles, tuple(wanted), log.step, settings)
+        elif isinstance(memory, FeedbackState) and not isinstance(settings, PidSettings):
+            memory = feedback_step(memory, *angles, tuple(wanted), Rotors(), settings)
+            asked[k] = settings.hover.front + memory.now.front, settings.hover.rear + memory.now.rear
+    return memories, asked

@@ -1,0 +1,104 @@
+"""design.html and the table of a terminal: steps over the plants that the data allow, their margins, the poles."""
+
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, StrictUndefined
+
+from heli_identifier.results import listed, significant
+from heli_identifier.results.svg import Axes, figure
+from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged
+
+_TEMPLATES = files("heli_identifier.results") / "templates"
+COLUMNS = ("figure", "nominal >", "kept >", "robust >", "kept >")
+"""Columns of the table: of both designs the estimated plant's figure, and what 95 % of the plants keep."""
+
+_SHOWN = 40.0
+"""Largest pole [1/s] that is drawn: faster ones say nothing of the flight."""
+
+
+def design_table(design: ControllerDesign) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+    """Give columns and rows: margins, settling, and the share of the plants whose loop is stable."""
+    both = (design.nominal, design.robust)
+    rows = [_row("disk margin, both rotors", [(own.disk, own.promised_disk) for own in both])]
+    for loop in design.nominal.margins:
+        pairs = [(own.margins[loop], own.promised[loop]) for own in both]
+        rows.append(_row(f"{loop} loop: gain margin", [(m.gain, p.gain) for m, p in pairs]))
+        rows.append(_row(f"{loop} loop: phase margin [deg]", [(m.phase, p.phase) for m, p in pairs]))
+    for axis in design.axes:
+        times = [(own.settling[axis], own.promised_settling[axis]) for own in both]
+        rows.append(_row(f"{axis}: settles in [s]", times))
+        rows.append(_row(f"{axis}: slowest plant settles in [s]", [(None, own.worst_settling[axis]) for own in both]))
+    rows.append(_row("plants with a stable loop [%]", [(None, 100.0 * own.stable) for own in both]))
+    return COLUMNS, rows
+
+
+def _row(name: str, pairs: Sequence[tuple[float | None, float]]) -> tuple[str, ...]:
+    texts = ("" if x is None else significant(x) if isfinite(x) else "none" for pair in pairs for x in pair)
+    return (name, *texts)
+
+
+def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> str:
+    """Give the text of design.html."""
+    environment = Environment(autoescape=True, undefined=StrictUndefined)
+    template = environment.from_string((_TEMPLATES / "design.html.j2").read_text(encoding="utf-8"))
+    columns, rows = design_table(design)
+    point = design.model.point
+    robust = design.robust
+    sentence = (
+        f"{CONFIDENCE:.0%} of {design.plants} plants that the data allow keep a disk margin of "
+        f"{robust.promised_disk:.2f} with the robust design, {design.nominal.promised_disk:.2f} with the nominal one."
+    )
+    return template.render(
+        title=f"{design.kind.upper()} of {listed(design.axes)}",
+        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
+        sentence=sentence,
+        point=f"pitch {point.pitch:.3f} rad, elevation {point.elevation:.3f} rad, v_front {point.v_front:.2f} V, "
+        f"v_rear {point.v_rear:.2f} V, every {1e3 * design.model.sampled.dt:g} ms",
+        columns=[name.removesuffix(" >") for name in columns],
+        rows=rows,
+        steps=_steps(design),
+        margins=_margins(design),
+        poles=_poles(design),
+        notes=design.notes,
+        provenance=provenance,
+    )
+
+
+def _steps(design: ControllerDesign) -> str:
+    """Step responses of .1 rad with the whole plant, over the band of the linear ones of 95 % of the plants."""
+    panels = []
+    for own, other in zip(design.robust.steps, design.nominal.steps, strict=True):
+        panel = Axes(f"{own.axis} [rad]")
+        low, high = own.size * design.robust.band[own.axis]
+        after = own.time[own.time >= -1e-9][: len(low)]
+        panel.band(after, low[: len(after)], high[: len(after)], "95 % of the plants, robust")
+        panel.line(other.time, other.angle, "before", "nominal")
+        panel.line(own.time, own.angle, "after", "robust")
+        panels.append(panel)
+    return figure(panels, "time since the step of the reference [s]", "Step responses of both designs")
+
+
+def _margins(design: ControllerDesign) -> str:
+    """How many plants have at most a disk margin."""
+    panel = Axes("plants [%]")
+    for judged, role, name in ((design.nominal, "before", "nominal"), (design.robust, "after", "robust")):
+        disks = np.sort(judged.disks)
+        panel.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
+    return figure([panel], "disk margin of at most", "Distribution of the disk margin over the plants")
+
+
+def _poles(design: ControllerDesign) -> str:
+    """Poles of the closed loops with the estimated plant, without those faster than the rest by far."""
+    panel = Axes("imaginary part [1/s]")
+    for judged, role, name in ((design.nominal, "before", "nominal"), (design.robust, "after", "robust")):
+        near = _near(judged)
+        panel.points(near.real, near.imag, role, name)
+    return figure([panel], "real part [1/s]", "Poles of the closed loops")
+
+
+def _near(judged: Judged) -> Any:
+    return judged.poles[np.abs(judged.poles) < _SHOWN]

@@ -1,0 +1,259 @@
+"""The corrected plant and its controller in the names of the course's own MATLAB script.
+
+The course writes, with V_s = v_front + v_rear and V_d = v_front - v_rear about the hover V_s0,
+
+    p'' = K_1 V_d,    e'' = K_2 V_s,    lambda'' = K_3 p
+    K_1 = l_p K_f / J_p,    K_2 = l_h K_f / J_e,    K_3 = -l_h K_f V_s0 / J_lambda
+
+The corrected script keeps the lengths and J_e of the student, and gives K_f, J_p and J_lambda the values with which these
+equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
+
+Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", parts I to III.
+"""
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import regular_bytes
+from heli_identifier.online import Estimate
+from heli_identifier.results import ParameterSet, significant
+from heli_identifier.tools.controller import ControllerDesign
+from heli_identifier.tools.linearisation import INPUTS, STATES, LinearModel, linear_system
+from heli_plant.control import PidSettings
+from heli_plant.geometry import Geometry
+
+LARGEST_MB = 1.0
+"""Size of a script [MB]."""
+
+_HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
+"""How scripts call the sum of the voltages at the hover."""
+
+_ASSIGNMENT = re.compile(r"^\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;%]*)")
+_OPERATORS = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
+}  # fmt: skip
+_FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")}
+_TO_COURSE = np.array([[0.5, 0.5], [0.5, -0.5]])
+"""(v_front, v_rear) of (V_s, V_d)."""
+
+COLUMNS = ("name", "your script says", "the rig says", "differs by")
+
+
+def course_values(script: Path | None) -> dict[str, float]:
+    """Read the numbers that a MATLAB script assigns; what is no number (matrices, calls of other functions) is left out.
+
+    Nothing of the script is run: numbers, names assigned above, ``+ - * / ^``, brackets and a few functions are worked
+    out.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read, or one of the course's masses and lengths is assigned something else than a number.
+    """
+    values: dict[str, float] = {}
+    if script is None:
+        return values
+    try:
+        text = regular_bytes(script, LARGEST_MB).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise ConfigurationError(
+            f"{script} cannot be read: {error.strerror or error}; give the course's init_heli.m."
+        ) from error
+    for number, line in enumerate(text.splitlines(), 1):
+        found = _ASSIGNMENT.match(line)
+        if not found:
+            continue
+        name, expression = found[1], found[2].strip().replace("^", "**").replace(".*", "*").replace("./", "/")
+        try:
+            value = _value(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
+            if not math.isfinite(value):
+                raise ValueError
+            values[name] = value
+        except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
+            if name in Geometry.__dataclass_fields__:
+                raise ConfigurationError(
+                    f"{script}, line {number}: {name} = {found[2].strip()} is no number; write it as one, as {name} = 0.5."
+                ) from error
+    return values
+
+
+def _value(node: ast.expr, known: Mapping[str, float]) -> float:
+    """Work out an expression; anything but arithmetic raises KeyError or TypeError."""
+    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+        return float(node.value)
+    if isinstance(node, ast.Name):
+        return known[node.id]
+    if isinstance(node, ast.UnaryOp):
+        return float(_OPERATORS[type(node.op)](_value(node.operand, known)))
+    if isinstance(node, ast.BinOp):
+        return float(_OPERATORS[type(node.op)](_value(node.left, known), _value(node.right, known)))
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and len(node.args) == 1:
+        return float(_FUNCTIONS[node.func.id](_value(node.args[0], known)))
+    raise TypeError
+
+
+def geometry_of(values: Mapping[str, float], stated: Geometry) -> Geometry:
+    """Give masses, lengths and hover of a script; what it does not assign is as ``stated``."""
+    own = {name: values[name] for name in asdict(stated) if name in values}
+    hover = {"hover_voltage": value for name, value in values.items() if _HOVER.fullmatch(name)}
+    return replace(stated, **{**own, **hover})
+
+
+def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
+    """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
+    estimates = parameters.values
+    total = model.point.v_front + model.point.v_rear
+    gains = {name: estimates[path] for name, path in (("K_1", "pitch.gain"), ("K_2", "elevation.gain"))}
+    travel = estimates["travel.gain"]
+    found = {**gains, "K_3": _times(travel, total)}
+    found["V_s0"] = Estimate(total, None, "V")
+    inertias = geometry.inertias
+    if inertias is None or geometry.l_h is None or geometry.l_p is None:
+        return found
+    K_f = gains["K_2"].value * inertias["J_e"] / geometry.l_h
+    found["K_f"] = _times(gains["K_2"], inertias["J_e"] / geometry.l_h)
+    found["J_e"] = Estimate(inertias["J_e"], None, "kg m^2")
+    found["J_p"] = Estimate(geometry.l_p * K_f / gains["K_1"].value, None, "kg m^2")
+    found["J_lambda"] = Estimate(geometry.l_h * K_f / abs(travel.value), None, "kg m^2")
+    return found
+
+
+def _times(estimate: Estimate, factor: float) -> Estimate:
+    error = estimate.standard_error
+    return Estimate(factor * estimate.value, None if error is None else abs(factor) * error, "")
+
+
+def scripted_values(values: Mapping[str, float], geometry: Geometry) -> dict[str, float]:
+    """Give what the script says of the same quantities: as it assigns them, else as its equations give them."""
+    found, J, K_f = {}, geometry.inertias, values.get("K_f", geometry.force_per_volt)
+    if geometry.hover_voltage is not None:
+        found["V_s0"] = geometry.hover_voltage
+    if K_f is not None:
+        found["K_f"] = K_f
+    if J is not None:
+        found |= J
+        if K_f is not None and geometry.l_p is not None and geometry.l_h is not None:
+            found |= {"K_1": geometry.l_p * K_f / J["J_p"], "K_2": geometry.l_h * K_f / J["J_e"]}
+            if geometry.hover_voltage is not None:
+                found["K_3"] = -geometry.l_h * K_f * geometry.hover_voltage / J["J_lambda"]
+    return found | {
+        name: values[name] for name in ("K_1", "K_2", "K_3", "K_f", "J_e", "J_p", "J_lambda") if name in values
+    }
+
+
+def corrected_init(
+    parameters: ParameterSet, model: LinearModel, values: Mapping[str, float], stated: Geometry, script: str | None
+) -> str:
+    """Give the text of init_heli_corrected.m.
+
+    Parameters
+    ----------
+    parameters : ParameterSet
+        Of the plant.
+    model : LinearModel
+        At the operating point.
+    values : mapping of str to float
+        Of :func:`course_values`.
+    stated : Geometry
+        Of the rig's configuration; the script's own values prevail.
+    script : str or None
+        Name of the script.
+    """
+    geometry = geometry_of(values, stated)
+    rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)
+    rows = [(name, *_compared(said.get(name), own)) for name, own in rig.items()]
+    widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
+    table = [
+        "%   " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
+        for row in (COLUMNS, *rows)
+    ]
+    system, point = linear_system(parameters.plant(), model.point), model.point
+    lines = [
+        f"%% The identified plant{f', beside {script}' if script else ''}",
+        "%", *table, "%",
+        "% K_f, J_p and J_lambda are effective: with them the course's equations have the identified gains." if "K_f" in rig
+        else "% Masses and lengths ([geometry] of heli.toml, or --init init_heli.m) add K_f, J_e, J_p and J_lambda.",
+        "", *(f"{name} = {value:.6g};" for name, value in asdict(geometry).items() if value is not None and name != "hover_voltage"),
+        *(f"{name} = {own.value:.6g};" for name, own in rig.items()),
+        "", f"% x = ({', '.join(system.state_labels)}) - x0, u = (V_s, V_d) - u0, y = (pitch, elevation, travel) - x0(1:3)",
+        *_matrix("A", system.A), *_matrix("B", system.B @ _TO_COURSE), *_matrix("C", system.C),
+        f"x0 = {_row([point.pitch, point.elevation, 0.0, 0.0, 0.0, point.travel_rate, point.v_front, point.v_rear] + [0.0] * (len(system.A) - 8))}';",
+        f"u0 = {_row([point.v_front + point.v_rear, point.v_front - point.v_rear])}';",
+        f"input_delay = {model.input_delay:.6g}; % [s], not in A", "",
+    ]  # fmt: skip
+    return "\n".join(lines).replace("−", "-")
+
+
+def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
+    error = own.standard_error
+    spread = f" +- {significant(1.96 * error, 2)}" if error else ""
+    if said is None:
+        return "", f"{significant(own.value)}{spread}", ""
+    return (
+        significant(said),
+        f"{significant(own.value)}{spread}",
+        f"{100.0 * (own.value / said - 1.0):+.0f} %" if said else "",
+    )
+
+
+def controller_m(design: ControllerDesign) -> str:
+    """Give the text of controller.m: the robust design, then the nominal one with the ending ``_nominal``.
+
+    A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
+    """
+    point, lines = design.model.point, [f"%% {design.kind.upper()} of {' and '.join(design.axes)}"]
+    for judged, ending in ((design.robust, ""), (design.nominal, "_nominal")):
+        margin = f"disk margin {judged.disk:.2f}, kept by 95 % of {design.plants} plants: {judged.promised_disk:.2f}"
+        lines += ["", f"%% {'Robust' if not ending else 'Nominal'} design: {margin}"]
+        own = judged.settings
+        if isinstance(own, PidSettings):
+            lines.append("% V = proportional error + integral of error + derivative of the filtered rate; [V] of [rad]")
+            for axis in ("pitch", "elevation", *(("travel",) if own.travel_enabled else ())):
+                lines += [
+                    f"{axis}_{gain}{ending} = {value:.6g};" for gain, value in getattr(own, axis)._asdict().items()
+                ]
+            lines.append(f"trim{ending} = {own.trim:.6g}; % [V]")
+            continue
+        lines += [
+            f"% every h = {own.period:g} s: u = u0 + N (r - r0) - K x - K_z z, one period after the angles y were read",
+            f"% x <- F x + G (u - u0) + L (y - C x), z <- z + h (s - r); s = ({', '.join(design.axes)})",
+            f"h{ending} = {own.period:g}; delay{ending} = {own.delay}; % periods of input delay",
+        ]
+        to_course = np.array([[1.0, 1.0], [1.0, -1.0]])
+        for name, matrix in (("K", own.gain), ("K_z", own.integral), ("N", own.reference)):
+            lines += _matrix(name + ending, to_course @ np.array(matrix))
+        lines += _matrix(f"F{ending}", own.transition) + _matrix(f"G{ending}", np.array(own.drive) @ _TO_COURSE)
+        lines += _matrix(f"L{ending}", own.innovation)
+    if design.continuous:
+        lines += ["", "%% Continuous: the same weights, L of dx/dt = A x + B u + L (y - C x)"]
+        for name, matrix in design.continuous.items():
+            lines += _matrix(
+                f"{name}_continuous", matrix if name == "L" else np.array([[1.0, 1.0], [1.0, -1.0]]) @ matrix
+            )
+    pair = [point.v_front + point.v_rear, point.v_front - point.v_rear]
+    lines += [
+        "", f"% x = ({', '.join(STATES)}), u = (V_s, V_d); {INPUTS[0]} = (V_s + V_d)/2, {INPUTS[1]} = (V_s - V_d)/2",
+        f"r0 = {_row([point.elevation, point.pitch if design.axes[1] == 'pitch' else 0.0])}'; % {' and '.join(design.axes)} [rad]",
+        f"u0 = {_row(pair)}'; % [V]", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _matrix(name: str, values: ArrayLike) -> list[str]:
+    matrix = np.asarray(values, dtype=float)
+    matrix = np.where(np.abs(matrix) < 1e-12 * np.abs(matrix).max(), 0.0, matrix)  # rounding of an entry that is zero
+    return f"{name} = [{(chr(10) + '    ').join(_row(row)[1:-1] for row in matrix)}];".splitlines()
+
+
+def _row(values: ArrayLike) -> str:
+    return f"[{', '.join(f'{float(value):.9g}' for value in np.asarray(values).tolist())}]"

@@ -1,0 +1,101 @@
+"""What masses, lengths and hover of the rig say of the model's parameters, as the course's script works them out.
+
+The head carries two motors, each m_p with its share of the frame, l_p from the pitch's axis and l_h from the elevation's;
+the counterweight m_c hangs l_c behind it. About the horizontal arm
+
+    J_p = 2 m_p l_p^2,    J_e = m_c l_c^2 + 2 m_p l_h^2,    J_lambda = m_c l_c^2 + 2 m_p (l_h^2 + l_p^2)
+    K_f V_s l_h = g (2 m_p l_h - m_c l_c)                                 force per volt K_f from the hover V_s
+    k_x = n l_p K_f / J_p,    k_z = n l_h K_f / J_e,    k_y = -l_h K_f / J_lambda
+    a_e = -g (2 m_p l_h - m_c l_c) sin(eps_h) / J_e                      eps_h: elevation from the horizontal
+
+with n the slope of the thrust over thrust per volt: 1 where the thrust is proportional to the voltage, 2 where it is to
+its square. K_f hangs on the small difference of two large torques: one per cent of the counterweight moves it by more
+than ten, so it is a wide prior. The ratios k_x / k_y and k_z / k_y are free of it.
+
+Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", part I.
+"""
+
+from dataclasses import dataclass
+from math import hypot, log, sin, sqrt
+
+GRAVITY = 9.81
+"""[m/s^2]"""
+
+MASS_ERROR, LENGTH_ERROR = 0.02, 0.01
+"""Relative standard deviations of weighed masses, whose cables and frame are shared out by eye, and of lengths."""
+
+RATIO_ERROR = hypot(MASS_ERROR, 3.0 * LENGTH_ERROR)
+"""Relative standard deviation of a ratio of two gains: of one mass over another, and of three lengths."""
+
+STEEPER = 2.0
+"""Largest n: a propeller at rest in air thrusts with the square of its speed."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Masses [kg], lengths [m] and hover of a rig, in the names of the course's script; None: not stated.
+
+    Attributes
+    ----------
+    m_p, m_c : float or None
+        One motor with its share of the head, and the counterweight.
+    l_c, l_h, l_p : float or None
+        From the elevation's axis to the counterweight and to the head, from the pitch's axis to a motor.
+    hover_voltage : float or None
+        Sum of both voltages [V] at which the horizontal arm hovers.
+    """
+
+    m_p: float | None = None
+    m_c: float | None = None
+    l_c: float | None = None
+    l_h: float | None = None
+    l_p: float | None = None
+    hover_voltage: float | None = None
+
+    @property
+    def inertias(self) -> dict[str, float] | None:
+        """J_p, J_e, J_lambda [kg m^2]; None unless all masses and lengths are stated."""
+        m_p, m_c, l_c, l_h, l_p = self.m_p, self.m_c, self.l_c, self.l_h, self.l_p
+        if m_p is None or m_c is None or l_c is None or l_h is None or l_p is None:
+            return None
+        weight, head = m_c * l_c**2, 2.0 * m_p * l_h**2
+        return {"J_p": 2.0 * m_p * l_p**2, "J_e": weight + head, "J_lambda": weight + head + 2.0 * m_p * l_p**2}
+
+    @property
+    def gravity_torque(self) -> float | None:
+        """Torque [N m] g (2 m_p l_h - m_c l_c) by which the head outweighs the counterweight of the horizontal arm."""
+        if self.m_p is None or self.m_c is None or self.l_c is None or self.l_h is None:
+            return None
+        return GRAVITY * (2.0 * self.m_p * self.l_h - self.m_c * self.l_c)
+
+    @property
+    def force_per_volt(self) -> float | None:
+        """K_f [N/V]; None where it does not follow, or the counterweight lifts the head."""
+        torque = self.gravity_torque
+        if torque is None or self.hover_voltage is None or self.l_h is None or torque <= 0.0:
+            return None
+        return torque / (self.l_h * self.hover_voltage)
+
+    @property
+    def ratios(self) -> dict[str, float] | None:
+        """k_x / |k_y| and k_z / |k_y| for n = 1, by the field of the first."""
+        J = self.inertias
+        if J is None or self.l_p is None or self.l_h is None:
+            return None
+        return {"k_x": self.l_p / self.l_h * J["J_lambda"] / J["J_p"], "k_z": J["J_lambda"] / J["J_e"]}
+
+    def priors(self) -> dict[str, tuple[float, float]]:
+        """Gains [rad/s^2/V] with the standard deviation of their logarithm; empty where K_f does not follow."""
+        J, K_f, torque, ratios = self.inertias, self.force_per_volt, self.gravity_torque, self.ratios
+        if J is None or K_f is None or torque is None or ratios is None or self.l_h is None:
+            return {}
+        head = torque + GRAVITY * float(self.m_c or 0.0) * float(self.l_c or 0.0)
+        by_weight = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, head - torque) / torque
+        k_y, by_slope = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
+        steep = {name: (sqrt(STEEPER) * ratio * k_y, hypot(by_weight, by_slope)) for name, ratio in ratios.items()}
+        return {**steep, "k_y": (-k_y, by_weight)}
+
+    def stiffness(self, elevation: float) -> float | None:
+        """Stiffness a_e [1/s^2] of gravity, of masses on the arm's line, at ``elevation`` [rad] from the horizontal."""
+        J, torque = self.inertias, self.gravity_torque
+        return None if J is None or torque is None else -torque * sin(elevation) / J["J_e"]

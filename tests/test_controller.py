@@ -1,0 +1,261 @@
+"""Designed controllers, held to what physics promises of them; the course's names; flights flown again."""
+
+import ctypes
+import json
+import subprocess
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fmu_src.native import controller_sources
+from heli_identifier.cli.app import app
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.online import Estimate
+from heli_identifier.records import ControllerConfiguration, Log
+from heli_identifier.results import ParameterSet, document_text, plant_values
+from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
+from heli_identifier.tools.controller import feedback_settings, feedback_values, hover, model_of, synthesised
+from heli_identifier.tools.course import corrected_values
+from heli_identifier.tools.linearisation import operating_point
+from heli_identifier.tools.loop import (
+    at_rest,
+    closed_loop,
+    controller_response,
+    disk_margins,
+    fly,
+    frequencies,
+    is_stable,
+    plant_response,
+)
+from heli_plant.geometry import Geometry
+from heli_plant.parameter_table import BY_FIELD
+from heli_plant.parameters import TABLE_2
+from heli_plant.state_feedback import Rotors, feedback_step, start_feedback
+from tests.native_builds import c_compiler
+
+H, AIM = 0.01, ControllerConfiguration()
+COURSE = Geometry(0.72, 1.92, 0.46, 0.66, 0.175, 7.0)
+
+
+def parameters(plant=TABLE_2, error=0.03):
+    """Parameters whose gains and dampings have the relative standard error ``error``."""
+    fields = ("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y")
+    known = {
+        name: Estimate(getattr(plant, name), error * abs(getattr(plant, name)), BY_FIELD[name].unit) for name in fields
+    }
+    return ParameterSet("HelicopterPlant", plant_values(plant, known))
+
+
+def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
+    point = hover(plant, 0.1) if other == "travel" else operating_point(plant, 0.0, 0.1)
+    return synthesised(plant, point, AIM, other, integral, effort), point
+
+
+def flown(plant, settings, point, references, load=Rotors()):
+    """Fly the plant from its operating point with voltages ``load`` [V] that the controller is not told of."""
+    moved = settings._replace(hover=Rotors(settings.hover.front + load.front, settings.hover.rear + load.rear))
+    state, held = point.state(plant), (point.v_front, point.v_rear)
+    return fly(plant, moved, references, state, held, H, at_rest(settings, point))
+
+
+def references(point, seconds, **steps):
+    held = np.tile((point.pitch, point.elevation, 0.0), (round(seconds / H), 1))
+    for axis, size in steps.items():
+        held[:, ("pitch", "elevation", "travel").index(axis)] += size
+    return held
+
+
+@pytest.mark.parametrize("other", ["pitch", "travel"])
+def test_an_integral_removes_what_a_load_leaves(other):
+    """Under .2 V on both rotors LQI comes back to its references; LQR stays off by more than a hundred times as much."""
+    left = {}
+    for integral in (True, False):
+        settings, point = designed(TABLE_2, other, integral)
+        angles, _ = flown(TABLE_2, settings, point, references(point, 60.0), Rotors(0.2, 0.2))
+        left[integral] = abs(angles[-1, 1] - point.elevation)
+    assert left[True] < 1e-4  # its slowest pole is near .5 1/s: exp(-30) of what the load moved is left
+    assert left[False] > 100.0 * left[True]
+
+
+@pytest.mark.parametrize("periods", [1, 3])
+def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
+    """The predictor makes LQR with m periods of delay the loop without, m periods later (Astrom, section 4.5).
+
+    An integral would add the error of the m periods in which nothing can answer.
+    """
+    plain, point = designed(integral=False)
+    late_plant = TABLE_2._replace(input_delay_rotors=periods * H)
+    late = synthesised(late_plant, point, AIM, "pitch", False)
+    wanted = references(point, 6.0, elevation=0.05)
+    prompt, _ = flown(TABLE_2, plain, point, wanted)
+    delayed, _ = flown(late_plant, late, point, wanted)
+    # both plants are nearly linear over .05 rad; what the sine of gravity adds is of its third order
+    np.testing.assert_allclose(delayed[periods:, 1], prompt[:-periods, 1], atol=2e-5)
+
+
+def test_within_the_disk_margin_the_loop_stays_stable():
+    """Complex factors (2 + d e)/(2 - d e) at both rotors, |e| = 1: stable below the margin, on its edge at it."""
+    settings, point = designed()
+    model, omega = model_of(TABLE_2, point, H), frequencies(H)
+    plant, law = plant_response(model, omega), controller_response(settings, H, omega)
+    (margin,) = disk_margins(plant[None], law)
+    assert is_stable(closed_loop(model, settings))
+
+    def nearest(d):
+        """Smallest singular value of I - D K P over frequencies and real gain factors inside the disk."""
+        factors = np.array([(2 - d) / (2 + d), 1.0, (2 + d) / (2 - d)])
+        found = []
+        for f in factors:
+            for g in factors:
+                found.append(np.linalg.svd(np.eye(2) - np.diag((f, g)) @ law @ plant, compute_uv=False)[:, -1].min())
+        return min(found)
+
+    assert nearest(0.99 * margin) > 1e-3
+    for f in (0.99, -0.99):  # both rotors together, up and down
+        factor = (2 + f * margin) / (2 - f * margin)
+        scaled = replace(model, sampled=_scaled(model.sampled, factor))
+        assert is_stable(closed_loop(scaled, settings))
+
+
+def _scaled(system, factor):
+    import control
+
+    return control.ss(system.A, factor * system.B, system.C, system.D, system.dt)
+
+
+def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
+    made = design_controller(parameters(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
+    assert made.robust.promised_disk > made.nominal.promised_disk
+    assert made.robust.effort > 1.0
+    assert made.robust.stable >= 0.95
+
+
+def test_the_parameters_of_the_unit_are_the_controller():
+    settings, _ = designed(TABLE_2, "travel")
+    values = {name: own.value for name, own in feedback_values(settings).items()}
+    assert feedback_settings(values) == settings
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        ({"period": 0.2}, "longer than the motors' lag"),
+        ({"elevation": 1.4}, "the motors take 5 V"),
+        ({"kind": "lqg"}, "is not designed; choose of lqi, lqr, pid"),
+    ],
+)
+def test_what_cannot_be_designed_is_refused_in_one_sentence(change, said):
+    period = change.pop("period", 0.01)
+    with pytest.raises(ConfigurationError, match=said):
+        design_controller(
+            parameters(), **{"kind": "lqi", "elevation": 0.1, **change}, aim=replace(AIM, period=period), draws=2
+        )
+
+
+def test_singular_weights_are_refused():
+    with pytest.raises(ConfigurationError, match="weights.voltage = 0 must lie"):
+        replace(AIM.weights, voltage=0.0)
+
+
+def test_the_corrected_script_has_the_identified_gains():
+    """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
+    point = operating_point(TABLE_2, 0.0, 0.1)
+    own = {n: e.value for n, e in corrected_values(parameters(), model_of(TABLE_2, point, H), COURSE).items()}
+    assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
+    assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
+    assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
+    assert own["K_3"] == pytest.approx(TABLE_2.k_y * (point.v_front + point.v_rear), rel=1e-12)
+
+
+def test_a_script_is_read_and_not_run(tmp_path):
+    script = tmp_path / "init_heli.m"
+    script.write_text(
+        "l_h = 0.66; % m\nm_p=2*0.36;\nA = [1 2; 3 4];\nx = system('rm -rf /');\nK_f = -9.81*(1.92*0.46-2*m_p*l_h)/(l_h*7)\n"
+    )
+    values = course_values(script)
+    assert values == {"l_h": 0.66, "m_p": 0.72, "K_f": pytest.approx(0.14269, abs=1e-5)}
+    script.write_text("m_c = weigh();\n")
+    with pytest.raises(ConfigurationError, match=r"line 1: m_c = weigh\(\) is no number"):
+        course_values(script)
+    text = corrected_init(
+        parameters(), model_of(TABLE_2, operating_point(TABLE_2), H), values, Geometry(), "init_heli.m"
+    )
+    assert text.isascii()
+
+
+def test_masses_and_lengths_give_the_ratios_of_the_gains():
+    """K_f cancels: a rig of twice the thrust has the same ratios; with the hover's K_f the priors hold both."""
+    twice = replace(COURSE, hover_voltage=3.5)
+    assert twice.ratios == COURSE.ratios == pytest.approx({"k_x": 6.479, "k_z": 1.0427}, rel=1e-3)
+    assert twice.priors()["k_y"][0] == pytest.approx(2.0 * COURSE.priors()["k_y"][0])
+    assert Geometry(m_p=0.7).priors() == {}
+
+
+def test_the_controller_in_c_gives_the_same_bits(tmp_path):
+    settings, point = designed(TABLE_2._replace(input_delay_rotors=0.02), "travel")
+    for name, text in controller_sources(settings).items():
+        (tmp_path / name).write_text(text)
+    library = tmp_path / "controller.so"
+    subprocess.run(
+        [*c_compiler(), "-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-shared", "-fPIC", "controller.c", "-o", library],
+        cwd=tmp_path, check=True,
+    )  # fmt: skip
+    compiled, three, two = ctypes.CDLL(str(library)), ctypes.c_double * 3, ctypes.c_double * 2
+    memory, volts = ctypes.create_string_buffer(8 * 28), two()
+    start = [ctypes.c_double(x) for x in (0.0, 0.05, 0.2)]
+    compiled.controller_start(memory, *start)
+    state = start_feedback(0.0, 0.05, 0.2, settings)
+    for k in range(300):
+        angles, wanted = (0.1 * np.sin(0.03 * k), 0.1 * np.cos(0.02 * k), 0.3 * k * H), (0.0, 0.15, 0.4 * (k > 50))
+        compiled.controller_step(memory, three(*angles), three(*wanted), volts)
+        state = feedback_step(state, *map(float, angles), wanted, Rotors(), settings)
+        assert tuple(volts) == (settings.hover.front + state.now.front, settings.hover.rear + state.now.rear)
+
+
+@pytest.fixture(scope="module")
+def flight():
+    """A flight under an LQI of pitch and elevation, its references logged."""
+    settings, point = designed()
+    wanted = references(point, 40.0)
+    wanted[500:2000, 1] += 0.1
+    wanted[1000:3000, 0] += 0.15
+    angles, voltages = flown(TABLE_2, settings, point, wanted)
+    columns = {axis: wanted[:, i] for i, axis in enumerate(("pitch", "elevation"))}
+    return Log("flight", 1.0 / H, voltages, angles, references=columns), settings
+
+
+def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone(flight):
+    """Lines through the first .3 s begin each stretch: their error is a few mrad; a gain 20 % off errs many times it."""
+    log, settings = flight
+    own = closed_loop_errors(log, TABLE_2, settings)
+    wrong = closed_loop_errors(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)
+    assert own.voltages["flight"] < 1e-9
+    for axis in own.followed:
+        assert own.errors["flight"][axis] < 0.5 * wrong.errors["flight"][axis]
+
+
+def test_a_flight_without_references_is_refused(flight):
+    log, settings = flight
+    with pytest.raises(ConfigurationError, match="no reference of the elevation and the pitch"):
+        closed_loop_errors(replace(log, references={}), TABLE_2, settings)
+
+
+def test_the_command_writes_what_the_next_commands_read(tmp_path):
+    file = tmp_path / "parameters.json"
+    file.write_text(document_text(parameters().to_dict()))
+    run = CliRunner().invoke
+    made = run(
+        app, ["design-controller", str(file), "--axis", "pitch", "--plants", "20", "-o", str(tmp_path / "c"), "--json"]
+    )
+    assert made.exit_code == 0, made.output
+    assert json.loads(made.stdout)["robust"]["stable_share"] == 1.0
+    kept = {p.name for p in (tmp_path / "c").iterdir()}
+    assert kept == {
+        "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
+        "controller.c", "controller.h",
+    }  # fmt: skip
+    said = run(app, ["check", "no.csv", "-p", str(file), "--controller", str(tmp_path / "c" / "controller.json")])
+    assert said.exit_code == 2
+    assert "--limit" in said.output
