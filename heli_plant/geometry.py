@@ -1,7 +1,7 @@
 """What masses, lengths and hover of the rig say of the model's parameters, as the course's script works them out.
 
-The head carries two motors, each m_p with its share of the frame, l_p from the pitch's axis and l_h from the elevation's;
-the counterweight m_c hangs l_c behind it. About the horizontal arm
+The head carries two motors, each m_p with its share of the frame, l_p from the pitch's axis and l_h from the
+elevation's; the counterweight m_c hangs l_c behind it. About the horizontal arm
 
     J_p = 2 m_p l_p^2,    J_e = m_c l_c^2 + 2 m_p l_h^2,    J_lambda = m_c l_c^2 + 2 m_p (l_h^2 + l_p^2)
     K_f V_s l_h = g (2 m_p l_h - m_c l_c)                                 force per volt K_f from the hover V_s
@@ -77,23 +77,29 @@ class Geometry:
         return torque / (self.l_h * self.hover_voltage)
 
     @property
-    def ratios(self) -> dict[str, float] | None:
-        """k_x / |k_y| and k_z / |k_y| for n = 1, by the field of the first."""
+    def ratios(self) -> dict[str, tuple[float, float]]:
+        """k_x / |k_y| and k_z / |k_y| for n = 1 and :data:`STEEPER`, by the field of the first; empty if unknown."""
         J = self.inertias
         if J is None or self.l_p is None or self.l_h is None:
-            return None
-        return {"k_x": self.l_p / self.l_h * J["J_lambda"] / J["J_p"], "k_z": J["J_lambda"] / J["J_e"]}
+            return {}
+        ratios = {"k_x": self.l_p / self.l_h * J["J_lambda"] / J["J_p"], "k_z": J["J_lambda"] / J["J_e"]}
+        return {field: (ratio, STEEPER * ratio) for field, ratio in ratios.items()}
+
+    def deviations(self, field: str, ratio: float, error: float) -> float:
+        """Count the standard deviations by which a measured ratio, its relative ``error`` known, lies outside."""
+        low, high = self.ratios[field]
+        return max(log(ratio / high), log(low / ratio)) / hypot(error, RATIO_ERROR)
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """Gains [rad/s^2/V] with the standard deviation of their logarithm; empty where K_f does not follow."""
-        J, K_f, torque, ratios = self.inertias, self.force_per_volt, self.gravity_torque, self.ratios
-        if J is None or K_f is None or torque is None or ratios is None or self.l_h is None:
+        J, K_f, torque = self.inertias, self.force_per_volt, self.gravity_torque
+        if J is None or K_f is None or torque is None or self.l_h is None:
             return {}
         head = torque + GRAVITY * float(self.m_c or 0.0) * float(self.l_c or 0.0)
         by_weight = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, head - torque) / torque
         k_y, by_slope = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
-        steep = {name: (sqrt(STEEPER) * ratio * k_y, hypot(by_weight, by_slope)) for name, ratio in ratios.items()}
-        return {**steep, "k_y": (-k_y, by_weight)}
+        middles = {field: sqrt(low * high) * k_y for field, (low, high) in self.ratios.items()}
+        return {**{field: (k, hypot(by_weight, by_slope)) for field, k in middles.items()}, "k_y": (-k_y, by_weight)}
 
     def stiffness(self, elevation: float) -> float | None:
         """Stiffness a_e [1/s^2] of gravity, of masses on the arm's line, at ``elevation`` [rad] from the horizontal."""

@@ -149,7 +149,7 @@ class FeedbackState(NamedTuple):
 
 
 class Held(NamedTuple):
-    """A controller between its sampling instants: its state, how many samples it took, the voltages that it shows [V]."""
+    """A controller between its samples: its state, how many samples it took, the voltages that it shows [V]."""
 
     state: FeedbackState
     samples: int
@@ -307,7 +307,7 @@ def arrived(state: FeedbackState, periods: int) -> Rotors:
 
 
 def predicted(x: Motion, state: FeedbackState, s: FeedbackSettings) -> Motion:
-    """The estimate when the voltages that are under way have arrived."""
+    """Predict the estimate at which the voltages that are under way have arrived."""
     for k in range(s.delay):
         x = moved(x, arrived(state, s.delay - 1 - k), s)
     return x

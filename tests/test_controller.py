@@ -29,7 +29,7 @@ from heli_identifier.tools.loop import (
     is_stable,
     plant_response,
 )
-from heli_plant.geometry import Geometry
+from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
 from heli_plant.state_feedback import Rotors, feedback_step, start_feedback
@@ -53,7 +53,7 @@ def designed(plant=TABLE_2, other="pitch", integral=True, effort=1.0):
     return synthesised(plant, point, AIM, other, integral, effort), point
 
 
-def flown(plant, settings, point, references, load=Rotors()):
+def flown(plant, settings, point, references, load=Rotors(0.0, 0.0)):  # noqa: B008, a tuple
     """Fly the plant from its operating point with voltages ``load`` [V] that the controller is not told of."""
     moved = settings._replace(hover=Rotors(settings.hover.front + load.front, settings.hover.rear + load.rear))
     state, held = point.state(plant), (point.v_front, point.v_rear)
@@ -69,7 +69,7 @@ def references(point, seconds, **steps):
 
 @pytest.mark.parametrize("other", ["pitch", "travel"])
 def test_an_integral_removes_what_a_load_leaves(other):
-    """Under .2 V on both rotors LQI comes back to its references; LQR stays off by more than a hundred times as much."""
+    """Under .2 V on both rotors LQI comes back to its references; LQR stays off a hundred times as far."""
     left = {}
     for integral in (True, False):
         settings, point = designed(TABLE_2, other, integral)
@@ -172,7 +172,8 @@ def test_the_corrected_script_has_the_identified_gains():
 def test_a_script_is_read_and_not_run(tmp_path):
     script = tmp_path / "init_heli.m"
     script.write_text(
-        "l_h = 0.66; % m\nm_p=2*0.36;\nA = [1 2; 3 4];\nx = system('rm -rf /');\nK_f = -9.81*(1.92*0.46-2*m_p*l_h)/(l_h*7)\n"
+        "l_h = 0.66; % m\nm_p=2*0.36;\nA = [1 2; 3 4];\nx = system('rm -rf /');\n"
+        "K_f = -9.81*(1.92*0.46-2*m_p*l_h)/(l_h*7)\n"
     )
     values = course_values(script)
     assert values == {"l_h": 0.66, "m_p": 0.72, "K_f": pytest.approx(0.14269, abs=1e-5)}
@@ -188,7 +189,12 @@ def test_a_script_is_read_and_not_run(tmp_path):
 def test_masses_and_lengths_give_the_ratios_of_the_gains():
     """K_f cancels: a rig of twice the thrust has the same ratios; with the hover's K_f the priors hold both."""
     twice = replace(COURSE, hover_voltage=3.5)
-    assert twice.ratios == COURSE.ratios == pytest.approx({"k_x": 6.479, "k_z": 1.0427}, rel=1e-3)
+    assert twice.ratios == COURSE.ratios
+    assert {field: low for field, (low, _) in COURSE.ratios.items()} == pytest.approx(
+        {"k_x": 6.479, "k_z": 1.0427}, rel=1e-3
+    )
+    assert COURSE.deviations("k_x", 9.0, 0.0) < 0.0
+    assert COURSE.deviations("k_x", 0.5 * 6.479, 0.0) == pytest.approx(np.log(2.0) / RATIO_ERROR, rel=1e-3)
     assert twice.priors()["k_y"][0] == pytest.approx(2.0 * COURSE.priors()["k_y"][0])
     assert Geometry(m_p=0.7).priors() == {}
 
@@ -199,7 +205,8 @@ def test_the_controller_in_c_gives_the_same_bits(tmp_path):
         (tmp_path / name).write_text(text)
     library = tmp_path / "controller.so"
     subprocess.run(
-        [*c_compiler(), "-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-shared", "-fPIC", "controller.c", "-o", library],
+        [*c_compiler(), "-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Werror", "-shared", "-fPIC", "controller.c",
+         "-o", library],
         cwd=tmp_path, check=True,
     )  # fmt: skip
     compiled, three, two = ctypes.CDLL(str(library)), ctypes.c_double * 3, ctypes.c_double * 2
@@ -227,7 +234,7 @@ def flight():
 
 
 def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone(flight):
-    """Lines through the first .3 s begin each stretch: their error is a few mrad; a gain 20 % off errs many times it."""
+    """Lines through the first .3 s begin each stretch: a gain that is 20 % off errs more than twice as much."""
     log, settings = flight
     own = closed_loop_errors(log, TABLE_2, settings)
     wrong = closed_loop_errors(log, TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, a_1=TABLE_2.a_1 - 0.05), settings)

@@ -41,6 +41,7 @@ def parameters(unit, log):
         },
         "AdaptiveIdentifier": {"adaptation.hold_time": 0.2, "report.interval": 0.1},
         "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5},
+        "StateFeedback": {"sample.time": 0.03, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},
         "Exciter": {"excitation.experiment": 2},
         "LogPlayer": {"log.path": str(log)},
         "RigLink": {"link.port": 0},
@@ -168,6 +169,7 @@ def test_a_fixed_parameter_is_refused_after_initialisation(fmus, in_host, log, u
         "Exciter": "excitation.base",
         "LogPlayer": "log.start",
         "PidController": "trim",
+        "StateFeedback": "voltage_limit",
         "RigLink": "link.delay",
         "HelicopterPlant": "solver.step",
     }.get(unit, "motor.time_constant")

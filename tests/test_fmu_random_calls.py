@@ -21,6 +21,7 @@ PARAMETERS = {
     },
     "AdaptiveIdentifier": {"method": "prediction_error", "watch.pitch": "dry_friction", "report.interval": 0.05},
     "PidController": {"travel.enabled": True},
+    "StateFeedback": {"travel.enabled": True, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},
     "Exciter": {"excitation.experiment": 3},
     "LogPlayer": {"log.path": "log.csv"},
     "RigLink": {},

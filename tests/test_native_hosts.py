@@ -135,6 +135,7 @@ CLOSE = {
     "HelicopterPlant": 1e-11,
     "AdaptiveIdentifier": 1e-9,
     "PidController": 1e-12,
+    "StateFeedback": 1e-12,
     "Exciter": 1e-12,
     "LogPlayer": 0.0,
 }

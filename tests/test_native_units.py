@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_src import UNITS, BuildError, build
+from fmu_src import UNITS, BuildError, build, unit_class
 from fmu_src.native import NATIVE_UNITS, build_native
 from fmu_src.native.toolchain import PLATFORMS, compiler
 from heli_plant.effects import AXES, CATALOGUE
@@ -62,6 +62,18 @@ def tables():
     return out
 
 
+def matrices():
+    """Random matrices of a state feedback, small enough that its estimate stays bounded."""
+    draw, names = Random(5), [variable.name for variable in unit_class("StateFeedback").variables]
+    groups = ("transition", "drive", "innovation", "gain", "integral", "reference")
+    return {
+        name: draw.uniform(-0.1, 0.1) for name in names if name.partition(".")[0] in groups and name.count(".") == 2
+    }
+
+
+FEEDBACK = matrices()
+
+
 def order(parameters, inputs, steps, shortest=0.001, longest=0.01):
     return {"parameters": parameters, "inputs": inputs, "steps": steps, "seed": 3, "shortest": shortest,
             "longest": longest}  # fmt: skip
@@ -103,6 +115,13 @@ ORDERS = {
         for parameters in (
             {},
             {"travel.enabled": True, "reference.step_pitch": 0.2, "reference.step_time": 2.0, "voltage_limit": 3.0},
+        )
+    ],
+    "StateFeedback": [
+        order(parameters, {**ANGLES, "excitation_front": [-1.0, 1.0], "reference.travel": [-0.3, 0.3]}, 1000)
+        for parameters in (
+            {"sample.time": 0.1, **FEEDBACK},
+            {"sample.time": 0.1, **FEEDBACK, "travel.enabled": True, "sample.delay": 3, "voltage_limit": 3.0},
         )
     ],
     "Exciter": [
@@ -186,6 +205,7 @@ LAWLESS = {
     "HelicopterPlant": ({"effects.input_delay.rotors": 0.03, "solver.step": 0.005}, {**VOLTAGES, **KEEPING}),
     "AdaptiveIdentifier": ({"watch.pitch": "dry_friction", "report.interval": 0.05}, {**VOLTAGES, **ANGLES}),
     "PidController": ({"travel.enabled": True}, ANGLES),
+    "StateFeedback": ({"sample.time": 0.1, **FEEDBACK}, ANGLES),
     "Exciter": ({"excitation.experiment": 2}, {}),
     "LogPlayer": ({}, {}),
 }

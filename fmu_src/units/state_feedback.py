@@ -13,6 +13,8 @@ from heli_plant.state_feedback import (
     FeedbackSettings,
     FeedbackState,
     Held,
+    Motion,
+    Pair,
     Rotors,
     entry_unit,
     hold,
@@ -55,7 +57,7 @@ class StateFeedback(SlaveBase):
         ),
         *(
             variable._replace(initial_dependencies=(f"hover.{rotor}", "voltage_limit"))
-            for variable, rotor in zip(voltage_outputs(), Rotors._fields)
+            for variable, rotor in zip(voltage_outputs(), Rotors._fields)  # noqa: B905, Python 3.9
         ),
         *(
             real_parameter(f"reference.{axis}", "rad", 0.0, -1e4, 1e4, f"reference of the {axis}", tunable=True)
@@ -153,5 +155,6 @@ integral stops while it would drive a voltage beyond it. heli design-controller 
             self.held = None
             return
         parts, samples, v_front, v_rear = frozen
-        kinds = (type(part) for part in start_holding(0.0, 0.0, 0.0, _DEFAULT).state)
-        self.held = Held(FeedbackState(*(kind(*part) for kind, part in zip(kinds, parts))), samples, v_front, v_rear)
+        estimate, integrals, *voltages = parts
+        state = FeedbackState(Motion(*estimate), Pair(*integrals), *(Rotors(*part) for part in voltages))
+        self.held = Held(state, samples, v_front, v_rear)

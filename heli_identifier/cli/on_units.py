@@ -608,13 +608,14 @@ def design_controller(
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
-    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`, controller.m,
-    init_heli_corrected.m, and of LQR and LQI controller.c with its header.
+    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
+    controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
     """
     from heli_identifier.provenance import from_command_line
     from heli_identifier.results import document_text, whole_folder
     from heli_identifier.tools import controller_html, controller_m, corrected_init, course_values, design_table
     from heli_identifier.tools import design_controller as design_it
+    from heli_plant.state_feedback import FeedbackSettings
 
     configuration = found_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
@@ -634,7 +635,7 @@ def design_controller(
         }
         for name, judged in (("controller.json", made.robust), ("nominal.json", made.nominal)):
             texts[name] = document_text(made.parameters(judged, origin).to_dict())
-        if kind != "pid":
+        if isinstance(made.robust.settings, FeedbackSettings):
             from fmu_src.native import controller_sources
 
             texts |= controller_sources(made.robust.settings)

@@ -1,7 +1,8 @@
 """What is known of a rig besides its logs, and how it writes them: the file ``heli.toml``.
 
-The file has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional, and `write_template` writes the file with
-every key explained. msgspec refuses unknown keys and wrong types; `RigConfiguration` and `LogFormat` check the bounds
+The file has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional, and
+`write_template` writes the file with every key explained. msgspec refuses unknown keys and wrong types;
+`RigConfiguration` and `LogFormat` check the bounds
 of the values.
 """
 
@@ -156,8 +157,8 @@ class Weights:
     """Diagonal weights Q and R of a linear-quadratic controller, as a course's script states them.
 
     ``pitch`` to ``travel_rate`` weigh squares of [rad] and [rad/s], ``elevation_integral`` and ``other_integral`` (of
-    travel or pitch) those of [rad s], ``voltage`` that of each rotor's [V]. The default is nearly Bryson's rule, one over
-    the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel.
+    travel or pitch) those of [rad s], ``voltage`` that of each rotor's [V]. The default is nearly Bryson's rule, one
+    over the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel.
 
     Raises
     ------

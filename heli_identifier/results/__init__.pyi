@@ -1,5 +1,6 @@
 __all__ = [
     "AFTER",
+    "Axes",
     "BEFORE",
     "ERROR_COLUMNS",
     "GAIN_COLUMNS",
@@ -34,6 +35,7 @@ __all__ = [
     "effect_title",
     "error_rows",
     "estimate_entry",
+    "figure",
     "figure_text",
     "floor_missing",
     "gain_rows",
@@ -116,7 +118,7 @@ from .style import (
     styled,
     write_figure,
 )
-from .svg import thinned
+from .svg import Axes, figure, thinned
 from .tables import (
     ERROR_COLUMNS,
     GAIN_COLUMNS,

@@ -3,7 +3,9 @@
 ================  =====================================================================================
 `identification`  the on-line identifier over whole logs; `joint`: all logs together
 `linearisation`   the plant at an operating point as a linear system
-`loop`, `pid`     the PID around it: margins over all plants that the data allow, retuned gains
+`loop`, `pid`     a controller around it: margins over all plants that the data allow; retuned gains of the PID
+`controller`      LQR and LQI with a Kalman filter; `controller_page` has the page, `course` the MATLAB code
+`closed_loop`     flights flown again from their references
 `experiment`      the excitation that would show an effect, or separate two
 `flight`          what to add to a flight under the controller
 `fleet`           several rigs of one make together; `meta_analysis` has the mean, `fleet_page` the page

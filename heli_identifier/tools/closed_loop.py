@@ -18,15 +18,13 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
 from heli_identifier.results import LogSource, PlantSource, Tabular, plant_of, read_parameters, several, significant
 from heli_identifier.tools.controller import CONTROLLER, FEEDBACK, feedback_settings
-from heli_identifier.tools.loop import Settings, fly, pid_settings
+from heli_identifier.tools.loop import Memory, Settings, answered, begun, fly, pid_settings
 from heli_identifier.tracing import record_start
-from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
 from heli_plant.motor import kept
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
-from heli_plant.state_feedback import FeedbackState, Rotors, feedback_step, start_feedback
 
 AHEAD = 3.0
 """Length [s] of the stretches that are flown again."""
@@ -134,8 +132,8 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     """Root mean square errors (3,) [rad] over all stretches of a log, and of the controller's voltages [V]."""
     if missing := [axis for axis in _followed(settings) if axis not in log.references]:
         raise ConfigurationError(
-            f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; name the "
-            "column in [log.references] of heli.toml."
+            f"log {log.name} has no reference of the {' and the '.join(missing)}, which this controller follows; name "
+            "the column in [log.references] of heli.toml."
         )
     zero = np.zeros(len(log.angles))
     references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
@@ -158,20 +156,11 @@ def _flown_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[
     return np.sqrt(squares / count), float(np.sqrt(np.mean((asked[:-1] - log.voltages[1:]) ** 2)))
 
 
-def _along(log: Log, settings: Settings, references: Array) -> tuple[list[PidState | FeedbackState], Array]:
+def _along(log: Log, settings: Settings, references: Array) -> tuple[list[Memory], Array]:
     """States of the controller along the measured angles, before each sample, and the voltages [V] it then asks for."""
-    rows, asked = zip(log.angles.tolist(), references.tolist(), strict=True), np.empty_like(log.voltages)
-    memory: PidState | FeedbackState
-    if isinstance(settings, PidSettings):
-        memory = start_pid(*log.angles[0].tolist())
-    else:
-        memory = start_feedback(*log.angles[0].tolist(), settings)
-    memories = []
-    for k, (angles, wanted) in enumerate(rows):
+    asked, memories, memory = np.empty_like(log.voltages), [], None
+    for k, (angles, wanted) in enumerate(zip(log.angles.tolist(), references.tolist(), strict=True)):
+        memory = begun(settings, *angles) if memory is None else memory
         memories.append(memory)
-        if isinstance(settings, PidSettings) and isinstance(memory, PidState):
-            memory, asked[k] = pid_step(memory, *angles, tuple(wanted), log.step, settings)
-        elif isinstance(memory, FeedbackState) and not isinstance(settings, PidSettings):
-            memory = feedback_step(memory, *angles, tuple(wanted), Rotors(), settings)
-            asked[k] = settings.hover.front + memory.now.front, settings.hover.rear + memory.now.rear
+        memory, asked[k] = answered(settings, memory, angles, wanted, log.step)
     return memories, asked

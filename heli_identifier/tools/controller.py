@@ -1,4 +1,4 @@
-"""Controllers for an identified plant: PID, LQR and LQI with a Kalman filter, judged over all plants that the data allow.
+"""Controllers for an identified plant: PID, LQR, LQI with a Kalman filter, judged over all plants the data allow.
 
 About the operating point, with F, G, C of :mod:`.linearisation`, z the integrals of elevation and of travel or pitch,
 
@@ -8,12 +8,13 @@ About the operating point, with F, G, C of :mod:`.linearisation`, z the integral
     that leaves the least cost-to-go x'S x, N = u_r + K x_r + K_z z_r.
 
 The air has a standard deviation a and dies out at :data:`AIR_RATE` c, so it drives a rate like white noise of intensity
-2 a^2 / c. The period between reading and acting and the input delay are undone by prediction (:mod:`heli_plant.state_feedback`), so
-gains and filter are those of the plant without them; the margins are those of the loop with both.
+2 a^2 / c. The period between reading and acting and the input delay are undone by prediction
+(:mod:`heli_plant.state_feedback`), so gains and filter are those of the plant without them; the margins are those of
+the loop with both.
 
 Two designs are made. The nominal one is what the weights say. The robust one makes the voltages dearer, R times
-:data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. What a design promises
-is what 95 % of the plants keep. A PID is retuned (:mod:`.pid`), nominally for the plant alone.
+:data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. What a design
+promises is what 95 % of the plants keep. A PID is retuned (:mod:`.pid`), nominally for the plant alone.
 
 Sources: B. D. O. Anderson and J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990, sections 2.4, 3.1, 8.1; the
 course's Q and R are diagonal, those of the default by Bryson's rule.
@@ -359,8 +360,8 @@ def synthesised(
         )
     if delay > MOST_DELAY:
         raise ConfigurationError(
-            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at most "
-            f"{MOST_DELAY}; take a longer controller.period."
+            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at "
+            f"most {MOST_DELAY}; take a longer controller.period."
         )
     rigid = plant._replace(arm_bending_elevation=0.0)
     K, K_z, L, N, system = gains(linear_system(rigid, point, h), aim, other, integral, effort)
@@ -428,8 +429,8 @@ def gains(
     stable = np.abs([*poles, *errors]).max() < 1.0 if sampled else np.real([*poles, *errors]).max() < 0.0
     if not stable or not np.isfinite(found).all():
         raise ConfigurationError(
-            "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the weights "
-            "of the angles, or choose a point with more lift."
+            "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the "
+            "weights of the angles, or choose a point with more lift."
         )
     feedback = np.asarray(found)[:, :n]
     N = steady[n:] + feedback @ steady[:n]
@@ -489,8 +490,8 @@ def design_controller(
     point = _point(plant, other, elevation, pitch)
     if other == "travel" and abs(point.v_front + point.v_rear) < LEAST_LIFT:
         raise ConfigurationError(
-            f"at elevation {elevation:g} rad the rotors hardly lift ({point.v_front + point.v_rear:.2g} V together), so a "
-            "lean does not move the travel; choose a higher --elevation."
+            f"at elevation {elevation:g} rad the rotors hardly lift ({point.v_front + point.v_rear:.2g} V together), "
+            "so a lean does not move the travel; choose a higher --elevation."
         )
     model, models, fallen = model_of(plant, point, aim.period), [], 0
     for number, one in enumerate(drawn_plants(parameters, draws)):
@@ -506,11 +507,13 @@ def design_controller(
     progress("designing", 0.6)
     notes = [f"{fallen} of {draws} plants that the data allow have no equilibrium there"] if fallen else []
     continuous: dict[str, Array] = {}
+    nominal: Settings
+    robust: Settings
     if kind == "pid":
         present = PidSettings(voltage_limit=plant.v_max, travel_enabled=other == "travel")
         trim = point.v_front + point.v_rear
-        nominal: Settings = retuned(model, present, (), trim)
-        robust, effort = retuned(model, present, models[:30], trim), 1.0
+        nominal, effort = retuned(model, present, (), trim), 1.0
+        robust = retuned(model, present, models[:30], trim)
     else:
         nominal = synthesised(plant, point, aim, other, kind == "lqi")
         robust, effort, reached = nominal, 1.0, 0.0
@@ -589,7 +592,8 @@ def judge(
     return Judged(
         settings, margins, promised, float(disks[0]), float(np.quantile(disks[1:], 1.0 - CONFIDENCE)),
         settling, promised_settling, worst, float(np.mean(stable)), _poles(closed, period), disks[1:],
-        tuple(step_response(plant, model.point, settings, axis, 0.1, SHOWN[axis], period) for axis in axes), band, effort,
+        tuple(step_response(plant, model.point, settings, axis, 0.1, SHOWN[axis], period) for axis in axes), band,
+        effort,
     )  # fmt: skip
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, StrictUndefined
 
-from heli_identifier.results import listed, significant
-from heli_identifier.results.svg import Axes, figure
+from heli_identifier.results import Axes, figure, listed, significant
 from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged
 
 _TEMPLATES = files("heli_identifier.results") / "templates"

@@ -5,8 +5,8 @@ The course writes, with V_s = v_front + v_rear and V_d = v_front - v_rear about 
     p'' = K_1 V_d,    e'' = K_2 V_s,    lambda'' = K_3 p
     K_1 = l_p K_f / J_p,    K_2 = l_h K_f / J_e,    K_3 = -l_h K_f V_s0 / J_lambda
 
-The corrected script keeps the lengths and J_e of the student, and gives K_f, J_p and J_lambda the values with which these
-equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
+The corrected script keeps the lengths and J_e of the student, and gives K_f, J_p and J_lambda the values with which
+these equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
 
 Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", parts I to III.
 """
@@ -18,6 +18,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +32,8 @@ from heli_identifier.tools.linearisation import INPUTS, STATES, LinearModel, lin
 from heli_plant.control import PidSettings
 from heli_plant.geometry import Geometry
 
+_TOTAL = "hover_voltage"
+
 LARGEST_MB = 1.0
 """Size of a script [MB]."""
 
@@ -38,7 +41,7 @@ _HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
 """How scripts call the sum of the voltages at the hover."""
 
 _ASSIGNMENT = re.compile(r"^\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;%]*)")
-_OPERATORS = {
+_OPERATORS: dict[type, Any] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
 }  # fmt: skip
@@ -50,7 +53,7 @@ COLUMNS = ("name", "your script says", "the rig says", "differs by")
 
 
 def course_values(script: Path | None) -> dict[str, float]:
-    """Read the numbers that a MATLAB script assigns; what is no number (matrices, calls of other functions) is left out.
+    """Read the numbers that a MATLAB script assigns; matrices and calls of other functions are left out.
 
     Nothing of the script is run: numbers, names assigned above, ``+ - * / ^``, brackets and a few functions are worked
     out.
@@ -82,14 +85,14 @@ def course_values(script: Path | None) -> dict[str, float]:
         except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
             if name in Geometry.__dataclass_fields__:
                 raise ConfigurationError(
-                    f"{script}, line {number}: {name} = {found[2].strip()} is no number; write it as one, as {name} = 0.5."
+                    f"{script}, line {number}: {name} = {found[2].strip()} is no number; write one, as {name} = 0.5."
                 ) from error
     return values
 
 
 def _value(node: ast.expr, known: Mapping[str, float]) -> float:
     """Work out an expression; anything but arithmetic raises KeyError or TypeError."""
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+    if isinstance(node, ast.Constant) and isinstance(node.value, int | float):
         return float(node.value)
     if isinstance(node, ast.Name):
         return known[node.id]
@@ -105,8 +108,8 @@ def _value(node: ast.expr, known: Mapping[str, float]) -> float:
 def geometry_of(values: Mapping[str, float], stated: Geometry) -> Geometry:
     """Give masses, lengths and hover of a script; what it does not assign is as ``stated``."""
     own = {name: values[name] for name in asdict(stated) if name in values}
-    hover = {"hover_voltage": value for name, value in values.items() if _HOVER.fullmatch(name)}
-    return replace(stated, **{**own, **hover})
+    hovers = [value for name, value in values.items() if _HOVER.fullmatch(name)]
+    return replace(stated, **own, **({"hover_voltage": hovers[-1]} if hovers else {}))
 
 
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
@@ -181,13 +184,15 @@ def corrected_init(
     lines = [
         f"%% The identified plant{f', beside {script}' if script else ''}",
         "%", *table, "%",
-        "% K_f, J_p and J_lambda are effective: with them the course's equations have the identified gains." if "K_f" in rig
+        "% K_f, J_p and J_lambda are effective: with them the course's equations have the identified gains."
+        if "K_f" in rig
         else "% Masses and lengths ([geometry] of heli.toml, or --init init_heli.m) add K_f, J_e, J_p and J_lambda.",
-        "", *(f"{name} = {value:.6g};" for name, value in asdict(geometry).items() if value is not None and name != "hover_voltage"),
+        "", *(f"{name} = {value:.6g};" for name, value in asdict(geometry).items() if value and name != _TOTAL),
         *(f"{name} = {own.value:.6g};" for name, own in rig.items()),
-        "", f"% x = ({', '.join(system.state_labels)}) - x0, u = (V_s, V_d) - u0, y = (pitch, elevation, travel) - x0(1:3)",
+        "", f"% x = ({', '.join(system.state_labels)}) - x0",
+        "% u = (V_s, V_d) - u0, y = (pitch, elevation, travel) - x0(1:3)",
         *_matrix("A", system.A), *_matrix("B", system.B @ _TO_COURSE), *_matrix("C", system.C),
-        f"x0 = {_row([point.pitch, point.elevation, 0.0, 0.0, 0.0, point.travel_rate, point.v_front, point.v_rear] + [0.0] * (len(system.A) - 8))}';",
+        f"x0 = {_row([*point.state(parameters.plant())[:8], *[0.0] * (len(system.A) - 8)])}';",
         f"u0 = {_row([point.v_front + point.v_rear, point.v_front - point.v_rear])}';",
         f"input_delay = {model.input_delay:.6g}; % [s], not in A", "",
     ]  # fmt: skip
@@ -230,8 +235,8 @@ def controller_m(design: ControllerDesign) -> str:
             f"h{ending} = {own.period:g}; delay{ending} = {own.delay}; % periods of input delay",
         ]
         to_course = np.array([[1.0, 1.0], [1.0, -1.0]])
-        for name, matrix in (("K", own.gain), ("K_z", own.integral), ("N", own.reference)):
-            lines += _matrix(name + ending, to_course @ np.array(matrix))
+        for name, rows in (("K", own.gain), ("K_z", own.integral), ("N", own.reference)):
+            lines += _matrix(name + ending, to_course @ np.array(rows))
         lines += _matrix(f"F{ending}", own.transition) + _matrix(f"G{ending}", np.array(own.drive) @ _TO_COURSE)
         lines += _matrix(f"L{ending}", own.innovation)
     if design.continuous:
@@ -240,10 +245,11 @@ def controller_m(design: ControllerDesign) -> str:
             lines += _matrix(
                 f"{name}_continuous", matrix if name == "L" else np.array([[1.0, 1.0], [1.0, -1.0]]) @ matrix
             )
+    held = [point.elevation, point.pitch if design.axes[1] == "pitch" else 0.0]
     pair = [point.v_front + point.v_rear, point.v_front - point.v_rear]
     lines += [
         "", f"% x = ({', '.join(STATES)}), u = (V_s, V_d); {INPUTS[0]} = (V_s + V_d)/2, {INPUTS[1]} = (V_s - V_d)/2",
-        f"r0 = {_row([point.elevation, point.pitch if design.axes[1] == 'pitch' else 0.0])}'; % {' and '.join(design.axes)} [rad]",
+        f"r0 = {_row(held)}'; % {' and '.join(design.axes)} [rad]",
         f"u0 = {_row(pair)}'; % [V]", "",
     ]  # fmt: skip
     return "\n".join(lines)

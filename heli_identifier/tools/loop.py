@@ -23,7 +23,7 @@ Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (d
 have one size.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -42,6 +42,9 @@ from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, f
 
 Settings = PidSettings | FeedbackSettings
 """A controller."""
+
+Memory = PidState | FeedbackState
+"""Its state."""
 
 Responses = NDArray[Any]
 """Frequency responses, complex."""
@@ -96,39 +99,45 @@ def controller(settings: Settings, period: float) -> StateSpace:
 
     States are those of its step, inputs the measured angles and their references [rad], outputs v_front and v_rear [V].
     """
+    free: Settings
     if isinstance(settings, PidSettings):
         free = settings._replace(voltage_limit=UNLIMITED, pitch_limit=UNLIMITED)
-        return _differences(
-            lambda x, y, r: (lambda after, voltages: [*after, *voltages])(*pid_step(PidState(*x), *y, r, period, free)),
-            6,
-            period,
-        )
-    at_zero = settings._replace(
-        voltage_limit=UNLIMITED, point=type(settings.point)(), hover=Rotors(), period=period
-    )
-    still = start_feedback(0.0, 0.0, 0.0, at_zero)
-    kinds = [type(part) for part in still]
-    sizes = np.cumsum([0, *map(len, still)])
-    states = int(sizes[3 + settings.delay])  # older voltages are kept, but never looked at
+        states = len(_numbers(begun(free, 0.0, 0.0, 0.0)))
+    else:
+        at_zero = type(settings.point)()
+        free = settings._replace(voltage_limit=UNLIMITED, point=at_zero, hover=Rotors(), period=period)
+        still = begun(free, 0.0, 0.0, 0.0)
+        states = len(_numbers(still[: 3 + settings.delay]))  # older voltages are kept, but never looked at
+    empty = begun(free, 0.0, 0.0, 0.0)
 
-    def following(x: list[float], y: list[float], r: tuple[float, float, float]) -> list[float]:
-        x = [*x, *[0.0] * (int(sizes[-1]) - states)]
-        state = FeedbackState(*(kind(*x[a:b]) for kind, a, b in zip(kinds, sizes, sizes[1:], strict=False)))
-        after = feedback_step(state, *y, r, Rotors(), at_zero)
-        return [*[value for part in after for value in part][:states], *after.now]
+    def following(x: list[float], y: list[float], r: list[float]) -> list[float]:
+        memory = _filled(empty, iter([*x, *[0.0] * (len(_numbers(empty)) - states)]))
+        after, voltages = answered(free, memory, y, r, period)
+        return [*_numbers(after)[:states], *voltages]
 
     return _differences(following, states, period)
+
+
+def _numbers(value: Any) -> list[float]:
+    """Return the numbers in tuples of tuples, in order."""
+    return [x for part in value for x in (_numbers(part) if isinstance(part, tuple) else (part,))]
+
+
+def _filled(like: Any, numbers: Iterator[float]) -> Any:
+    """Return named tuples such as ``like`` with other numbers in them."""
+    return type(like)(*(_filled(part, numbers) if isinstance(part, tuple) else next(numbers) for part in like))
 
 
 def _differences(following: Callable[..., list[float]], states: int, period: float) -> StateSpace:
     """Return the linear system of a step that gives state and voltages from state, angles and references."""
 
     def at(row: list[float]) -> NDArray[np.float64]:
-        return np.array(following(row[:states], row[states : states + 3], tuple(row[states + 3 :])))
+        return np.array(following(row[:states], row[states : states + 3], row[states + 3 :]))
 
     base = at([0.0] * (states + 6))
     slope = np.column_stack([at(row) - base for row in np.eye(states + 6).tolist()])
-    return ss(slope[:states, :states], slope[:states, states:], slope[states:, :states], slope[states:, states:], period)
+    A, B, C, D = slope[:states, :states], slope[:states, states:], slope[states:, :states], slope[states:, states:]
+    return ss(A, B, C, D, period)
 
 
 def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
@@ -339,10 +348,11 @@ def step_response(
     references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])
     state, held = rigid_start(point.state(parameters), parameters), (point.v_front, point.v_rear)
     angles, _ = fly(parameters, settings, references, state, held, period, at_rest(settings, point))
-    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - still[index], size)
+    time = np.arange(count, dtype=np.float64) * period - LEAD
+    return StepResponse(axis, time, angles[:, index] - still[index], size)
 
 
-def at_rest(settings: Settings, point: OperatingPoint) -> PidState | FeedbackState:
+def at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     """Return the state of a controller that holds an operating point."""
     if isinstance(settings, FeedbackSettings):
         state = start_feedback(point.pitch, point.elevation, 0.0, settings)
@@ -358,6 +368,27 @@ def at_rest(settings: Settings, point: OperatingPoint) -> PidState | FeedbackSta
     return start_pid(point.pitch, point.elevation, 0.0)._replace(**integrals)
 
 
+def begun(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
+    """Return the state of a controller without history, at measured angles [rad]."""
+    if isinstance(settings, PidSettings):
+        return start_pid(pitch, elevation, travel)
+    return start_feedback(pitch, elevation, travel, settings)
+
+
+def answered(
+    settings: Settings, memory: Memory, angles: Sequence[float], wanted: Sequence[float], period: float
+) -> tuple[Memory, tuple[float, float]]:
+    """Return a controller's state after one step, and the voltages (v_front, v_rear) [V] of the next period."""
+    (pitch, elevation, travel), (to_pitch, to_elevation, to_travel) = angles, wanted
+    references = to_pitch, to_elevation, to_travel
+    if isinstance(settings, PidSettings):
+        assert isinstance(memory, PidState)
+        return pid_step(memory, pitch, elevation, travel, references, period, settings)
+    assert isinstance(memory, FeedbackState)
+    state = feedback_step(memory, pitch, elevation, travel, references, Rotors(), settings)
+    return state, (settings.hover.front + state.now.front, settings.hover.rear + state.now.rear)
+
+
 def fly(
     parameters: PlantParameters,
     settings: Settings,
@@ -365,7 +396,7 @@ def fly(
     state: PlantState,
     held: tuple[float, float],
     period: float,
-    memory: PidState | FeedbackState | None = None,
+    memory: Memory | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
 
@@ -378,12 +409,7 @@ def fly(
     for k in range(count):
         measured = measured_angles(state)
         angles[k], voltages[k] = measured, held
-        if isinstance(settings, PidSettings):
-            pid = memory if isinstance(memory, PidState) else start_pid(*measured)
-            memory, held = pid_step(pid, *measured, (rows[k][0], rows[k][1], rows[k][2]), period, settings)
-        else:
-            own = memory if isinstance(memory, FeedbackState) else start_feedback(*measured, settings)
-            memory = feedback_step(own, *measured, (rows[k][0], rows[k][1], rows[k][2]), Rotors(), settings)
-            held = settings.hover.front + memory.now.front, settings.hover.rear + memory.now.rear
+        memory = begun(settings, *measured) if memory is None else memory
+        memory, held = answered(settings, memory, measured, rows[k], period)
         state = advance(state, time, voltages, k, 0.0, period, parameters)
     return angles, voltages

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
-from math import hypot, log, sqrt
+from math import sqrt
 from time import perf_counter
 
 import numpy as np
@@ -13,6 +13,7 @@ from heli_identifier.chain import BENDING, TIMING
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import (
+    Geometry,
     Log,
     check_apart,
     check_excitation,
@@ -20,7 +21,6 @@ from heli_identifier.records import (
     counted_once,
     excitation_notes,
 )
-from heli_plant.geometry import RATIO_ERROR, STEEPER, Geometry
 
 from .events import event_notes
 from .findings import catalogue_verdicts, correlation, drawn_curves, estimates, found_effect, lag_effect, log_faults
@@ -268,21 +268,20 @@ def _unexpected_notes(expected: Mapping[str, Estimate], after: Fit) -> list[str]
 def _geometry_notes(
     geometry: Geometry, values: Mapping[str, Estimate], fields: Sequence[str], joint: Array
 ) -> list[str]:
-    """Name the ratios of gains that masses and lengths of the configuration contradict; no force per volt is in them."""
+    """Name the ratios of gains that masses and lengths contradict; the force per volt is not in them."""
     notes = []
-    for field, expected in (geometry.ratios or {}).items():
+    for field, (low, high) in geometry.ratios.items():
         if not {field, "k_y"} <= set(fields):
             continue
         one, other = values[field].value, values["k_y"].value
         i, j = fields.index(field), fields.index("k_y")
         spread = joint[i, i] / one**2 + joint[j, j] / other**2 - 2.0 * joint[i, j] / (one * other)
-        distance, ratio = log(abs(one / other) / expected), abs(one / other)
-        beyond = max(distance - log(STEEPER), -distance) / hypot(sqrt(max(spread, 0.0)), RATIO_ERROR)
+        ratio, beyond = abs(one / other), geometry.deviations(field, abs(one / other), sqrt(max(spread, 0.0)))
         if beyond > FAR:
             notes.append(
-                f"the masses and lengths of heli.toml say that {field} is {expected:.3g} to {STEEPER * expected:.3g} times "
-                f"|k_y|, the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure again, "
-                "or look for what turns this axis beside its rotors"
+                f"the masses and lengths of heli.toml say that {field} is {low:.3g} to {high:.3g} times |k_y|; "
+                f"the logs say {ratio:.3g} times, {beyond:.2g} standard deviations beyond. Weigh and measure "
+                "again, or look for what turns this axis beside its rotors"
             )
     return notes
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from heli_identifier.errors import require_positive
 from heli_identifier.online import Estimate
-from heli_identifier.records import RigConfiguration, check_given
-from heli_plant.geometry import Geometry
+from heli_identifier.records import Geometry, RigConfiguration, check_given
 
 # --- the noise of the likelihood (noise.py) ---
 
