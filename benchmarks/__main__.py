@@ -42,6 +42,7 @@ PRINTED = {
     "paper": "paper",
     "figures": "figures",
     "freeze": "freeze",
+    "mutants": "mutants.main",
 }
 """Module of each benchmark that prints; its function, by default of the benchmark's name, takes the options."""
 
