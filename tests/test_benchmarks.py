@@ -7,21 +7,11 @@ import pytest
 
 from benchmarks import __main__ as command
 from benchmarks import freeze
-from benchmarks.commands import efficiency
-from benchmarks.harness import Bar, Times, apart, bar_table, figure, in_turn, ratio, seconds, table, write_section
-from benchmarks.masters import loop_bars
-from benchmarks.paper import twelve_starts
+from benchmarks.harness import Bar, Times, ratio
 from benchmarks.soak import CASES, GAIN_LIMIT
 from tests.faults.case import ROOT
 
 # --- times -------------------------------------------------------------------------------------------------------
-
-
-def test_contenders_take_turns_in_every_round():
-    order = []
-    times = in_turn({name: lambda name=name: order.append(name) for name in "ab"}, rounds=3)
-    assert order == ["a", "b"] * 4  # one round before is not timed
-    assert {name: len(t.seconds) for name, t in times.items()} == {"a": 3, "b": 3}
 
 
 def test_one_slow_round_moves_neither_median_nor_ratio():
@@ -32,28 +22,7 @@ def test_one_slow_round_moves_neither_median_nor_ratio():
         Times(())
 
 
-def test_two_workers_in_half_the_time_are_fully_efficient():
-    assert efficiency(Times((60.0,)), Times((30.0,))) == 1.0
-    assert efficiency(Times((60.0,)), Times((60.0,))) == 0.5
-
-
-def test_what_runs_apart_gives_its_result_or_says_what_failed():
-    assert apart(figure, 0.26571) == "0.266"
-    with pytest.raises(RuntimeError, match="TypeError"):
-        apart(figure, "no number")
-
-
 # --- tables ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(0.0, "0.00"), (0.26571, "0.266"), (14.62, "14.6"), (188.7, "189"), (6e-9, "6.00e-09"),
-     (50_200.0, "50200"), (0.99999, "1.00"), (-3.5, "-3.50"), (nan, "none")],
-)  # fmt: skip
-def test_a_figure_has_three_digits_and_a_time_its_unit(value, text):
-    assert figure(value) == text
-    assert [seconds(time) for time in (46.9, 0.00174, 1.45e-6)] == ["46.9 s", "1.74 ms", "1.45 us"]
 
 
 def test_a_bar_on_its_bound_is_met_and_what_was_not_measured_is_not():
@@ -61,29 +30,10 @@ def test_a_bar_on_its_bound_is_met_and_what_was_not_measured_is_not():
     assert not Bar("time", 1.51, 1.5, "s").met
     assert Bar("ratio", 20.0, 20.0, "times", at_least=True).met
     assert not Bar("ratio", nan, 20.0, "times", at_least=True).met
-    text = bar_table([Bar("slow", 2.0, 1.0, "s"), Bar("fast", 30.0, 20.0, "times", at_least=True)])
-    assert "| slow | 2.00 s | at most 1 s | **no** |" in text
-    assert "| fast | 30.0 times | at least 20 times | yes |" in text
 
 
-def test_a_row_that_does_not_fit_its_head_is_refused_and_a_bar_in_a_cell_breaks_no_table():
-    with pytest.raises(ValueError, match="2 cells"):
-        table(("a",), [("1", "2")])
-    assert table(("a",), [("|x|",)]).splitlines()[-1].count("|") == 2
-
-
-def test_a_section_replaces_what_stood_between_its_markers_and_nothing_else(tmp_path):
-    page = tmp_path / "page.md"
-    for name, text in (("a", "first"), ("b", "other"), ("a", "again")):
-        write_section(page, name, text)
-    begin, end = "<!-- {}:begin -->", "<!-- {}:end -->"
-    sections = (f"{begin.format(n)}\n{text}\n{end.format(n)}" for n, text in (("a", "again"), ("b", "other")))
-    assert page.read_text() == "# Results\n\n" + "\n\n".join(sections) + "\n"
-
-
-@pytest.mark.parametrize("name", [*command.SECTIONS, *command.PRINTED])
-def test_every_name_is_a_benchmark(name):
-    assert callable(command.function_of(name))
+def test_every_name_is_a_benchmark():
+    assert all(callable(command.function_of(name)) for name in (*command.SECTIONS, *command.PRINTED))
 
 
 # --- freeze ------------------------------------------------------------------------------------------------------
@@ -102,21 +52,6 @@ def test_a_comparison_finds_bits_sizes_and_what_has_come_or_gone():
 
 
 # --- single benchmarks -------------------------------------------------------------------------------------------
-
-
-def test_times_are_held_by_their_quietest_round_and_ratios_by_medians():
-    times = {"ours": [80.0, 90.0, 90.0], "fmpy_calls": [200.0, 270.0, 280.0], "plant_off": [16.0, 14.0, 20.0]}
-    bars = {bar.what: (bar.value, bar.met) for bar in loop_bars(times, {"plant_off": 15.0}, 100.0)}
-    assert bars["against fmpy, one call per connection"] == (3.0, True)
-    assert bars["Step HelicopterPlant, all effects off"] == (14.0, True)
-    assert "against libcosim" not in bars
-
-
-def test_the_papers_twelve_runs_differ_in_omega_gamma_and_start():
-    starts = [*twelve_starts(1), *twelve_starts(2)]
-    assert [start.number for start in starts] == [*range(1, 13)] * 2
-    assert len({(start.omega, start.gain) for start in starts}) == 12
-    assert len({start.angles + start.rates for start in starts}) == 24
 
 
 def test_the_soak_flies_with_the_settings_that_are_documented_for_rigs_that_change():

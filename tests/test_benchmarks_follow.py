@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from benchmarks.flown import TORQUE_STD, TORQUE_TIME
-from benchmarks.follow import FAULTY, GAIN, broken, errors_ahead, excited_until
+from benchmarks.follow import GAIN, errors_ahead, excited_until
 from heli_identifier.following import FollowSettings, prepare_following
 from heli_plant.parameters import TABLE_2
 from tests.blind.coefficients import Coefficients
@@ -48,25 +48,6 @@ def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
     near, far = (excited_until("k_y", own, Coefficients(), 0.0, 3.6e4) for own in (rows, slower))
     assert near > 20.0
     assert 4.0 * near + 3.0 * 2.0 < far < 4.0 * near + 3.0 * 4.0
-
-
-def test_a_change_that_shows_at_once_has_20_s_of_excited_flight_after_20_s():
-    rows = np.tile(HOVER, (6000, 1))
-    assert excited_until("mass", rows, Coefficients(), 20.0, 3.6e4) == 20.0
-
-
-def test_a_stream_at_fault_stands_still_and_stops_once_a_minute():
-    rng = np.random.default_rng(0)
-    rows = np.cumsum(rng.standard_normal((12000, 5)), axis=0)
-    flown = rows.copy()
-    fresh = np.array(broken(FAULTY, rows, 0.0, rng))
-    stops = np.convolve(1.0 - fresh, np.ones(450), "valid") == 450.0
-    assert np.sum(np.diff(stops.astype(int)) == 1) == 2
-    # 5 % are lost and 7 % come after they were due (1.5 standard deviations of the jitter), two stops are 8 %
-    assert fresh.mean() == pytest.approx(0.95 * 0.933 * (1.0 - 10.0 / 120.0), abs=0.01)
-    # what is shown is what was flown 50 ms before, but for the encoder that stands
-    same = (rows[5:, 2:] == flown[:-5, 2:]).all(axis=1)[fresh[5:] > 0.5]
-    assert same.mean() == pytest.approx(1.0 - 8.0 / 110.0, abs=0.01)
 
 
 def test_a_twin_with_the_values_in_use_errs_as_the_one_that_does_not_correct():

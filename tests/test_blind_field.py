@@ -5,16 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.rigs import field_half, field_sources
+from benchmarks.rigs import field_half
 from tests.blind.coefficients import Coefficients
 from tests.blind.encoders import COUNTS_PER_TURN
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
 from tests.blind.field.control import V_MAX, Control
-from tests.blind.field.draw import AIR_STD, CLEAN, GAIN_STD, LAG, ZERO_STD, draw_field_rig
-from tests.blind.field.flight import fly, push
+from tests.blind.field.draw import AIR_STD, CLEAN, GAIN_STD, ZERO_STD, draw_field_rig
+from tests.blind.field.flight import fly
 from tests.blind.field.generator import fly_log, make_field_rig
-from tests.blind.field.references import joystick
-from tests.blind.field.strengths import MOST, STRENGTHS
 from tests.blind.field.truth import Air, Touch
 from tests.blind.rigs import AXES, Room
 
@@ -36,7 +34,8 @@ def logs_of(rig):
 
 @pytest.fixture(scope="module")
 def rigs():
-    return [make_field_rig(seed, "field", touched=seed % 2 == 1) for seed in range(8, 16)]
+    """One with touches by a hand; one of the two at 500 Hz."""
+    return [make_field_rig(seed, "field", touched=seed % 2 == 1) for seed in (9, 10)]
 
 
 # --- form ----------------------------------------------------------------------------------------------------------
@@ -53,17 +52,10 @@ def test_halves_divide_the_logs_and_each_has_training_and_held_out_logs(rigs):
             assert set(half.train_numbers).isdisjoint(half.held_numbers)
 
 
-def test_no_two_seeds_and_no_two_logs_are_alike(rigs):
-    logs = [log for rig in rigs for log in logs_of(rig)]
-    heads = {log[:100, 1:].tobytes() for log in logs}
-    assert len(heads) == len(logs)
-    assert len({rig.truth.base for rig in rigs}) == len(rigs)
-
-
 def test_every_seed_gives_the_same_logs_again(rigs):
-    for once, again in zip(logs_of(rigs[1]), logs_of(make_field_rig(9, touched=True)), strict=True):
+    for once, again in zip(logs_of(rigs[0]), logs_of(make_field_rig(9, touched=True)), strict=True):
         assert np.array_equal(once, again)
-    assert np.array_equal(logs_of(rigs[1])[2], fly_log(rigs[1].truth, 2).log)
+    assert np.array_equal(logs_of(rigs[0])[2], fly_log(rigs[0].truth, 2).log)
 
 
 def test_logs_have_the_columns_the_rates_and_the_resolution_of_measured_ones(rigs):
@@ -109,32 +101,6 @@ def test_no_case_of_the_battery_runs_away(case):
 # --- what is drawn -------------------------------------------------------------------------------------------------
 
 
-def test_every_rig_has_its_own_lag_inertial_coupling_and_trigonometric_gravity_and_up_to_three_effects():
-    numbers, lags, names = set(), [], set()
-    for seed in range(200):
-        truth = draw_field_rig(seed)
-        words = [effect.name for effect in truth.effects]
-        assert words[:4] == ["inertial_coupling", "inertial_coupling", "large_angle_gravity", "motor_lag"]
-        numbers.add(len(set(words)) - 3)
-        names |= set(words[4:])
-        lags.append(truth.base.t_m + truth.effects[3].coefficient)
-    assert numbers == set(range(MOST + 1))
-    assert names == set(STRENGTHS)
-    assert LAG[0] <= min(lags) < 0.06
-    assert 0.14 < max(lags) <= LAG[1]
-
-
-def test_strengths_lie_in_their_ranges_and_scale():
-    for name, options in STRENGTHS.items():
-        ranges = {axis: ends for option in options for axis, ends in option}
-        for seed in range(20):
-            full, half = (draw_field_rig(seed, name, scale).effects[4:] for scale in (1.0, 0.5))
-            for effect, weaker in zip(full, half, strict=True):
-                low, high = ranges[effect.axis]
-                assert low <= abs(effect.coefficient) <= high
-                assert weaker.coefficient == pytest.approx(effect.coefficient / 2)
-
-
 def test_zeros_and_gains_vary_from_log_to_log_with_the_stated_deviations():
     logs = [own for seed in range(150) for own in draw_field_rig(seed).logs]
     # A normal variable cut at two standard deviations keeps .96 of its deviation; 1900 logs determine it to 2 %.
@@ -144,51 +110,10 @@ def test_zeros_and_gains_vary_from_log_to_log_with_the_stated_deviations():
     assert gains.mean() == pytest.approx(1.0, abs=4 * GAIN_STD / len(logs) ** 0.5)
 
 
-@pytest.mark.parametrize(
-    ("kind", "names", "varies"),
-    [
-        ("clean", ["inertial_coupling", "inertial_coupling", "large_angle_gravity"], True),
-        ("clean_linear", [], True),
-        ("clean_loop", [], False),
-        ("open_clean", [], False),
-    ],
-)
-def test_clean_rigs_have_exactly_the_effects_of_their_kind(kind, names, varies):
-    truth = draw_field_rig(3, kind)
-    assert [effect.name for effect in truth.effects] == names
-    assert truth.coefficients().motor_lag == 0.0
-    assert truth.base.t_m == 0.08
-    assert truth.closed_loop is not kind.startswith("open")
-    assert (len({own.zeros for own in truth.logs}) > 1) is varies
-    assert (len({own.gain for own in truth.logs}) > 1) is varies
-    assert (max(truth.air.torque_std) > 0.0) is varies
-    assert {own.trims for own in truth.logs} == {(0.0, 0.0, 0.0)}
-    assert not any(own.touches for own in truth.logs)
-
-
 def test_effects_of_zero_strength_do_not_change_the_flight():
     once, again = (make_field_rig(5, kind, scale=0.0) for kind in ("dry_friction:pitch", "cable_stiffness"))
     for log, other in zip(logs_of(once), logs_of(again), strict=True):
         assert np.array_equal(log, other)
-
-
-@pytest.mark.parametrize("kind", ["friction", "dry_friction:roll", "field+clean"])
-def test_kind_that_does_not_exist_is_refused_by_name(kind):
-    with pytest.raises(ValueError, match="roll|friction|field"):
-        draw_field_rig(1, kind)
-
-
-def test_pilot_holds_steps_ramps_and_returns_to_the_middle():
-    references = joystick(100_000, 100.0, 1.0, False, np.random.default_rng(4))
-    pitch, elevation, travel = references.T
-    assert np.all(travel == 0.0)
-    assert np.abs(pitch).max() <= 0.3
-    assert np.abs(elevation).max() <= 0.12
-    held = np.diff(pitch) == 0.0
-    # Holds of 3.6 s in the mean, moves of .7 s in the mean (throws .15 s, three of ten ramps 2 s).
-    assert held.mean() == pytest.approx(3.6 / 4.3, abs=0.05)
-    assert 0.2 < (pitch[1:][held] == 0.0).mean() < 0.5
-    assert np.abs(np.corrcoef(pitch, elevation)[0, 1]) < 0.1
 
 
 # --- equations of motion -------------------------------------------------------------------------------------------
@@ -298,14 +223,6 @@ def test_touches_are_where_and_as_strong_as_the_truth_says(quiet):
         assert np.abs(left[:, others]).max() < 3e-3
 
 
-def test_push_rises_and_falls_within_its_edges_and_gives_its_impulse():
-    t = np.linspace(0.0, 3.0, 30_001)
-    shares = np.array([push(x, 1.0, 1.8) for x in t])
-    assert np.all(shares[(t <= 1.0) | (t >= 1.8)] == 0.0)
-    # Each edge of 50 ms contributes half of its length.
-    assert np.trapezoid(shares, t) == pytest.approx(0.8 - 0.05, abs=1e-6)
-
-
 def test_touch_changes_its_own_log_only_and_only_afterwards():
     calm, touched = (make_field_rig(4, "field", touched=on) for on in (False, True))
     changed = 0
@@ -321,15 +238,6 @@ def test_touch_changes_its_own_log_only_and_only_afterwards():
         assert np.abs(log[after, 3:] - other[after, 3:]).max() > 0.02
         changed += 1
     assert changed >= 1
-
-
-def test_touches_have_the_strength_and_the_length_of_a_hand():
-    touches = [touch for seed in range(60) for own in draw_field_rig(seed, touched=True).logs for touch in own.touches]
-    assert {touch.axis for touch in touches} == set(AXES)
-    for touch in touches:
-        assert 0.299 < touch.end - touch.start < 1.001
-        low, high = (0.9, 2.2) if touch.axis == "travel" else (0.5, 1.4)
-        assert low <= abs(touch.acceleration) <= high
 
 
 # --- what varies from log to log, air and controller ---------------------------------------------------------------
@@ -412,14 +320,6 @@ def test_cases_of_the_battery_share_no_seed_but_for_the_touched_open_logs():
     assert sum(case.count for case in FIELD_BATTERY if case.kind == "clean") >= 100
 
 
-def test_campaign_has_both_halves_of_every_rig_under_different_names():
-    everything = field_sources()
-    assert len(everything) == 2 * sum(case.count for case in FIELD_BATTERY)
-    few = field_sources(("field", "clean"), {"field": 1, "clean": 1})
-    assert {case.group for case, _ in few.values()} == {"field", "clean"}
-    assert set(few) < set(everything)
-
-
 def test_half_of_a_campaign_has_its_logs_and_their_truth_in_the_names_of_the_catalogue():
     made = FieldCase("single", "speed_stability", 4).rig(0)
     rig = field_half("single", "speed_stability", 4, 1.0, False, 0, 1)
@@ -433,9 +333,3 @@ def test_half_of_a_campaign_has_its_logs_and_their_truth_in_the_names_of_the_cat
     assert ("speed_stability", "pitch") in held
     offsets = [e.shape["horizontal_offset"] for e in rig.truth.effects if e.name == "inertial_coupling"]
     assert offsets == [made.truth.horizontal_offset] * 2
-
-
-def test_truth_of_clean_halves_is_the_simplified_model():
-    truth = field_half("clean", "clean_linear", 100, 1.0, False, 1, 0).truth
-    assert (truth.effects, truth.unknown) == ((), None)
-    assert truth.parameters["a_e"] == FieldCase("clean", "clean_linear", 100).rig(1).truth.base.a_e

@@ -6,13 +6,13 @@ import sys
 import numpy as np
 import pytest
 
-from tests.blind.air import CORRELATION_TIME, DRIFT_RATE, DRIFT_SHARE, LEVELS, SWIRL_DAMPING, Noise, draw_noise, torque
+from tests.blind.air import DRIFT_RATE, DRIFT_SHARE, SWIRL_DAMPING, Noise, torque
 from tests.blind.coefficients import Coefficients
 from tests.blind.encoders import COUNTS_PER_TURN
 from tests.blind.field.control import V_MAX, Control
 from tests.blind.field.flight import fly
 from tests.blind.rotors import beyond_dead_zone, thrust
-from tests.blind.windy import COUNTS, DURATION, QUIET, STRENGTHS, WindyTruth, windy_rig
+from tests.blind.windy import DURATION, QUIET, WindyTruth, windy_rig
 
 LEVEL = (0.2, 0.04, 0.015)
 
@@ -67,19 +67,6 @@ def test_swirl_has_its_level_and_the_peak_of_its_spectrum_at_its_rate():
     width = round(0.2 / (f[1] - f[0]))
     smooth = np.convolve(power.sum(axis=1), np.ones(width) / width, mode="same")
     assert f[band][smooth[band].argmax()] == pytest.approx(c, abs=0.4 * SWIRL_DAMPING * c)
-
-
-def test_levels_and_rates_are_those_of_measured_rigs_and_fill_their_range():
-    drawn = [draw_noise("ou", np.random.default_rng(seed)) for seed in range(200)]
-    levels, times = np.array([noise.level for noise in drawn]), np.array([1 / noise.rate for noise in drawn])
-    for found, (low, high) in zip((*levels.T, times), (*LEVELS, CORRELATION_TIME), strict=True):
-        # Of 200 uniform draws, some lie in the lowest and in the highest twentieth but for 2 (.95)^200 = 7e-5.
-        assert low <= found.min() < low * (high / low) ** 0.05
-        assert high * (low / high) ** 0.05 < found.max() <= high
-    swirl = draw_noise("swirl", np.random.default_rng(3))
-    assert swirl.level == draw_noise("slow", np.random.default_rng(3)).level
-    with pytest.raises(ValueError, match="pink"):
-        draw_noise("pink", np.random.default_rng(0))
 
 
 # --- the flight ----------------------------------------------------------------------------------------------------
@@ -137,13 +124,6 @@ def test_a_quiet_rig_is_the_same_rig_with_references_a_fifth_as_large(rig):
         assert quiet.logs[name].angles[:, 1].std() < log.angles[:, 1].std()
 
 
-def test_rigs_have_fourteen_logs_in_two_halves_and_two_further_parts():
-    assert sum(COUNTS.values()) == 14
-    short = windy_rig(2, counts={"a": 2, "b": 1})
-    assert list(short.part("a")) == ["a1", "a2"]
-    assert list(short.part("b")) == ["b1"]
-
-
 @pytest.mark.parametrize(("colour", "rate"), [("ou", 100.0), ("slow", 500.0), ("swirl", 100.0)])
 def test_logs_have_the_form_of_measured_ones_and_no_flight_runs_away(colour, rate):
     for name, log in windy_rig(11, colour, rate=rate, counts=FEW).logs.items():
@@ -159,30 +139,6 @@ def test_logs_have_the_form_of_measured_ones_and_no_flight_runs_away(colour, rat
         assert counts == pytest.approx(counts.round(), abs=1e-6)
         assert np.abs(log.angles[:, 0]).max() < 1.0, name
         assert np.mean(np.abs(log.voltages) == V_MAX) < 0.05
-
-
-def test_the_second_controller_is_another_one_with_half_the_gains():
-    for seed in range(10):
-        first, second = windy_rig(seed, counts={}).controls
-        assert (first.k_ip == 0.0) != (second.k_ip == 0.0)
-        assert (first.b_r == 0.0) != (second.b_r == 0.0)
-    first, second = windy_rig(0, counts={}).controls
-    assert second.k_pp < 0.8 * first.k_pp
-
-
-def test_effects_are_drawn_for_half_of_the_rigs_and_can_be_asked_for():
-    drawn = [windy_rig(seed, counts={}).truth.effects for seed in range(100)]
-    # Binomial with p = 1/2: 100 draws lie within 4 standard deviations of 5.
-    assert 30 <= sum(not effects for effects in drawn) <= 70
-    assert {f"{name}/{axis}" for name, (axis, _, _) in STRENGTHS.items()} <= {key for each in drawn for key in each}
-    assert windy_rig(3, effects="bare", counts={}).truth.effects == {}
-    asked = windy_rig(3, effects="dead_zone+dry_friction", counts={}).truth.effects
-    assert set(asked) == {
-        "inertial_coupling/elevation", "inertial_coupling/travel", "large_angle_gravity/elevation",
-        "dead_zone/rotors", "dry_friction/pitch",
-    }  # fmt: skip
-    with pytest.raises(ValueError, match="magnets"):
-        windy_rig(3, effects="magnets", counts={})
 
 
 def test_slopes_are_those_of_the_thrust_that_the_rotors_give():

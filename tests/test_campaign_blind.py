@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.blind import Share, bars, is_miss, miss, report
-from benchmarks.rigs import GROUPS, blind_rig, blind_sources, measured, true_structure
+from benchmarks.blind import Share, bars, is_miss, miss
+from benchmarks.rigs import blind_rig, blind_sources, measured, true_structure
 from heli_identifier.tools import TrueEffect, TrueUnknown, Truth
 from heli_identifier.tools.campaign_rows import complete, truth_columns
 from heli_plant.effects import effect
@@ -49,10 +49,6 @@ def test_battery_as_a_campaign_holds_every_rig_under_a_name_of_its_own():
     assert max(sum(case == other for case, _ in few.values()) for other, _ in few.values()) == 2
 
 
-def test_group_of_every_case_can_be_asked_for():
-    assert GROUPS == ("clean", "single", "weak", "pair", "unknown", "beyond")
-
-
 def test_logs_of_a_rig_carry_no_word_of_its_truth():
     rig = blind_rig("single", "moving_mass", 20, 1.0, 0)
     assert [log.name for log in (*rig.training, *rig.held_out)] == ["train1", "train2", "train3", "held"]
@@ -86,10 +82,6 @@ def test_a_test_that_is_told_the_effect_sees_it_and_a_clean_rig_has_none():
     # the weak rigs of the battery have a third of this strength and score some ten nats; this one ten times as much
     assert measured(rig, SimpleNamespace())["told_score"] > 50.0
     assert measured(blind_rig("clean", "clean", 200, 1.0, 0), SimpleNamespace()) == {}
-
-
-def test_nothing_is_measured_of_a_torque_that_no_parameter_describes():
-    assert measured(SimpleNamespace(truth=DETENT, training=()), SimpleNamespace()) == {}
 
 
 # --- figures -----------------------------------------------------------------------------------------------------
@@ -140,21 +132,9 @@ def test_weak_effect_that_even_the_told_test_would_miss_is_not_held_against_the_
     assert shares()["weak effects (told: above 8) named first"] == (1, 1, True)
 
 
-def test_group_that_was_not_run_has_no_bar():
-    assert [bar[0] for bar in bars({"clean": GROUPED["clean"]})] == ["clean rigs accused of anything"]
-
-
 def test_misses_are_the_rigs_that_break_their_groups_bar():
     missed = [row["rig"] for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
     assert missed == ["c1", "s1", "s2", "p0", "u1"]
     lines = [miss(row) for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
     assert lines[0] == "c1: true nothing (told nan) | found motor_lag rotors 0.02 (score 20.0)"
     assert lines[2].endswith("true dry_friction pitch 0.02 (told 30.0) | found nothing")
-
-
-def test_report_shows_bars_and_kinds():
-    text = report(GROUPED, "python -m benchmarks blind")
-    assert "| clean rigs accused of anything | 50.0 % (9.5 to 90.5) | 2 | 0 to 0 % | **no** |" in text
-    assert "| single | dry_friction | 3 | 30.0 | 2/3 | 1/3 | 1/3 |" in text
-    assert "10 rigs, 0 of which could not be diagnosed" in text
-    assert "median 9.0 s" in text

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from benchmarks import halves, measured
+from benchmarks import measured
 from benchmarks.measured import LAYOUTS, DownloadError, Source, converted, download, fetched, sources
 from heli_identifier.records import read_log
 
@@ -77,22 +77,6 @@ def cited(content, rig="ntnu-05", path="lab 3/log, final.mat"):
 # --- fetching ----------------------------------------------------------------------------------------------------
 
 
-def test_a_file_is_fetched_from_its_repository_commit_and_path():
-    content = matrix()[1]
-    source = cited(content)
-    with host({place(source): content}) as (address, asked):
-        assert fetched(source, address) == content
-    assert asked == [f"/somebody/helicopter/{'c' * 40}/lab 3/log, final.mat"]
-
-
-def test_a_host_that_lacks_the_file_or_is_not_there_is_named():
-    with host({}) as (address, asked), pytest.raises(DownloadError, match="somebody/helicopter.*404"):
-        fetched(cited(b"x"), address)
-    assert len(asked) == 1
-    with pytest.raises(DownloadError, match="cannot be fetched"):  # the host has gone
-        fetched(cited(b"x"), address)
-
-
 @pytest.mark.parametrize("changed", [b"<html>please log in</html>", b"longer than what was cited" * 9])
 def test_a_file_that_is_not_the_one_cited_is_refused(changed):
     source = cited(b"what was cited")
@@ -121,16 +105,6 @@ def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, mon
     assert (tmp_path / "raw" / "ntnu-05-01.mat").read_bytes() == content
 
 
-def test_the_command_ends_with_the_sentence(tmp_path, monkeypatch, capsys):
-    def refused(folder):
-        raise DownloadError("no such file")
-
-    monkeypatch.setattr(halves, "download", refused)
-    with pytest.raises(SystemExit):
-        halves.measured(["--download", str(tmp_path)])
-    assert "no such file" in capsys.readouterr().err
-
-
 # --- conversion --------------------------------------------------------------------------------------------------
 
 
@@ -155,27 +129,6 @@ def test_rows_become_the_signals_of_the_contract(rig):
     assert log.angles[:, 0] == pytest.approx(sign * unit * values[3])
     assert log.angles[:, 1] == pytest.approx(unit * values[5])
     assert log.angles[:, 2] == pytest.approx(unit * values[1])
-
-
-def test_a_matrix_of_another_layout_is_refused():
-    file = BytesIO()
-    savemat(file, {"SimData": np.zeros((5, 100))})
-    with pytest.raises(DownloadError, match="11 rows or more"):
-        converted(file.getvalue(), cited(b""))
-    file = BytesIO()
-    savemat(file, {"SimData": np.ones((13, 100))})
-    with pytest.raises(DownloadError, match="500 Hz"):
-        converted(file.getvalue(), cited(b""))
-
-
-def test_every_source_is_cited_in_full():
-    listed = sources()
-    assert {source.rig for source in listed} == set(LAYOUTS)
-    assert len({(source.rig, source.log) for source in listed}) == len(listed)
-    for source in listed:
-        assert len(source.commit) == 40
-        assert len(source.sha256) == 64
-        assert source.repository.count("/") == 1
 
 
 @needs_raw
