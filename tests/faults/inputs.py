@@ -9,31 +9,16 @@ IDENTIFY = "heli identify log.csv -o out"
 
 CONFIGURATIONS = (
     Fault("a key that is unknown", configured("[log]\nstrat = 6.0\n"), IDENTIFY, "did you mean 'start'?"),
-    Fault(
-        "a value of the wrong type",
-        configured('[log]\nstart = "six"\n'),
-        IDENTIFY,
-        "log.start = 'six' must be a number",
-    ),
+    Fault("a value of the wrong type", configured('[log]\nstart = "six"\n'), IDENTIFY, "log.start = 'six' must be a number"),
     Fault("TOML that is none", configured("[log\n"), IDENTIFY, "is not TOML"),
     Fault("TOML nested 5000 deep", configured("a = " + "[" * 5000 + "]" * 5000), IDENTIFY, "nested too deeply"),
-    Fault(
-        "a unit that is unknown",
-        configured('[log.units]\npitch = "Grad"\n'),
-        IDENTIFY,
-        "log.units.pitch = 'Grad' is unknown",
-    ),
+    Fault("a unit that is unknown", configured('[log.units]\npitch = "Grad"\n'), IDENTIFY, "log.units.pitch = 'Grad' is unknown"),
     Fault("a motor of 80 s", configured("[rig]\nmotor_time_constant = 80.0\n"), IDENTIFY, "must lie in [5e-05, 5] s"),
     Fault("a configuration that is missing", good, f"{IDENTIFY} --config none.toml", "none.toml does not exist"),
     Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder"),
     Fault("/dev/zero for a configuration", good, f"{IDENTIFY} --config /dev/zero", "it is a device"),
-    Fault(
-        "bytes that are no UTF-8",
-        lambda f: (good(f), write(b"\xff\xfe\xff", "heli.toml")(f)),
-        IDENTIFY,
-        "is not UTF-8 text",
-    ),
-)
+    Fault("bytes that are no UTF-8", lambda f: (good(f), write(b"\xff\xfe\xff", "heli.toml")(f)), IDENTIFY, "is not UTF-8 text"),
+)  # fmt: skip
 
 SIMULATE = "heli simulate open_loop -d 1 -p parameters.json"
 
@@ -70,21 +55,14 @@ PARAMETERS = (
     ),
     Fault("a value that is NaN", value(value=float("nan")), SIMULATE, "a finite number is expected"),
     Fault("a value that is a word", value(value="much"), SIMULATE, "expected `float`, got `str`"),
-    Fault(
-        "a value out of its range", value(value=11.0), SIMULATE, "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s"
-    ),
+    Fault("a value out of its range", value(value=11.0), SIMULATE, "pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s" ),
     Fault("a standard error below 0", value(standard_error=-1.0), SIMULATE, "expected `float` >= 0.0"),
-    Fault(
-        "a file of another schema",
-        write('{"schema": "heli-diagnosis/1"}', "parameters.json"),
-        SIMULATE,
-        "must hold an object of schema",
-    ),
+    Fault("a file of another schema", write('{"schema": "heli-diagnosis/1"}', "parameters.json"), SIMULATE, "must hold an object of schema"),
     Fault("brackets nested 100000 deep", write("[" * 100_000, "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a file that is no JSON", write("{", "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a folder", lambda f: (f / "parameters.json").mkdir(), SIMULATE, "is a folder"),
     Fault("/dev/zero", nothing, "heli simulate open_loop -d 1 -p /dev/zero", "it is a device"),
     Fault("a file that is missing", nothing, SIMULATE, "does not exist"),
-)
+)  # fmt: skip
 
 SECTIONS = {"heli.toml": CONFIGURATIONS, "parameters.json": PARAMETERS}

@@ -45,194 +45,63 @@ def whole(column, value):
 
 
 VALUES = (
-    Fault(
-        "a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad for one sample"
-    ),
+    Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad for one sample" ),
     Fault("1e308 among the elevation", at(ELEVATION, 700, 1e308), IDENTIFY, "row 702: elevation is 1e+308 rad"),
-    Fault(
-        "a sentinel that lasts ten samples",
-        changed(lambda v: v[TRAVEL].__setitem__(slice(700, 710), 999.0)),
-        IDENTIFY,
-        "row 702: travel jumps by",
-    ),
-    Fault(
-        "a lost sample written as 0",
-        changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))),
-        IDENTIFY,
-        "row 902: elevation is 0 rad for one sample",
-    ),
-    Fault(
-        "a sample that is a whole turn off",
-        at(PITCH, 500, 2.0 * np.pi),
-        IDENTIFY,
-        "row 502: pitch is 6.28319 rad for one sample",
-    ),
+    Fault("a sentinel that lasts ten samples", changed(lambda v: v[TRAVEL].__setitem__(slice(700, 710), 999.0)), IDENTIFY, "row 702: travel jumps by"),
+    Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad for one sample"),
+    Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad for one sample"),
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
     Fault("infinity in an angle", at(PITCH, 9, np.inf), IDENTIFY, "row 11, column 'pitch [rad]'"),
     Fault("1e308 V", at(FRONT, 9, 1e308), IDENTIFY, "v_front reaches 1e+308 V"),
-    Fault(
-        "v_front equal to v_rear throughout",
-        changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])),
-        IDENTIFY,
-        "v_front equals v_rear in every sample, so nothing drives the pitch",
-    ),
+    Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front equals v_rear in every sample, so nothing drives the pitch"),
     Fault("a voltage that never changes", whole(FRONT, 1.0), IDENTIFY, "v_front is constant in every log"),
     Fault("a constant angle, to be diagnosed", whole(PITCH, 0.1), DIAGNOSE, "pitch never changes"),
-    Fault(
-        "an angle of noise alone, to be diagnosed",
-        whole(PITCH, 0.01 * RNG.normal(size=2000)),
-        DIAGNOSE,
-        "pitch holds nothing but noise",
-    ),
-    Fault(
-        "an angle that moves by 1e-12 rad, to be diagnosed",
-        whole(TRAVEL, 1e-12 * np.sin(np.arange(2000) / 50.0)),
-        DIAGNOSE,
-        "travel moves by 2e-12 rad in all",
-    ),
+    Fault("an angle of noise alone, to be diagnosed", whole(PITCH, 0.01 * RNG.normal(size=2000)), DIAGNOSE, "pitch holds nothing but noise"),
+    Fault("an angle that moves by 1e-12 rad, to be diagnosed", whole(TRAVEL, 1e-12 * np.sin(np.arange(2000) / 50.0)), DIAGNOSE, "travel moves by 2e-12 rad in all"),
     Fault("degrees called radians", changed(lambda v: v[PITCH].__imul__(57.3)), IDENTIFY, "pitch reaches"),
     Fault("millivolts called volts", changed(lambda v: v[FRONT].__imul__(1e3)), IDENTIFY, "v_front reaches"),
     Fault("time that stands still", at(0, 700, 6.99), IDENTIFY, "row 702: time stands still"),
     Fault("time that runs back", at(0, 700, 3.0), IDENTIFY, "row 702: time runs back"),
-    Fault(
-        "a hole of .2 s",
-        lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:700], *ROWS[720:], ""])),
-        IDENTIFY,
-        "no samples for 0.21 s",
-    ),
-    Fault(
-        "a log of 2 s",
-        lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])),
-        IDENTIFY,
-        "2 s of log are shorter than 5 s",
-    ),
-)
+    Fault("a hole of .2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:700], *ROWS[720:], ""])), IDENTIFY, "no samples for 0.21 s"),
+    Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
+)  # fmt: skip
 
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
 HEADERS = (
-    Fault(
-        "a .mat with two structs of six signals",
-        TWO,
-        "heli identify log.mat -o out",
-        "'monday.time_s', 'tuesday.time_s'",
-    ),
-    Fault(
-        "one column mapped to two signals",
-        configured('[log.columns]\nv_front = "u"\nv_rear = "u"\n'),
-        IDENTIFY,
-        "log.columns.v_front and log.columns.v_rear both name the column 'u'",
-    ),
-    Fault(
-        "one column taken for two signals",
-        configured('[log.columns]\nv_rear = "v_front [V]"\n'),
-        IDENTIFY,
-        "is taken for v_front and for v_rear",
-    ),
+    Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
+    Fault("one column mapped to two signals", configured('[log.columns]\nv_front = "u"\nv_rear = "u"\n'), IDENTIFY, "log.columns.v_front and log.columns.v_rear both name the column 'u'"),
+    Fault("one column taken for two signals", configured('[log.columns]\nv_rear = "v_front [V]"\n'), IDENTIFY, "is taken for v_front and for v_rear"),
     Fault("a unit `Grad`", headed(pitch="pitch [Grad]"), IDENTIFY, "unit 'Grad' is unknown, probably degrees"),
     Fault("a unit `%` of a voltage", headed(v_front="v_front [%]"), IDENTIFY, "probably a share of some full scale"),
     Fault("a rate where an angle is wanted", headed(pitch="pitch [deg/s]"), IDENTIFY, "a rate and no angle"),
-    Fault(
-        "a unit that nobody knows",
-        headed(pitch="pitch [furlong]"),
-        IDENTIFY,
-        "unit 'furlong' is unknown, rad, deg, counts, rev or mrad is needed",
-    ),
+    Fault("a unit that nobody knows", headed(pitch="pitch [furlong]"), IDENTIFY, "unit 'furlong' is unknown, rad, deg, counts, rev or mrad is needed"),
     Fault("a unit that is missing", headed(pitch="pitch"), IDENTIFY, "the unit is missing"),
-    Fault(
-        "a unit `degrees`, which is plain",
-        changed(
-            lambda v: v[PITCH].__imul__(180.0 / np.pi),
-            [h.replace("pitch [rad]", "pitch [degrees]") for h in HEADER.split(",")],
-        ),
-        IDENTIFY,
-        "pitch converted from deg to rad",
-        0,
-        ("out",),
-    ),
+    Fault("a unit `degrees`, which is plain", changed(lambda v: v[PITCH].__imul__(180.0 / np.pi), [h.replace("pitch [rad]", "pitch [degrees]") for h in HEADER.split(",")]), IDENTIFY, "pitch converted from deg to rad", 0, ("out",)),
     Fault("a missing column", headed(pitch="ptich [rad]"), IDENTIFY, "did you mean 'ptich [rad]'?"),
     Fault("no header", lambda f: (f / "log.csv").write_text("\n".join(ROWS)), IDENTIFY, "has no header"),
-    Fault(
-        "a row of eight cells",
-        lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])),
-        IDENTIFY,
-        "row 101: 8 cells stand under 6 headers",
-    ),
-    Fault(
-        "every row longer than the header",
-        lambda f: (f / "log.csv").write_text("\n".join([HEADER, *(row + ",1,2" for row in ROWS), ""])),
-        IDENTIFY,
-        "8 cells stand under 6 headers",
-    ),
-    Fault(
-        "a decimal comma that is not configured",
-        write(text(columns(), separator=";").replace(".", ",")),
-        IDENTIFY,
-        "set decimal = ','",
-    ),
-)
+    Fault("a row of eight cells", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])), IDENTIFY, "row 101: 8 cells stand under 6 headers"),
+    Fault("every row longer than the header", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *(row + ",1,2" for row in ROWS), ""])), IDENTIFY, "8 cells stand under 6 headers"),
+    Fault("a decimal comma that is not configured", write(text(columns(), separator=";").replace(".", ",")), IDENTIFY, "set decimal = ','"),
+)  # fmt: skip
 
 KINDS = (
     Fault("/dev/zero", nothing, "heli identify /dev/zero -o out", "it is a device"),
     Fault("a pipe without a writer", lambda f: os.mkfifo(f / "log.csv"), IDENTIFY, "it is a pipe"),
     Fault("a folder", lambda f: (f / "log.csv").mkdir(), IDENTIFY, "is a folder; name the log files in it"),
-    Fault(
-        "a file of 2 GB",
-        lambda f: ((f / "log.csv").touch(), os.truncate(f / "log.csv", 2_000_000_000)),
-        IDENTIFY,
-        "it has 2000 MB, more than 1000 MB",
-    ),
+    Fault("a file of 2 GB", lambda f: ((f / "log.csv").touch(), os.truncate(f / "log.csv", 2_000_000_000)), IDENTIFY, "it has 2000 MB, more than 1000 MB"),
     Fault("a file that is missing", nothing, IDENTIFY, "does not exist"),
     Fault("a file that is empty", write(b""), IDENTIFY, "is empty"),
     Fault("a picture", write(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR"), IDENTIFY, "it holds binary data"),
     Fault("prose", write("It flew well today\nuntil it did not\n"), IDENTIFY, "is not a table"),
-    Fault(
-        "a .mat that is cut short",
-        lambda f: (matlab(**as_struct())(f), (f / "log.mat").write_bytes((f / "log.mat").read_bytes()[:900])),
-        "heli identify log.mat -o out",
-        "is not readable as a MATLAB file",
-    ),
-    Fault(
-        "a .mat that is none", write("no", "log.mat"), "heli identify log.mat -o out", "is not readable as a MATLAB file"
-    ),
-    Fault(
-        "an .xlsx that is none",
-        write("no", "log.xlsx"),
-        "heli identify log.xlsx -o out",
-        "is not readable as an Excel workbook",
-    ),
-    Fault(
-        "a .parquet that is none",
-        write("no", "log.parquet"),
-        "heli identify log.parquet -o out",
-        "is not readable as a Parquet file",
-    ),
-    Fault(
-        "a .tdms that is none",
-        write("no", "log.tdms"),
-        "heli identify log.tdms -o out",
-        "log.tdms holds 0 columns, a log has six",
-    ),
-    Fault(
-        "an .mf4 that is none", write("no", "log.mf4"), "heli identify log.mf4 -o out", "is not readable as an MDF file"
-    ),
-    Fault(
-        "a .csv.gz that is none",
-        write("no", "log.csv.gz"),
-        "heli identify log.csv.gz -o out",
-        "is not readable as gzip",
-    ),
-    Fault(
-        "a .csv.gz that holds 200 MB of zeros",
-        lambda f: (f / "log.csv.gz").write_bytes(gzip.compress(b"0" * 200_000_000, 1)),
-        "heli identify log.csv.gz -o out",
-        "packed",
-    ),
-    Fault(
-        "a link to itself",
-        lambda f: (f / "log.csv").symlink_to("log.csv"),
-        IDENTIFY,
-        "Too many levels of symbolic links",
-    ),
-)
+    Fault("a .mat that is cut short", lambda f: (matlab(**as_struct())(f), (f / "log.mat").write_bytes((f / "log.mat").read_bytes()[:900])), "heli identify log.mat -o out", "is not readable as a MATLAB file"),
+    Fault("a .mat that is none", write("no", "log.mat"), "heli identify log.mat -o out", "is not readable as a MATLAB file" ),
+    Fault("an .xlsx that is none", write("no", "log.xlsx"), "heli identify log.xlsx -o out", "is not readable as an Excel workbook"),
+    Fault("a .parquet that is none", write("no", "log.parquet"), "heli identify log.parquet -o out", "is not readable as a Parquet file"),
+    Fault("a .tdms that is none", write("no", "log.tdms"), "heli identify log.tdms -o out", "log.tdms holds 0 columns, a log has six"),
+    Fault("an .mf4 that is none", write("no", "log.mf4"), "heli identify log.mf4 -o out", "is not readable as an MDF file" ),
+    Fault("a .csv.gz that is none", write("no", "log.csv.gz"), "heli identify log.csv.gz -o out", "is not readable as gzip"),
+    Fault("a .csv.gz that holds 200 MB of zeros", lambda f: (f / "log.csv.gz").write_bytes(gzip.compress(b"0" * 200_000_000, 1)), "heli identify log.csv.gz -o out", "packed"),
+    Fault("a link to itself", lambda f: (f / "log.csv").symlink_to("log.csv"), IDENTIFY, "Too many levels of symbolic links"),
+)  # fmt: skip
 
 SECTIONS = {"Values in a log": VALUES, "Columns and units of a log": HEADERS, "Files that are no log": KINDS}

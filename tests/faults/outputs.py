@@ -15,158 +15,39 @@ def linked(folder):
 
 
 FILES = (
-    Fault(
-        "`-o` to a device",
-        nothing,
-        f"{SIMULATE} -o /dev/null && [ -c /dev/null ] && echo still a device",
-        "still a device",
-        0,
-        shell=True,
-    ),
+    Fault("`-o` to a device", nothing, f"{SIMULATE} -o /dev/null && [ -c /dev/null ] && echo still a device", "still a device", 0, shell=True),
     Fault("`-o` to standard output", nothing, f"{SIMULATE} -o /dev/stdout | grep -c '^0.01,'", "1", 0, shell=True),
-    Fault(
-        "`-o` to a pipe",
-        nothing,
-        f"mkfifo p; grep -c '^0.01,' p & {SIMULATE} -o p >/dev/null; wait; [ -p p ] && echo still a pipe; rm p",
-        "still a pipe",
-        0,
-        shell=True,
-    ),
-    Fault(
-        "`-o` to a pipe that nobody reads",
-        lambda f: os.mkfifo(f / "p"),
-        f"{SIMULATE} -o p",
-        "p: No such device or address",
-    ),
-    Fault(
-        "`-o` to a link",
-        linked,
-        f"{SIMULATE} -o link.csv >/dev/null && [ -L link.csv ] && head -c 8 real.csv",
-        "time [s]",
-        0,
-        shell=True,
-    ),
-    Fault(
-        "`-o` to a folder",
-        lambda f: (f / "run.csv").mkdir(),
-        f"{SIMULATE} -o run.csv",
-        "run.csv: it is a folder, a file is needed",
-    ),
+    Fault("`-o` to a pipe", nothing, f"mkfifo p; grep -c '^0.01,' p & {SIMULATE} -o p >/dev/null; wait; [ -p p ] && echo still a pipe; rm p", "still a pipe", 0, shell=True),
+    Fault("`-o` to a pipe that nobody reads", lambda f: os.mkfifo(f / "p"), f"{SIMULATE} -o p", "p: No such device or address"),
+    Fault("`-o` to a link", linked, f"{SIMULATE} -o link.csv >/dev/null && [ -L link.csv ] && head -c 8 real.csv", "time [s]", 0, shell=True),
+    Fault("`-o` to a folder", lambda f: (f / "run.csv").mkdir(), f"{SIMULATE} -o run.csv", "run.csv: it is a folder, a file is needed"),
     Fault("`-o` to a full disk", nothing, f"{SIMULATE} -o /dev/full", "/dev/full: No space left on device", shell=True),
-    Fault(
-        "a folder of results where a file stands",
-        lambda f: (good(f), (f / "out").write_text("mine")),
-        "heli identify log.csv -o out",
-        "is a file, a folder is needed there",
-    ),
-    Fault(
-        "a folder of the user's where a file of results goes",
-        lambda f: (good(f), (f / "out" / "parameters.json").mkdir(parents=True)),
-        "heli identify log.csv -o out",
-        "is a folder and is not replaced",
-    ),
+    Fault("a folder of results where a file stands", lambda f: (good(f), (f / "out").write_text("mine")), "heli identify log.csv -o out", "is a file, a folder is needed there"),
+    Fault("a folder of the user's where a file of results goes", lambda f: (good(f), (f / "out" / "parameters.json").mkdir(parents=True)), "heli identify log.csv -o out", "is a folder and is not replaced"),
     Fault("a figure of an unknown kind", nothing, f"{SIMULATE} --plot run.docx", "must end in one of .svg, .pdf, .png"),
-)
+)  # fmt: skip
 
 STREAMS = (
-    Fault(
-        "a reader that leaves (`heli check | head -1`)",
-        parameters(),
-        f"{CHECK} --junit x.xml | head -1 >/dev/null; echo exit ${{PIPESTATUS[0]}}, $(ls x.xml)",
-        "exit 0, x.xml",
-        0,
-        ("x.xml",),
-        True,
-    ),
-    Fault(
-        "a reader that leaves at once",
-        parameters(),
-        f"{CHECK} | true; echo exit ${{PIPESTATUS[0]}}",
-        "exit 0",
-        0,
-        shell=True,
-    ),
+    Fault("a reader that leaves (`heli check | head -1`)", parameters(), f"{CHECK} --junit x.xml | head -1 >/dev/null; echo exit ${{PIPESTATUS[0]}}, $(ls x.xml)", "exit 0, x.xml", 0, ("x.xml",), True),
+    Fault("a reader that leaves at once", parameters(), f"{CHECK} | true; echo exit ${{PIPESTATUS[0]}}", "exit 0", 0, shell=True),
     Fault("standard output closed", parameters(), f"{CHECK} >&-; echo exit $?", "exit 0", 0, shell=True),
     Fault("error stream closed", parameters(), f"{CHECK} 2>&- >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("all streams closed", parameters(), f"{CHECK} <&- >&- 2>&-; echo exit $?", "exit 0", 0, shell=True),
-    Fault(
-        "standard output on a full disk",
-        parameters(),
-        f"{CHECK} >/dev/full",
-        "standard output cannot be written: No space left on device",
-        shell=True,
-    ),
-    Fault(
-        "an encoding without the characters",
-        parameters(),
-        f"PYTHONIOENCODING=ascii LC_ALL=C PYTHONUTF8=0 {CHECK} >/dev/null; echo exit $?",
-        "exit 0",
-        0,
-        shell=True,
-    ),
-    Fault(
-        "a failed check whose reader leaves",
-        parameters(),
-        "heli check log.csv -p parameters.json --factor 1e-9 2>/dev/null | true; echo exit ${PIPESTATUS[0]}",
-        "exit 1",
-        0,
-        shell=True,
-    ),
-)
+    Fault("standard output on a full disk", parameters(), f"{CHECK} >/dev/full", "standard output cannot be written: No space left on device", shell=True),
+    Fault("an encoding without the characters", parameters(), f"PYTHONIOENCODING=ascii LC_ALL=C PYTHONUTF8=0 {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
+    Fault("a failed check whose reader leaves", parameters(), "heli check log.csv -p parameters.json --factor 1e-9 2>/dev/null | true; echo exit ${PIPESTATUS[0]}", "exit 1", 0, shell=True),
+)  # fmt: skip
 
 PLACES = (
-    Fault(
-        "a home that cannot be written",
-        parameters(),
-        f"HOME=/proc/none {CHECK} >/dev/null; echo exit $?",
-        "exit 0",
-        0,
-        shell=True,
-    ),
+    Fault("a home that cannot be written", parameters(), f"HOME=/proc/none {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("no home", parameters(), f"unset HOME; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
-    Fault(
-        "a folder for compiled code that cannot be made",
-        parameters(),
-        f"HELI_CACHE_DIR=/proc/none {CHECK}",
-        "set HELI_CACHE_DIR to a folder that can be written",
-        shell=True,
-    ),
-    Fault(
-        "a cache that was damaged",
-        parameters(),
-        f"export HELI_CACHE_DIR=$PWD/cache; {CHECK} >/dev/null; for f in cache/*/*/*.nb*; do truncate -s 100 $f; done; {CHECK} >/dev/null; echo exit $?",
-        "exit 0",
-        0,
-        ("cache",),
-        True,
-    ),
-    Fault(
-        "a folder for temporary files that is missing",
-        nothing,
-        f"TMPDIR=/proc/none TEMP= TMP= {SIMULATE} >/dev/null; echo exit $?",
-        "exit 0",
-        0,
-        shell=True,
-    ),
+    Fault("a folder for compiled code that cannot be made", parameters(), f"HELI_CACHE_DIR=/proc/none {CHECK}", "set HELI_CACHE_DIR to a folder that can be written", shell=True),
+    Fault("a cache that was damaged", parameters(), f"export HELI_CACHE_DIR=$PWD/cache; {CHECK} >/dev/null; for f in cache/*/*/*.nb*; do truncate -s 100 $f; done; {CHECK} >/dev/null; echo exit $?", "exit 0", 0, ("cache",), True),
+    Fault("a folder for temporary files that is missing", nothing, f"TMPDIR=/proc/none TEMP= TMP= {SIMULATE} >/dev/null; echo exit $?", "exit 0", 0, shell=True),
     Fault("no room for temporary files", nothing, f"ulimit -f 8; {SIMULATE}", "File too large", shell=True),
-    Fault(
-        "a name that is no UTF-8",
-        lambda f: (good(f), os.rename(f / "log.csv", os.fsencode(f) + b"/log\xff.csv")),
-        "heli identify log*.csv -o out >/dev/null; echo exit $?",
-        "exit 0",
-        0,
-        ("out",),
-        True,
-    ),
-    Fault(
-        "a name of an output that is no UTF-8",
-        nothing,
-        f"{SIMULATE} -o $'run\\xff.csv' >/dev/null; code=$?; rm run*.csv; echo exit $code",
-        "exit 0",
-        0,
-        shell=True,
-    ),
-)
+    Fault("a name that is no UTF-8", lambda f: (good(f), os.rename(f / "log.csv", os.fsencode(f) + b"/log\xff.csv")), "heli identify log*.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
+    Fault("a name of an output that is no UTF-8", nothing, f"{SIMULATE} -o $'run\\xff.csv' >/dev/null; code=$?; rm run*.csv; echo exit $code", "exit 0", 0, shell=True),
+)  # fmt: skip
 
 # a loop that waits for a sign of the run ends with the run, too
 WAIT = 'while [ -z "$(ls -A $TMPDIR)" ] && kill -0 $p; do sleep .05; done; sleep .3'
@@ -200,14 +81,7 @@ SIGNALS = (
     ended("TERM", 143),
     ended("HUP", 129),
     ended("INT", 130),
-    Fault(
-        "SIGKILL in the middle of a simulation: what the next run finds",
-        nothing,
-        f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left",
-        "0 running, 0 left",
-        0,
-        shell=True,
-    ),
+    Fault("SIGKILL in the middle of a simulation: what the next run finds", nothing, f"{LONG}; {WAIT}; kill -KILL $p; wait $p 2>/dev/null; {END}; {SIMULATE} >/dev/null; echo $({MASTERS} | wc -l) running, $(ls -A $TMPDIR | wc -l) left", "0 running, 0 left", 0, shell=True),
     *(
         Fault(
             f"SIG{name} in the middle of the demonstration",
@@ -224,14 +98,7 @@ SIGNALS = (
         )
         for name, code in (("INT", 130), ("TERM", 143), ("KILL", 137))
     ),
-    Fault(
-        "Ctrl-C in the first half second",
-        nothing,
-        f'set -m; for t in 0 .05 .1 .2 .3; do heli simulate closed_loop -d 100000 >out.txt 2>&1 & p=$!; {BEGUN}; sleep $t; kill -INT $p; wait $p 2>/dev/null; echo -n "$? "; cat out.txt; done; rm out.txt',
-        "130 130 130 130 130",
-        0,
-        shell=True,
-    ),
-)
+    Fault("Ctrl-C in the first half second", nothing, f'set -m; for t in 0 .05 .1 .2 .3; do heli simulate closed_loop -d 100000 >out.txt 2>&1 & p=$!; {BEGUN}; sleep $t; kill -INT $p; wait $p 2>/dev/null; echo -n "$? "; cat out.txt; done; rm out.txt', "130 130 130 130 130", 0, shell=True),
+)  # fmt: skip
 
 SECTIONS = {"Where output goes": FILES, "Streams": STREAMS, "The place of a command": PLACES, "Signals": SIGNALS}

@@ -72,36 +72,18 @@ FILES = (
     Fault("a folder for an FMU", lambda f: (f / "it.fmu").mkdir(), RUN, "the FMU of plant is no file"),
     Fault("a zip without a model description", archive(a="b"), RUN, "it holds no modelDescription.xml"),
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
-    Fault(
-        "an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive"
-    ),
+    Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive" ),
     Fault("an absolute entry", archive(**{"/escaped": "x"}), RUN, "lies outside of the archive"),
-    Fault(
-        "300 MB of zeros in 300 kB", lambda f: (f / "it.fmu").write_bytes(bomb()), RUN, "at most 200 times are unpacked"
-    ),
-    Fault(
-        "entities in the model description",
-        described("<fmiModelDescription", '<!DOCTYPE a [<!ENTITY b "c">]><fmiModelDescription'),
-        RUN,
-        "has a document type",
-    ),
-    Fault(
-        "entities in a model description in UTF-16",
-        archive(
-            **{"modelDescription.xml": '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16")}
-        ),
-        RUN,
-        "has a document type",
-    ),
+    Fault("300 MB of zeros in 300 kB", lambda f: (f / "it.fmu").write_bytes(bomb()), RUN, "at most 200 times are unpacked" ),
+    Fault("entities in the model description", described("<fmiModelDescription", '<!DOCTYPE a [<!ENTITY b "c">]><fmiModelDescription'), RUN, "has a document type"),
+    Fault("entities in a model description in UTF-16", archive(**{"modelDescription.xml": '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16")} ), RUN, "has a document type"),
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
     Fault("no binary for this system", rewritten(without_binary), RUN, "plant.load"),
-    Fault(
-        "another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'"
-    ),
+    Fault("another unit's FMU", lambda f: build("Exciter", f).rename(f / "it.fmu"), RUN, "has no output 'plant.elevation'" ),
     Fault("a unit that crashes", scripted("import os; os.kill(os.getpid(), 11)"), RUN, "ended by signal 11"),
     Fault("a unit that ends the process", scripted("import os; os._exit(0)"), RUN, "ended with code 0 and no result"),
     Fault("a unit that raises an error", scripted("raise RuntimeError('no')"), RUN, "plant"),
-)
+)  # fmt: skip
 
 RUNS = (
     Fault("a run of 1e12 s", nothing, "heli simulate open_loop -d 1e12", "at most 2e+07 are run"),
@@ -111,12 +93,7 @@ RUNS = (
     Fault("a duration below 0", nothing, "heli simulate open_loop -d -1", "0 < step <= duration is needed"),
     Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 100000 are taken"),
     Fault("a scenario that there is not", nothing, "heli simulate nowhere", "no scenario"),
-    Fault(
-        "a parameter out of its range",
-        nothing,
-        "heli simulate open_loop -s plant.pitch.damping=11",
-        "must lie in [-10, 10] 1/s",
-    ),
-)
+    Fault("a parameter out of its range", nothing, "heli simulate open_loop -s plant.pitch.damping=11", "must lie in [-10, 10] 1/s"),
+)  # fmt: skip
 
 SECTIONS = {"FMU files": FILES, "Runs": RUNS}
