@@ -147,21 +147,15 @@ COUNTED = """
 """
 """Compiles a function, and says whether its machine code was found on disk."""
 
-DAMAGES = {
-    "cut short": lambda data: data[: len(data) // 2],
-    "empty": lambda data: b"",
-    "zeros": lambda data: bytes(len(data)),
-}
-
-
 @pytest.mark.parametrize("ending", [pytest.param(".nbi", marks=pytest.mark.slow), ".nbc"])
-@pytest.mark.parametrize("damage", DAMAGES)
-def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, damage, ending):
+def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, ending):
     assert run(COUNTED, tmp_path) == ["5.0", "0"]
-    assert run(COUNTED, tmp_path) == ["5.0", "1"]
     (file,) = tmp_path.rglob(f"*{ending}")
-    file.write_bytes(DAMAGES[damage](file.read_bytes()))
-    assert run(COUNTED, tmp_path) == ["5.0", "0"]
+    whole = file.read_bytes()
+    for damaged in (whole[: len(whole) // 2], b"", bytes(len(whole))):
+        file.write_bytes(damaged)
+        assert run(COUNTED, tmp_path) == ["5.0", "0"]
+        (file,) = tmp_path.rglob(f"*{ending}")
     assert run(COUNTED, tmp_path) == ["5.0", "1"]
 
 

@@ -4,13 +4,15 @@ import pytest
 
 from tests.faults.page import FAULTS, PAGE, SECTIONS, _cell, tried
 
-# Of the faults that need processes of their own, seconds each, the first of every third section is tried each time.
+# Faults that need processes of their own take seconds each: the first of every third section, and every third FMU that
+# is no unit, are tried each time, the others by `make test-all`.
 QUICK = {next((fault.what for fault in faults if fault.shell), "") for faults in list(SECTIONS.values())[::3]}
+QUICK |= {fault.what for fault in SECTIONS["FMU files"][::3]}
 CASES = [
     pytest.param(
         fault,
         id=f"{section}: {fault.what}",
-        marks=[pytest.mark.slow] if fault.shell and fault.what not in QUICK else [],
+        marks=[pytest.mark.slow] if (fault.shell or section == "FMU files") and fault.what not in QUICK else [],
     )
     for section, fault in FAULTS
 ]
