@@ -147,6 +147,7 @@ COUNTED = """
 """
 """Compiles a function, and says whether its machine code was found on disk."""
 
+
 @pytest.mark.parametrize("ending", [pytest.param(".nbi", marks=pytest.mark.slow), ".nbc"])
 def test_a_damaged_cache_is_dropped_and_filled_again(tmp_path, ending):
     assert run(COUNTED, tmp_path) == ["5.0", "0"]
