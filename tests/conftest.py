@@ -18,11 +18,13 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 HOSTS = Path(__file__).parent / "hosts"
 
 
-def pytest_configure():
+def pytest_configure(config):
     from hypothesis import HealthCheck, settings
 
-    # a loaded machine is no defect: examples have no deadline, and may be slow to make
-    settings.register_profile("patient", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    # a loaded machine is no defect: examples have no deadline, and may be slow to make; `make test` tries half of them
+    count = 50 if config.option.markexpr == "not slow" else 100
+    patient = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+    settings.register_profile("patient", max_examples=count, **patient)
     settings.load_profile("patient")
 
 

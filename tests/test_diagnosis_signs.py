@@ -10,10 +10,11 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.online.settings import Estimate
 from heli_identifier.records import demo_logs, read_log
-from heli_identifier.tracing import identify_plant, sign_notes
+from heli_identifier.tracing import sign_notes
 from heli_identifier.tracing.diagnose import _base
-from heli_identifier.tracing.fit import covariance
+from heli_identifier.tracing.fit import covariance, fit
 from tests.diagnosis_example import example
+from tests.test_tracing_likelihood import likelihood_of
 
 TRAINING = demo_logs("rig-c")[0]
 PITCH, SWAP = "pitch = -1 under [log.signs]", "swap_rotors = true under [log]"
@@ -30,7 +31,7 @@ MIRRORED = {
 
 def fitted(log):
     """Estimates of the model before from 30 s: gains are then known to a per cent, a sign to dozens of errors."""
-    null = identify_plant(log).selection.null
+    null = fit(likelihood := likelihood_of((log,)), likelihood.rig.base)
     return _base(null, covariance(null))
 
 
@@ -61,7 +62,7 @@ def test_a_gain_that_may_be_negative_by_chance_is_no_wrong_sign():
 
 def test_identify_warns_of_a_wrong_sign_beside_its_table_and_beside_json(tmp_path):
     config = tmp_path / "rig.toml"
-    config.write_text("[log]\nend = 30.0\n[log.signs]\nelevation = -1\n")
+    config.write_text("[log]\nend = 15.0\n[log.signs]\nelevation = -1\n")
     for words in ([], ["--json"]):
         words = ["identify", str(TRAINING[0]), "--config", str(config), "--output", str(tmp_path / "out"), *words]
         said = CliRunner().invoke(app, words)
