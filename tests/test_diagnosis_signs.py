@@ -62,7 +62,7 @@ def test_a_gain_that_may_be_negative_by_chance_is_no_wrong_sign():
 
 def test_identify_warns_of_a_wrong_sign_beside_its_table_and_beside_json(tmp_path):
     config = tmp_path / "rig.toml"
-    config.write_text("[log]\nend = 15.0\n[log.signs]\nelevation = -1\n")
+    config.write_text("[log]\nend = 30.0\n[log.signs]\nelevation = -1\n")
     for words in ([], ["--json"]):
         words = ["identify", str(TRAINING[0]), "--config", str(config), "--output", str(tmp_path / "out"), *words]
         said = CliRunner().invoke(app, words)
