@@ -112,6 +112,7 @@ def served(address: str, title: str) -> Iterator[tuple[str, Board]]:
     class Server(ThreadingHTTPServer):
         address_family = family
         daemon_threads = True
+        request_queue_size = 128  # of connections that come at once; one that finds no place comes again after a second
 
         def process_request(self, request: Any, client_address: Any) -> None:
             """Answer in a thread of its own, or close at once where too many are answered."""
