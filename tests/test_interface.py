@@ -120,14 +120,6 @@ def test_a_notebook_shows_every_effect_and_error_in_closed_tags(made):
         assert f">{axis}<" in text
 
 
-def test_the_summary_of_a_diagnosis_says_verdict_possible_effects_errors_and_notes():
-    said = example().summary()
-    assert said.startswith("The rig has dry friction on the pitch")
-    assert "Possible, and no finding: motor lag of the rotors." in said
-    assert "+70 nats (50 to 90) in 20 s" in said
-    assert said.endswith("voltages reach 5.10 V")
-
-
 def test_the_plant_under_a_log_repeats_the_free_run_that_the_diagnosis_reports(parameters):
     diagnosis = example()
     run = hi.simulate(parameters, made_log())
@@ -162,14 +154,6 @@ def test_a_linear_model_has_named_signals_and_the_eigenvalues_of_the_pitch():
     # differences of the plant's step are good to some 1e-6
     assert nearest.max() < 1e-5
     assert hi.linearise(TABLE_2, period=0.02).dt == 0.02
-
-
-def test_a_check_passes_where_the_error_is_allowed_and_fails_where_it_is_not(parameters):
-    log = made_log()
-    assert hi.check(log, parameters, factor=100.0).passed
-    strict = hi.check([log], parameters, factor=1e-3)
-    assert not strict.passed
-    assert repr(strict) == "<Check: failed: pitch of run, elevation of run, travel of run>"
 
 
 def test_a_unit_is_built_from_the_parameters_of_its_own(parameters, tmp_path):
