@@ -1,4 +1,7 @@
-"""Bad input gets one clear sentence that names the file, the place, the value and the way out."""
+"""Bad input gets one clear sentence that names the file, the place, the value and the way out.
+
+What a laboratory meets most stands in tests/faults/logs.py, through the commands; here is the rest.
+"""
 
 import numpy as np
 import pytest
@@ -28,19 +31,7 @@ def with_time(instants):
 
 
 CASES = {
-    "a missing column": (
-        with_header(HEADER.replace("pitch [rad]", "ptich [rad]")),
-        r"column 'pitch \[rad\]' missing, found 'time \[s\]', .*did you mean 'ptich \[rad\]'\?",
-    ),
     "several missing columns": (with_header("t,a,b,c,d,e"), r"columns 'time \[s\]', 'v_front \[V\]'.*found 't', 'a'"),
-    "a signal in two columns": (
-        with_header(HEADER + ",pitch [deg]", [row + ",1" for row in SHORT[1:]]),
-        r"pitch stands in 2 columns \('pitch \[rad\]', 'pitch \[deg\]'\)",
-    ),
-    "an unknown unit": (
-        with_header(HEADER.replace("pitch [rad]", "pitch [grad]")),
-        r"column 'pitch \[grad\]': unit 'grad' is unknown, probably degrees, \"deg\"",
-    ),
     "a missing unit": (
         with_header(HEADER.replace("v_front [V]", "v_front")),
         "column 'v_front': the unit is missing, V or mV",
@@ -49,37 +40,20 @@ CASES = {
         with_header(HEADER.replace("v_front [V]", "v_front [deg]")),
         "unit 'deg' is unknown, V or mV",
     ),
-    "no header": (SHORT[1:], "has no header: its first line holds numbers"),
     "an empty cell": (with_row("0.16,,1,0,0,0"), r"row 18, column 'v_front \[V\]': the cell is empty"),
     "a short row": (with_row("0.16,1,1"), r"row 18, column 'pitch \[rad\]': the cell is empty"),
-    "a blank line": (with_row(""), r"row 18, column 'time \[s\]': the cell is empty"),
-    "not a number": (with_row("0.16,1,1,NaN,0,0"), r"row 18, column 'pitch \[rad\]': the cell holds 'NaN'"),
-    "infinity": (with_row("0.16,1,1,0,-inf,0"), r"row 18, column 'elevation \[rad\]': the cell holds '-inf'"),
     "a word": (with_row("0.16,1,on,0,0,0"), r"row 18, column 'v_rear \[V\]': the cell holds 'on'"),
     "a truth value": (with_row("0.16,1,True,0,0,0"), r"row 18, column 'v_rear \[V\]': the cell holds 'True'"),
     "a word where time stands": (with_row("later,1,1,0,0,0"), r"row 18, column 'time \[s\]': the cell holds 'later'"),
     "a cell too many": (with_row("0.16,1,1,0,0,0,0"), "row 18: 7 cells stand under 6 headers"),
-    "cells too many": (with_row("0.16,1,1,0,0,0,0,0,0"), "row 18: 9 cells stand under 6 headers"),
-    "a decimal comma": (
-        [line.replace(",", ";").replace(".", ",") for line in SHORT],
-        r"row 2, column 'time \[s\]': the cell holds '0,00'.*set decimal = ','",
-    ),
-    "time that stands still": (with_row("0.15,1,1,0,0,0"), "row 18: time stands still at 0.15 s"),
-    "time that runs back": (with_row("0.05,1,1,0,0,0"), "row 18: time runs back from 0.15 s to 0.05 s"),
-    "a hole": ([*SHORT[:400], *SHORT[410:]], "row 401: no samples for 0.11 s before 4.09 s, at most 5 steps"),
-    "a leap": (with_row("0.16,1,1,4.2,0,0"), "row 18: pitch is 4.2 rad for one sample"),
     "a leap that lasts": (
         [*SHORT[:500], *(f"{row.rsplit(',', 3)[0]},4.2,0,0" for row in SHORT[500:])],
         "row 501: pitch jumps by 4.* rad from the row before",
     ),
     "a slow log": (with_time(np.arange(2000) / 40.0), "the rate of 40 Hz is below 50 Hz"),
     "a fast log": (with_time(np.arange(9000) / 2500.0), "the rate of 2500 Hz is above 2000 Hz"),
-    "milliseconds called seconds": (with_time(np.arange(2000) * 10.0), "rate of 0.1 Hz is below 50 Hz.*unit of time"),
-    "a short log": (SHORT[:400], "3.99 s of log are shorter than 5 s"),
     "one sample": (SHORT[:2], "1 sample"),
     "a header alone": (SHORT[:1], "holds a header but no rows"),
-    "prose": (["It flew well today", "until it did not"], "is not a table: its first line is 'It flew well today'"),
-    "nothing": ([], "is empty"),
     "blank lines alone": (["", "", ""], "is empty"),
 }
 
@@ -97,26 +71,10 @@ def test_a_bad_log_gets_one_sentence_that_says_what_is_wrong_and_where(tmp_path,
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "is not a table: it holds binary data"),
-        ("\n".join(SHORT).encode("utf-16")[:-1], "begins like UTF-16 text but is none"),
-        (b"", "is empty"),
-    ],
-)
-def test_bytes_that_are_no_table_are_refused(tmp_path, content, words):
-    path = tmp_path / "log.csv"
-    path.write_bytes(content)
-    with pytest.raises(LogError, match=words):
-        read_log(path)
-
-
-def test_a_missing_file_and_a_folder_are_refused_by_name(tmp_path):
-    with pytest.raises(LogError, match=r"none.csv does not exist"):
-        read_log(tmp_path / "none.csv")
-    with pytest.raises(LogError, match="is a folder"):
-        read_log(tmp_path)
+def test_text_that_begins_like_utf_16_and_is_none_is_refused(tmp_path):
+    (tmp_path / "log.csv").write_bytes("\n".join(SHORT).encode("utf-16")[:-1])
+    with pytest.raises(LogError, match="begins like UTF-16 text but is none"):
+        read_log(tmp_path / "log.csv")
 
 
 @pytest.mark.parametrize(
@@ -194,15 +152,6 @@ def test_bytes_that_are_no_matlab_file_are_refused(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(LogError, match="is not readable as a MATLAB file"):
         read_log(path)
-
-
-def test_a_truncated_matlab_file_is_refused(tmp_path):
-    path = tmp_path / "log.mat"
-    savemat(path, matlab())
-    for length in (20000, 200):
-        path.write_bytes(path.read_bytes()[:length])
-        with pytest.raises(LogError):
-            read_log(path)
 
 
 def test_a_matlab_vector_of_another_length_is_left_out_unless_it_is_a_signal(tmp_path):
