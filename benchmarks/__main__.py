@@ -33,6 +33,7 @@ PRINTED = {
     "field": "halves.field_battery",
     "measured": "halves",
     "damage": "damage",
+    "controllers": "controllers",
     "follow": "follow",
     "closed_loop": "closed_loop",
     "quiet": "closed_loop",

@@ -97,8 +97,10 @@ def diagnose(
         for text in diagnosis.notes:
             warn(text)
         return
-    from heli_identifier.results import RESULTS
+    from heli_identifier.results import RESULTS, diagnosis_lines
 
+    for line in diagnosis_lines(diagnosis, training):
+        typer.echo(line)
     print_diagnosis(diagnosis, reasons=verbose)
     note_written(output, (*RESULTS, NATIVE_PLANT) if native else RESULTS)
 

@@ -28,6 +28,7 @@ __all__ = [
     "compare",
     "corrected_parameters",
     "diagnosis_file",
+    "diagnosis_lines",
     "diagnosis_summary",
     "document_text",
     "drawn_values",
@@ -78,7 +79,7 @@ __all__ = [
 from .checking import Check, check
 from .comparing import Comparison, compare
 from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
-from .looking import Look, look
+from .looking import Look, diagnosis_lines, look
 from .parameters import (
     PLANT,
     ParameterSet,

@@ -6,11 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.records import RigConfiguration, common_configuration
+from heli_identifier.records import Log, RigConfiguration, common_configuration
+from heli_identifier.results.parameters import GAINS
 from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Tabular
-from heli_identifier.results.words import significant, with_interval
-from heli_identifier.tracing import DiagnosisSettings, Identification, ParameterReport, identify_plant
+from heli_identifier.results.words import listed, significant, with_interval
+from heli_identifier.tracing import (
+    Determination,
+    Diagnosis,
+    DiagnosisSettings,
+    Identification,
+    ParameterReport,
+    identify_plant,
+)
+from heli_plant.effects import AXES
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -71,6 +80,12 @@ class Look(Tabular):
         )
 
     @property
+    def lines(self) -> tuple[str, str, str]:
+        """Give :func:`look_lines` of these logs."""
+        references = self.identification.references
+        return look_lines(references.closed_loop, listed(references.names), self.movement, self.gains)
+
+    @property
     def remarks(self) -> tuple[str, ...]:
         """Reasons, what is established, what was accepted as a reference, and what to fly."""
         lines = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
@@ -81,9 +96,7 @@ class Look(Tabular):
             f"{e.log}: left out {e.start:.1f} to {e.end:.1f} s, something other than the plant acts on the {e.axis}"
             for e in self.identification.events
         ]
-        wanting = [report for report in self.gains.values() if report.experiment]
-        worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
-        return (*lines, *self.identification.references.notes, *([f"next flight: {worst.experiment}"] if worst else []))
+        return (*lines, *self.identification.references.notes, self.lines[2].partition("; ")[2])
 
     def to_dict(self) -> dict[str, Any]:
         """Give the same as values for JSON."""
@@ -103,6 +116,40 @@ class Look(Tabular):
 
     def __repr__(self) -> str:
         return f"<Look: {', '.join(f'{name} {report.determination}' for name, report in self.gains.items())}>"
+
+
+def look_lines(
+    closed_loop: bool, references: str, movement: Mapping[str, float], reports: Mapping[str, ParameterReport]
+) -> tuple[str, str, str]:
+    """Say in three lines who flew and what moved the rig, how far each axis moved, which gains the logs determine."""
+    flown = "A controller flew" if closed_loop else "Open loop"
+    moved = listed([f"the {axis} by {significant(counts, 2)}" for axis, counts in movement.items()])
+    sure = [name for name, own in reports.items() if own.determination is not Determination.NOT_DETERMINED]
+    gains = f"These logs determine {listed(sure) or 'no gain'}"
+    if missing := [name for name in reports if name not in sure]:
+        gains += f", not {listed(missing)}"
+    wanting = [report for report in reports.values() if report.experiment]
+    worst = min(wanting, key=lambda report: report.outside_share or 0.0, default=None)
+    return (
+        f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
+        f"Root mean square of the motion in encoder counts: {moved}.",
+        f"{gains}; next flight: {worst.experiment}" if worst else f"{gains}; nothing is missing for the gains.",
+    )
+
+
+def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
+    """Give :func:`look_lines` of a diagnosis and its training logs."""
+    counts = np.array(diagnosis.settings["counts"], dtype=float)
+    gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
+    movement = movement_of(training, 2.0 * np.pi / counts)
+    return look_lines(diagnosis.closed_loop, diagnosis.references, movement, gains)
+
+
+def movement_of(logs: Sequence[Log], resolution: Sequence[float]) -> dict[str, float]:
+    """Root mean square of every axis's motion in all logs [encoder counts]; ``resolution`` is that of a count [rad]."""
+    squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in logs], axis=0)
+    counts = np.sqrt(squares / sum(log.samples for log in logs)) / np.asarray(resolution)
+    return dict(zip(AXES, map(float, counts), strict=True))
 
 
 def _report_values(report: ParameterReport) -> dict[str, Any]:
@@ -144,7 +191,4 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     used = several(logs)
     known = configuration or common_configuration(used) or RigConfiguration()
     found = identify_plant(used, DiagnosisSettings.from_rig(known))
-    rig = found.plant.likelihood.rig
-    squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in used], axis=0)
-    counts = np.sqrt(squares / sum(log.samples for log in used)) / rig.resolution
-    return Look(found, dict(zip(rig.axes, map(float, counts), strict=True)))
+    return Look(found, movement_of(used, found.plant.likelihood.rig.resolution))
