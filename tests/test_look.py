@@ -67,3 +67,11 @@ def test_the_command_prints_json(windy, tmp_path):
     found = json.loads(done.stdout)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
     assert found["movement_counts"]["pitch"] > 10.0
+
+
+def test_three_lines_say_who_flew_what_moved_and_what_is_determined(looked):
+    flown, moved, gains = looked.lines
+    assert flown.startswith("A controller flew; moved from outside: ")
+    assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
+    named = {name for name in GAINS if name in gains}
+    assert named == set(GAINS)  # each is either determined or named as missing
