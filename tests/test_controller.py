@@ -16,7 +16,14 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log
 from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
-from heli_identifier.tools.controller import feedback_settings, feedback_values, hover, model_of, synthesised
+from heli_identifier.tools.controller import (
+    feedback_settings,
+    feedback_values,
+    hover,
+    kept_together,
+    model_of,
+    synthesised,
+)
 from heli_identifier.tools.course import corrected_values
 from heli_identifier.tools.linearisation import operating_point
 from heli_identifier.tools.loop import (
@@ -130,6 +137,15 @@ def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
     assert made.robust.promised_disk > made.nominal.promised_disk
     assert made.robust.effort > 1.0
     assert made.robust.stable >= 0.95
+
+
+def test_what_is_promised_is_kept_by_95_percent_of_the_plants_at_once():
+    """Figure by figure .95^4 = .81 of independent figures would be kept together."""
+    figures = np.random.default_rng(1).standard_normal((2000, 4))
+    kept = kept_together(figures)
+    assert np.mean((figures >= kept).all(1)) >= 0.95
+    assert np.mean((figures >= kept).all(1)) < 0.96
+    assert np.all(np.mean(figures < kept, axis=0) < 0.05)
 
 
 def test_the_parameters_of_the_unit_are_the_controller():

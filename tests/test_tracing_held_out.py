@@ -15,7 +15,7 @@ from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.prediction import HORIZONS, Model, made_by_itself, rms_figures, run_along
 from heli_identifier.tracing.records import record_of, records_of
-from heli_identifier.tracing.result import AxisError, Determination, ErrorFigure, ParameterReport, Use
+from heli_identifier.tracing.result import Determination, ParameterReport, Use
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -265,7 +265,6 @@ def test_use_follows_from_the_gain_and_from_predictions_without_a_model(determin
     if determination is not None:
         estimate = Estimate(1.0, 0.1, "rad/s^2/V")
         report = ParameterReport(estimate, determination, 0.3, None, contradicted, (0.1, 5.0), "its interval is wide")
-    figure, stays = (ErrorFigure(value, 0.9 * value, 1.1 * value) for value in (error, 0.02))
-    found, why = use_of("k_x", report, AxisError(figure, figure, figure, figure), stays, stays)
+    found, why = use_of("k_x", report, error, 0.02, 1.0)
     assert found is use
     assert why

@@ -141,7 +141,7 @@ def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str,
     """Give :func:`look_lines` of a diagnosis and its training logs."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
-    movement = movement_of(training, 2.0 * np.pi / counts)
+    movement = movement_of(training, (2.0 * np.pi / counts).tolist())
     return look_lines(diagnosis.closed_loop, diagnosis.references, movement, gains)
 
 

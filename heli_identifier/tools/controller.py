@@ -14,14 +14,16 @@ the loop with both.
 
 Two designs are made. The nominal one is what the weights say. The robust one makes the voltages dearer, R times
 :data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. What a design
-promises is what 95 % of the plants keep. A PID is retuned (:mod:`.pid`), nominally for the plant alone.
+promises is what 95 % of the plants keep, all of it at once. A PID is retuned (:mod:`.pid`), nominally for the plant
+alone.
 
 Sources: B. D. O. Anderson and J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990, sections 2.4, 3.1, 8.1; the
 course's Q and R are diagonal, those of the default by Bryson's rule.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, astuple, dataclass
+from math import ceil
 from typing import Any
 
 import control
@@ -126,7 +128,7 @@ class Judged:
     margins : dict of str to Margins
         Of the estimated plant, by loop.
     promised : dict of str to Margins
-        What 95 % of the plants keep, figure by figure.
+        What 95 % of the plants keep of all figures at once (:func:`kept_together`).
     disk, promised_disk : float
         Disk margin at both actuators at once.
     settling, promised_settling, worst_settling : dict of str to float
@@ -569,32 +571,56 @@ def judge(
             "the designed loop is unstable on the identified plant, with its delay and bending; lower the weights of "
             "the angles, or sample faster."
         )
-    margins, promised = {}, {}
-    for loop, found in margins_over(responses, settings, period, omega).items():
-        rows = np.array([list(asdict(one).values()) for one in found[1:]])
-        low, high = np.quantile(rows, (1.0 - CONFIDENCE, CONFIDENCE), axis=0, method="nearest").tolist()
-        margins[loop] = found[0]
-        promised[loop] = Margins(low[0], high[1], low[2], high[3], high[4])
+    found = margins_over(responses, settings, period, omega)
     disks = disk_margins(responses, controller_response(settings, period, omega))
     loops = [closed, *(closed_loop(one, settings) for one in models)]
-    stable = [is_stable(loop) for loop in loops[1:]]
-    disks[1:][~np.array(stable)] = 0.0
+    stable = np.array([is_stable(loop) for loop in loops[1:]])
+    disks[1:][~stable] = 0.0
     count, axes = round(LONGEST / period), ("elevation", other)
-    settling, promised_settling, worst, band = {}, {}, {}, {}
+    times, band = [], {}
     for axis in axes:
         index = AXES.index(axis)
         with np.errstate(over="ignore", invalid="ignore"):
             paths = [unit_step(loop, index, count)[:, index] for loop in loops]
-        times = [settling_time(path, period) for path in paths]
-        settling[axis], worst[axis] = times[0], max(times)
-        promised_settling[axis] = float(np.quantile(times[1:], CONFIDENCE, method="higher"))
+        times.append([settling_time(path, period) for path in paths])
         band[axis] = np.quantile(np.array(paths)[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
+    # larger is better in every column: margins of both loops, the disk margin, settling of both axes
+    rows = np.array([[x for loop in found for x in astuple(found[loop][k])] for k in range(1, len(loops))])
+    better = np.tile((1.0, -1.0, 1.0, -1.0, 1.0), len(found))
+    kept = kept_together(np.column_stack((rows * better, disks[1:], *(-np.array(own[1:]) for own in times))))
+    promised = [Margins(*own.tolist()) for own in np.split(kept[: len(better)] * better, len(found))]
     return Judged(
-        settings, margins, promised, float(disks[0]), float(np.quantile(disks[1:], 1.0 - CONFIDENCE)),
-        settling, promised_settling, worst, float(np.mean(stable)), _poles(closed, period), disks[1:],
+        settings, {loop: own[0] for loop, own in found.items()}, dict(zip(found, promised, strict=True)),
+        float(disks[0]), float(kept[len(better)]), {axis: own[0] for axis, own in zip(axes, times, strict=True)},
+        dict(zip(axes, (-kept[len(better) + 1 :]).tolist(), strict=True)),
+        {axis: max(own) for axis, own in zip(axes, times, strict=True)},
+        float(np.mean(stable)), _poles(closed, period), disks[1:],
         tuple(step_response(plant, model.point, settings, axis, 0.1, SHOWN[axis], period) for axis in axes), band,
         effort,
     )  # fmt: skip
+
+
+def kept_together(figures: Array) -> Array:
+    """Return what :data:`CONFIDENCE` of the plants keep of all figures at once.
+
+    Plants are ranked in every figure; those whose worst rank is lowest are left out, and the least that the others have
+    is kept by all of them.
+
+    Parameters
+    ----------
+    figures : Array, shape (M, J)
+        Of M plants; larger is better.
+
+    Returns
+    -------
+    Array, shape (J,)
+
+    Source: J. Besag et al., Statistical Science 10 (1995) 3, section 6.3 (simultaneous credible regions from ranks).
+    """
+    known = np.where(np.isnan(figures), -np.inf, figures)
+    ranks = np.array([np.searchsorted(np.sort(column), column, side="right") for column in known.T]).min(0)
+    few = len(known) - ceil(CONFIDENCE * len(known))
+    return np.asarray(known[np.argsort(ranks, kind="stable")[few:]].min(0))
 
 
 def _poles(closed: control.StateSpace, period: float) -> NDArray[Any]:

@@ -83,8 +83,9 @@ def diagnose(
     faults = log_faults(found.selection, found.defects)
     tell("comparing before and after", 0.7)
     axes, nats, series = compare(
-        before, after, found.beside, found.left_out, found.parameters, _judge(found), found.events
-    )
+        before, after, found.beside, found.left_out, found.parameters, _judge(found), found.events,
+        found.references.closed_loop,
+    )  # fmt: skip
     in_plant = {(own.name, own.axis) for own in (*effects, *possible) if own.in_plant}
     names = [effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant]
     names += [name for name in after.fields if name not in (*null.fields, *names)]

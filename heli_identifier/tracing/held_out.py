@@ -99,6 +99,7 @@ def compare(
     reports: Mapping[str, ParameterReport] | None = None,
     judge: Judge | None = None,
     events: Sequence[Event] = (),
+    closed_loop: bool = False,
 ) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
     """Compare two plants on held-out logs.
 
@@ -116,6 +117,9 @@ def compare(
         Chi-squared and degrees of freedom of the instruments for a plant.
     events : sequence of Event, optional
         Passages to be shown.
+    closed_loop : bool
+        Whether a controller flew: its voltages answer the air within 1 s, so what an axis may be used for is then
+        judged over .2 s from the filter's state, and not over 1 s under the measured voltages.
 
     Raises
     ------
@@ -144,13 +148,17 @@ def compare(
     floor = _errors([run for run in made if run is not None], _free_in_air(found["after"]))
     stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
              zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
+    still = rms_figures([on.run.still("ahead_200ms") for on in found["after"]], SPACING, "error over .2 s")
     white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
     p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
              for i in range(len(rig.axes))] for n in models}  # fmt: skip
     change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
     air, noise, axes = after.air(), models["after"].encoder_noise, {}
     for i, axis in enumerate(rig.axes):
-        use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), errors["after"][i], stays[0][i], stays[1][i])
+        own, bare, ahead = errors["after"][i].prediction_1s, min(stays[0][i].value, stays[1][i].value), 1.0
+        if closed_loop:
+            own, bare, ahead = errors["after"][i].ahead_200ms, still[i].value, HORIZONS["ahead_200ms"]
+        use, why = use_of(rig.gains[i], (reports or {}).get(rig.gains[i]), own.value, bare, ahead)
         axes[axis] = AxisReport(
             errors["before"][i], errors["after"][i], floor[i], stays[0][i], stays[1][i],
             {name: own[i] for name, own in p.items()}, float(air[0, i]), float(air[1, i]), float(noise[i]), use, why,
@@ -262,18 +270,19 @@ def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) 
     return float(chdtrc(lags, statistic))
 
 
-def use_of(
-    gain: str, report: ParameterReport | None, after: AxisError, angle_stays: ErrorFigure, rate_stays: ErrorFigure
-) -> tuple[Use, str]:
+def use_of(gain: str, report: ParameterReport | None, error: float, least: float, ahead: float) -> tuple[Use, str]:
     """Decide what an axis of the plant may be used for, and say why in a clause.
 
-    Nothing, if over 1 s a prediction without a model does as well. Prediction only, if the logs do not determine the
-    axis's gain or references contradict it: a controller multiplies a wrong gain, a prediction of similar flights
-    hardly shows it. Else control as well. ``report`` is None for a gain that was given.
+    Nothing, if over ``ahead`` [s] a prediction without a model, which errs by ``least`` [rad], does as well. Prediction
+    only, if the logs do not determine the axis's gain or references contradict it: a controller multiplies a wrong
+    gain, a prediction of similar flights hardly shows it. Else control as well. ``report`` is None for a gain that was
+    given.
     """
-    error, least = after.prediction_1s.value, min(angle_stays.value, rate_stays.value)
     if not error < least:
-        return Use.NOTHING, f"it errs by {1e3 * error:.2g} mrad over 1 s, without a model it is {1e3 * least:.2g}"
+        return (
+            Use.NOTHING,
+            f"it errs by {1e3 * error:.2g} mrad over {ahead:g} s, without a model it is {1e3 * least:.2g}",
+        )
     if report is None:
         return Use.CONTROL, f"{gain} was given"
     if report.contradicted or report.determination is Determination.NOT_DETERMINED:

@@ -157,6 +157,14 @@ class Run:
         stays[inside] = self.record.angles[ends[inside]] - self.motion[inside, :a]
         return stays, stays - self.motion[:, a:]
 
+    def still(self, name: str) -> Array:
+        """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""
+        found = np.full((len(self.at), self.record.angles.shape[1]), np.nan)
+        ends = self.at + round(HORIZONS[name] / self.record.step)
+        inside = ends < self.ends
+        found[inside] = self.record.angles[ends[inside]] - self.record.angles[self.at[inside]]
+        return found
+
     def _ahead(self, states: Sequence[Array] | Array, K: Array, local: Array, steps: Sequence[int]) -> list[Array]:
         """Run on from every start without corrections; errors (S, a) after each number of ``steps``, ascending."""
         record, p = self.record, self.model.parameters
