@@ -71,20 +71,13 @@ def test_validate_takes_all_files_up_to_the_next_option():
     ("words", "said"),
     [
         (("build", "Helicopter"), "HelicopterPlant"),
-        (("build", "HelicopterPlant", "--set", "effects.dry_friction.pitch=2"), "must lie in"),
         (("build", "HelicopterPlant", "--set", "effects.dry_friction.pich=.02"), "effects.dry_friction.pitch"),
         (("build", "HelicopterPlant", "--set", "pitch.damping"), "NAME=VALUE"),
         (("build", "--set", "pitch.damping=1"), "one unit"),
-        (("build", "--parameters", "nothing.json"), "does not exist"),
-        (("simulate", "closedloop"), "closed_loop"),
         (("simulate", "measured_data"), "--log"),
         (("simulate", "open_loop", "--log", "log.csv"), "plays no log"),
         (("simulate", "open_loop", "--fmu", "plant"), "UNIT=FILE"),
-        (("simulate", "open_loop", "--duration", "-1"), "duration"),
-        (("check", "nothing.csv", "--parameters", "nothing.json"), "does not exist"),
         (("effects", "--axis", "roll"), "pitch"),
-        (("ssp", "nowhere"), "no scenario"),
-        (("diagnose", "a.csv", "--config", "nothing.toml"), "nothing.toml"),
         (("diagnose", "--validate", "a.csv"), "LOG"),
         (("diagnose", "a.csv", "--validate", "--output", "x"), "--validate names no log"),
         (("diagnose", "a.csv", "--no-such-option"), "--no-such-option"),
@@ -101,15 +94,6 @@ def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monk
     assert run("init").exit_code == 0
     said = _refused(tmp_path, "does not exist", "diagnose", "nothing.csv")
     assert "configuration: heli.toml" in said
-
-
-def test_init_writes_a_configuration_and_never_over_another(tmp_path):
-    file = tmp_path / "rig.toml"
-    assert run("init", file).exit_code == 0
-    assert "motor_time_constant" in file.read_text()
-    file.write_text("mine")
-    assert run("init", file).exit_code == 2
-    assert file.read_text() == "mine"
 
 
 def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):

@@ -11,7 +11,6 @@ import pytest
 from typer import Typer
 from typer.testing import CliRunner
 
-from fmu_src import SCENARIOS
 from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import in_scenario, unit_value
 from heli_identifier.cli.guard import guarded, is_of_memory
@@ -27,28 +26,10 @@ def run(*words):
     return CliRunner().invoke(app, list(map(str, words)))
 
 
-@pytest.mark.parametrize("axis", ["pitch", "elevation", "travel"])
-def test_an_axis_that_stands_still_can_serve_no_diagnosis(tmp_path, axis):
-    (log, *_), (held,) = demo_logs("rig-b")
-    lines = log.read_text().splitlines()[:2000]
-    column = lines[0].split(",").index(f"{axis} [rad]")
-    rows = [",".join([*(c := line.split(","))[:column], "0.1", *c[column + 1 :]]) for line in lines[1:]]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join([lines[0], *rows, ""]))
-    said = f"{axis} never changes: a clamped axis or a dead encoder"
-    refused(tmp_path, said, "diagnose", path, "--validate", held, "--output", tmp_path / "out")
-    refused(tmp_path, said, "diagnose", path, "--output", tmp_path / "out")
-
-
 def test_identify_counts_no_log_twice(tmp_path):
     (log, *_), _ = demo_logs("rig-b")
     said = "holds the same samples as"
     refused(tmp_path, said, "identify", log, log, "--output", tmp_path / "out")
-
-
-def test_a_figure_that_cannot_be_drawn_is_refused_before_anything_runs(tmp_path):
-    words = ("simulate", "open_loop", "--output", tmp_path / "run.csv", "--plot", tmp_path / "run.docx")
-    refused(tmp_path, "must end in one of .svg, .pdf, .png", *words)
 
 
 UNFORESEEN = {
@@ -139,11 +120,6 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("option", ["--step", "--duration"])
-def test_nothing_is_simulated_in_steps_or_a_time_of_zero(tmp_path, option):
-    refused(tmp_path, f"{option[2:]} = 0 s", "simulate", "open_loop", option, 0)
-
-
 WRONG_SETTINGS = {
     ("HelicopterPlant", "plant", "pitch.damping=abc"): "pitch.damping = 'abc' must be a number in [-10, 10] 1/s.",
     ("HelicopterPlant", "plant", "pitch.damping="): "pitch.damping = '' must be a number in [-10, 10] 1/s.",
@@ -216,16 +192,6 @@ def test_a_damaged_parameter_file_gets_the_same_sentence_from_commands_and_in_py
         assert sentence.strip() == f"heli: {problem.value}"
 
 
-def test_a_folder_in_place_of_a_parameter_file_is_named_as_one(tmp_path):
-    refused(tmp_path, "is a folder", "simulate", "open_loop", "--parameters", tmp_path)
-
-
-def test_a_value_that_the_unit_does_not_take_is_refused_with_the_file(tmp_path):
-    file = parameter_file(tmp_path, change=lambda d: d["values"]["pitch.damping"].update(value=11.0))
-    said = "parameters.json: pitch.damping = 11.0 1/s must lie in [-10, 10] 1/s."
-    refused(tmp_path, said, "simulate", "open_loop", "--parameters", file)
-
-
 def test_values_under_another_unit_s_name_are_refused_with_both_units(tmp_path):
     file = parameter_file(tmp_path, "PidController")
     said = "is of the unit PidController, which has no parameter 'pitch.damping'; its values are of the HelicopterPlant"
@@ -235,12 +201,6 @@ def test_values_under_another_unit_s_name_are_refused_with_both_units(tmp_path):
 def test_init_makes_the_folders_above_the_configuration(tmp_path):
     assert run("init", tmp_path / "rigs" / "north-lab.toml").exit_code == 0
     assert (tmp_path / "rigs" / "north-lab.toml").is_file()
-
-
-@pytest.mark.parametrize("command", ["simulate", "ssp"])
-def test_the_help_lists_every_scenario(command):
-    said = " ".join(run(command, "--help").stdout.replace("│", " ").split())
-    assert all(name in said for name in SCENARIOS)
 
 
 @pytest.mark.usefixtures("interruptible")

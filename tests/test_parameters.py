@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_plant.effects import CATALOGUE, effect
-from heli_plant.errors import ParameterError, did_you_mean
-from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
+from heli_plant.errors import ParameterError
+from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import TABLE_2, PlantParameters, checked, from_names, to_names
 
 DESIGN = {
@@ -56,10 +56,6 @@ def test_table_2_is_the_papers():
     assert (p.a_wy, p.k_y, p.T_m, p.v_max) == (0.114, -0.112, 0.08, 5.0)
 
 
-def test_no_two_parameters_share_a_field_or_a_name():
-    assert len(PARAMETERS) == len(BY_FIELD) == len(BY_NAME)
-
-
 def test_every_row_has_a_unit_a_description_and_a_default_in_its_range():
     for row in PARAMETERS:
         assert row.unit and row.description, row.name
@@ -101,11 +97,6 @@ def test_each_parameter_is_refused_beyond_either_bound():
 def test_motor_lag_may_not_make_the_time_constant_negative():
     with pytest.raises(ParameterError, match=r"effects\.motor_lag\.rotors = -0\.01 s must not be negative"):
         checked(TABLE_2._replace(T_m=0.04, motor_lag_rotors=-0.05))
-
-
-def test_a_close_name_is_proposed_and_a_distant_one_is_not():
-    assert did_you_mean("pitch.dampling", ("pitch.damping", "trim")) == "; did you mean 'pitch.damping'?"
-    assert did_you_mean("xyz", ("pitch.damping",)) == ""
 
 
 def test_unknown_name_is_refused_with_the_nearest_one():
