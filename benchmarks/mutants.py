@@ -143,13 +143,14 @@ class Tree:
     sound: dict[Path, bool] = field(default_factory=dict)
 
     def tests_of(self, path: str) -> list[Path]:
-        """Give the test files that reach a module, the nearest first."""
+        """Give the test files that reach a module: those named after it, then the nearest, the most special first."""
         near, order = {self.root / path}, []
+        words = set(path.removesuffix(".py").replace("/", "_").split("_")[2:])
         for _ in range(4):
             near |= {file for file, imported in self.graph.items() if imported & near}
             reached = [file for file in near if file.name.startswith("test_") and file not in order]
-            order += sorted(reached, key=lambda file: (len(self.graph[file]), file.name))  # the most special first
-        return order
+            order += sorted(reached, key=lambda file: (len(self.graph[file]), file.name))
+        return sorted(order, key=lambda file: -len(words & set(file.stem.split("_"))))
 
     def passes(self, test: Path) -> bool:
         """Whether a test file passes, and ends in time."""

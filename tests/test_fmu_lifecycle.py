@@ -70,7 +70,9 @@ def drive(first, last):
 """
 
 
-@pytest.mark.parametrize("unit", SAVED)
+@pytest.mark.parametrize(
+    "unit", [pytest.param(u, marks=[] if u == "HelicopterPlant" else [pytest.mark.slow]) for u in SAVED]
+)
 def test_a_hundred_instances_one_after_another_give_the_same(fmus, in_host, log, unit):
     same = in_host(
         DRIVE

@@ -41,7 +41,7 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect(tmp_path, fmus, un
     parameters = PARAMETERS[unit]
     if unit == "RigLink":
         parameters = {"link.port": free_port()}  # a given one: with 0 every instance shows another
-    order = {"parameters": parameters, "runs": 60, "calls": 80, "seed": 16}
+    order = {"parameters": parameters, "runs": 25, "calls": 80, "seed": 16}
     (tmp_path / "order.json").write_text(json.dumps(order))
     done = subprocess.run(
         [sys.executable, str(HOSTS / "random_calls.py"), str(fmus[unit]), "order.json"],
@@ -51,5 +51,5 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect(tmp_path, fmus, un
     assert done.returncode == 0, f"the host ended with {done.returncode}: {done.stderr[-2000:]}"
     found = json.loads(done.stdout.strip().splitlines()[-1])
     assert found["wrong"] == []
-    assert found["refused"] > 300
-    assert found["accepted"] > 500
+    assert found["refused"] > 125
+    assert found["accepted"] > 200

@@ -55,7 +55,13 @@ def test_the_compiled_loop_says_which_unit_refused_and_why(twins):
                   files_of(OPEN_LOOP, twins))  # fmt: skip
 
 
-@pytest.mark.parametrize(("host", "package", "order"), IMPORTERS)
+@pytest.mark.parametrize(
+    ("host", "package", "order"),
+    [
+        pytest.param(*one, marks=[pytest.mark.slow] if one[0] in ("libcosimpy_ssp", "ecos_api") else [])
+        for one in IMPORTERS
+    ],
+)
 def test_an_importer_agrees_with_the_master_over_10000_steps(host, package, order, ours, orders, tmp_path):
     check_agreement(host, package, orders[order], ours, tmp_path)
 

@@ -51,6 +51,7 @@ def minute():
     return record(60.0, paper_excitation(1))
 
 
+@pytest.mark.slow
 def test_table_2_is_recovered_within_a_thousandth_through_encoders():
     # With the paper's gain, forgetting and filter. The weakest parameter is a_lt: at a travel rate of .6 rad/s its term
     # .026 theta' lambda' has some 5e-3 rad/s^2, and the standard error that encoder noise causes is .1 % in 300 s of

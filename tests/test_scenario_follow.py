@@ -8,13 +8,13 @@ from heli_identifier.following import FollowSettings, Sample, follow, prepare_fo
 from heli_plant.parameters import TABLE_2
 from tests.following import H, record
 
-STEPS = 5600
-CHANGE = 30.0
+STEPS = 4100
+CHANGE = 15.0
 
 
 @pytest.fixture(scope="module")
 def rows():
-    return record(60.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), CHANGE, seed=4)
+    return record(45.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), CHANGE, seed=4)
 
 
 @pytest.fixture(scope="module")
