@@ -3,7 +3,6 @@
 import subprocess
 import sys
 from pathlib import Path
-from time import monotonic, sleep
 
 import pytest
 
@@ -70,24 +69,6 @@ def test_a_block_of_commands_is_run_or_says_why_not(name):
 def test_a_failing_command_fails_with_its_own_words(tmp_path):
     with pytest.raises(AssertionError, match="line 4 ended with 3:\nso it is"):
         session("```bash\ntrue\n```\n```bash\necho so it is; exit 3\n```\n```bash\ntrue\n```\n", tmp_path)
-
-
-def test_what_a_page_leaves_running_ends_with_it(tmp_path):
-    outputs = session("```bash\nsleep 1000 > /dev/null 2>&1 &\necho $!\n```\n", tmp_path)
-    (number,) = (int(text) for text in outputs.values())
-    began = monotonic()
-    while _runs(number) and monotonic() - began < 60.0:  # a signal takes effect when the process is next scheduled
-        sleep(0.05)
-    assert not _runs(number)
-
-
-def _runs(number):
-    """Whether a process runs; one that has ended and is not yet collected does not."""
-    try:
-        with open(f"/proc/{number}/stat", encoding="ascii") as stat:
-            return stat.read().rpartition(")")[2].split()[0] != "Z"
-    except FileNotFoundError:
-        return False
 
 
 def test_shown_output_has_the_words_and_the_figures_of_what_is_printed():
