@@ -23,6 +23,7 @@ from heli_identifier.results import (
     styled,
     unit_text,
 )
+from heli_identifier.tracing import plausible_range
 from heli_plant.parameter_table import BY_FIELD
 
 if TYPE_CHECKING:
@@ -67,8 +68,12 @@ def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]
 
 
 @styled
-def history_figure(histories: Sequence[_History], together: Mapping[str, Estimate]) -> Figure:
-    """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together."""
+def history_figure(histories: Sequence[_History], together: Mapping[str, Estimate], voltage_limit: float) -> Figure:
+    """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together.
+
+    The ordinate ends where hardly any rig with this ``voltage_limit`` [V] has the parameter, unless the value of all
+    logs lies beyond.
+    """
     figure, axes = grid(len(NAMES), columns=3)
     for column, (one, name) in enumerate(zip(axes, NAMES, strict=True)):
         for history, colour in zip(histories, shades(len(histories)), strict=True):
@@ -77,7 +82,7 @@ def history_figure(histories: Sequence[_History], together: Mapping[str, Estimat
             one.plot(history.time, value, color=colour, linewidth=1.1, label=history.name)
         final = together[name].value
         one.axhline(final, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), label="together")
-        one.set_ylim(*_limits(histories, column, final))
+        one.set_ylim(*_limits(histories, column, final, plausible_range(name, voltage_limit)))
         one.set_title(meaning(name), fontsize=9.5)
         one.set_ylabel(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]")
         one.set_xlabel("time [s]")
@@ -85,13 +90,16 @@ def history_figure(histories: Sequence[_History], together: Mapping[str, Estimat
     return figure
 
 
-def _limits(histories: Sequence[_History], column: int, final: float) -> tuple[float, float]:
-    """Range of the ordinate: where the second half of every history and its band lies, with room around it."""
+def _limits(
+    histories: Sequence[_History], column: int, final: float, plausible: tuple[float, float]
+) -> tuple[float, float]:
+    """Range of the ordinate: what is plausible of every history's second half and its band, with room around it."""
     low = high = final
     for history in histories:
         late = history.time >= 0.5 * history.time[-1]
         value, half = history.parameters[late, column], 1.96 * history.standard_errors[late, column]
         low, high = min(low, float(np.min(value - half))), max(high, float(np.max(value + half)))
+    low, high = min(final, max(low, plausible[0])), max(final, min(high, plausible[1]))
     room = 0.25 * max(high - low, 1e-6)
     return low - room, high + room
 

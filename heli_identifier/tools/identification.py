@@ -274,7 +274,8 @@ class Identification(Tabular):
         with whole_folder(folder) as draft:
             self.parameters.write(draft / "parameters.json")
             write_atomically(draft / "history.csv", history_text(self.histories))
-            write_figure(history_figure(self.histories, self.estimates), draft / "history.svg")
+            limit = self.histories[0].plan.settings.voltage_limit
+            write_figure(history_figure(self.histories, self.estimates, limit), draft / "history.svg")
         return Path(folder)
 
     def __repr__(self) -> str:

@@ -39,6 +39,7 @@ __all__ = [
     "hold_to",
     "identify_plant",
     "instruments",
+    "plausible_range",
     "record_start",
     "records_of",
     "select",
@@ -49,7 +50,7 @@ from .diagnose import diagnose
 from .events import find_events
 from .fit import Fit, around, fit
 from .held_out import Outcome, hold_to
-from .helicopter import BASE, helicopter, record_start
+from .helicopter import BASE, helicopter, plausible_range, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cache
-from math import copysign, inf, log, pi
+from math import copysign, exp, inf, log, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,15 @@ _FAMILIES: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("inertial coupling", ("inertial_coupling_elevation", "inertial_coupling_travel")),
 )  # fmt: skip
 """Effects that logs of a bench helicopter hardly tell apart, fixed beforehand from mechanics."""
+
+
+def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
+    """Give the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
+    if field in _FULL_THRUST:
+        highest = _FULL_THRUST[field] / voltage_limit * exp(2.0 * GAIN_WIDTH)
+        return -highest, highest
+    width, lower = _LINEAR[field]
+    return max(lower, -2.0 * width), 2.0 * width
 
 
 def family_of(field: str) -> str:
