@@ -198,6 +198,7 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks mutants", description=__doc__)
     parser.add_argument("--sample", type=int, default=40, help="how many mutants")
     parser.add_argument("--seed", type=int, default=26)
+    parser.add_argument("--below", default="", help="change only what lies below this folder, as heli_plant/effects")
     parser.add_argument("--commit", default="HEAD")
     parser.add_argument("--against", help="a commit whose tests meet the same mutants")
     parser.add_argument("--budget", type=float, default=120.0, help="seconds for the tests of one mutant")
@@ -205,7 +206,7 @@ def main(arguments: Sequence[str]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         trees = [tree(commit, Path(folder)) for commit in (told.commit, told.against) if commit]
         own = [{(m.path, m.place): m for m in mutants(one.root)} for one in trees]
-        common = [key for key in own[0] if all(key in others for others in own)]
+        common = [key for key in own[0] if key[0].startswith(told.below) and all(key in others for others in own)]
         rng, drawn, kinds = random.Random(told.seed), [], sorted({own[0][key].kind for key in common})
         rng.shuffle(common)
         for number in range(told.sample):
