@@ -69,13 +69,6 @@ def test_parameters_become_start_values_and_change_hash_and_guid(fmus, tmp_path)
         assert a.read("resources/slavemodule.txt") != b.read("resources/slavemodule.txt")
 
 
-def test_start_values_read_back_to_the_bit(tmp_path):
-    third = 1.0 / 3.0
-    plant = build("HelicopterPlant", tmp_path, {"pitch.damping": third})
-    start = {v.get("name"): v[0].get("start") for v in description(plant).iter("ScalarVariable")}
-    assert float(start["pitch.damping"]) == third
-
-
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
@@ -121,18 +114,6 @@ def test_every_structure_entry_points_at_its_variable(fmus):
         for unknown in root.findall("ModelStructure/InitialUnknowns/Unknown"):
             for known in (int(index) for index in unknown.get("dependencies").split()):
                 assert variables[known - 1].get("causality") == "parameter"
-
-
-def test_the_plant_lists_every_physical_parameter_with_its_metadata(fmus):
-    from heli_plant.parameter_table import PARAMETERS
-
-    variables = {v.get("name"): v for v in description(fmus["HelicopterPlant"]).iter("ScalarVariable")}
-    for row in PARAMETERS:
-        real = variables[row.name][0]
-        assert float(real.get("start")) == row.default
-        assert (float(real.get("min")), float(real.get("max"))) == (row.minimum, row.maximum)
-        assert real.get("unit") == row.unit
-        assert variables[row.name].get("description") == row.description
 
 
 def test_sources_of_different_content_have_different_names():

@@ -105,14 +105,6 @@ def test_unknown_scenarios_and_units_are_refused(tmp_path):
         write_ssp("open_loop", tmp_path / "s.ssp", fmus={"pilot": "x.fmu"})
 
 
-@pytest.mark.parametrize("content", ["", "<a/>", "no xml"])
-def test_a_file_that_is_no_parameter_set_is_refused(content, tmp_path):
-    path = tmp_path / "set.ssv"
-    path.write_text(content)
-    with pytest.raises(BuildError, match="set.ssv"):
-        read_parameter_set(path)
-
-
 BAD_SETS = {
     "entities": (b'<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>', "has a document type"),
     "entities in UTF-16": ('<!DOCTYPE a [<!ENTITY b "c">]><a>&b;</a>'.encode("utf-16"), "has a document type"),
