@@ -9,12 +9,14 @@ import pytest
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
+from heli_identifier.tracing import prediction
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.held_out import Outcome, compare, hold_to, likelihood_of, use_of
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood
 from heli_identifier.tracing.prediction import HORIZONS, Model, made_by_itself, rms_figures, run_along
 from heli_identifier.tracing.records import record_of, records_of
+from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.result import Determination, ParameterReport, Use
 from heli_identifier.tracing.settings import NOISE_CENTRE, NOISE_WIDTH, DiagnosisSettings
 from heli_plant.parameters import TABLE_2
@@ -268,3 +270,27 @@ def test_use_follows_from_the_gain_and_from_predictions_without_a_model(determin
     found, why = use_of("k_x", report, error, 0.02, 1.0)
     assert found is use
     assert why
+
+
+def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
+    """In calm air the true plant errs by the encoders' noise and its start; gains 20 % off err more than twice that."""
+    (laws,) = controllers_of([flown(4, monkeypatch, 30.0)])
+    monkeypatch.setattr(simulated, "process_noise", lambda count, *_, **__: np.zeros((count, 3)))
+    log = simulated.closed_loop(TABLE_2, 45.0, 3, "again")
+    assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
+    record, errors = record_of(log, RIG), {}
+    for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):
+        own = run_along(model(plant), record, np.zeros(3)).flown_again(laws)
+        errors[name] = np.sqrt(np.mean(own**2, axis=0))[:2]
+    assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
+
+
+def test_a_loop_closed_in_blocks_is_the_loop_closed_sample_by_sample(monkeypatch):
+    """Blocks of one sample need no turns; those of .2 s end when the voltages move by less than 1e-4 V."""
+    log = flown(4, monkeypatch, 30.0)
+    (laws,) = controllers_of([log])
+    run = run_along(model(), record_of(log, RIG), np.zeros(3))
+    blocks = run.flown_again(laws)
+    monkeypatch.setattr(prediction, "ROUND", H)
+    # 1e-4 V for .2 s turn an axis of .3 rad/s^2/V by less than 1e-6 rad, and 3 s by less than 1e-4
+    np.testing.assert_allclose(run.flown_again(laws), blocks, atol=1e-4)

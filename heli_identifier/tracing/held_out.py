@@ -28,8 +28,9 @@ from heli_identifier.records import Log
 from .fit import Fit
 from .helicopter import helicopter
 from .noise import error_dynamics, filters, physical, recoloured, start_response
-from .prediction import HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
+from .prediction import FLOWN, HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
+from .references import CHANNELS, Controller, controllers_of
 from .result import (
     AxisError,
     AxisReport,
@@ -144,6 +145,9 @@ def compare(
     measured, steps = [own.angles for own in logs], [own.step for own in logs]
     free = {name: _free(m, measured, runs[name], steps) for name, m in models.items()}
     errors = {name: _errors([on.run for on in found[name]], free[name]) for name in models}
+    if closed_loop:
+        laws = controllers_of(logs)
+        errors = {name: _flown_again([on.run for on in found[name]], laws, own) for name, own in errors.items()}
     made = [made_by_itself(on.run.model, on.run.record, on.run.offset, seed) for seed, on in enumerate(found["after"])]
     floor = _errors([run for run in made if run is not None], _free_in_air(found["after"]))
     stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
@@ -195,6 +199,16 @@ def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[Axi
         rms_figures([own[name] for own in errors], SPACING, f"error over {H:g} s") for name, H in HORIZONS.items()
     ]
     return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
+
+
+def _flown_again(runs: Sequence[Run], laws: Sequence[Sequence[Controller]], errors: list[AxisError]) -> list[AxisError]:
+    """Add the closed loop's figures of the logs of which the laws of both channels are known, if there are any."""
+    again = [run.flown_again(own) for run, own in zip(runs, laws, strict=True) if len(own) == len(CHANNELS)]
+    again = [own for own in again if len(own) and np.isfinite(own).all()]
+    if not again:
+        return errors
+    figures = rms_figures(again, SPACING, f"closed-loop error over {FLOWN:g} s")
+    return [replace(own, closed_loop_3s=figure) for own, figure in zip(errors, figures, strict=True)]
 
 
 def _changes(before: Sequence[Run], after: Sequence[Run]) -> dict[str, list[ErrorFigure]]:

@@ -27,6 +27,7 @@ from heli_identifier.errors import LogError
 
 from .fit import Fit, fit
 from .noise import SHAPES, AxisFilter, filters, gains, physical
+from .references import CHANNELS, Controller
 from .result import ErrorFigure
 from .rig import Parameters, Record, Rig
 from .settings import DRAWS, PIECE, SEGMENT, SETTLING, SMOOTHING, SPACING
@@ -35,6 +36,12 @@ Array = NDArray[np.float64]
 
 HORIZONS: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2, "prediction_1s": 1.0, "prediction_2s": 2.0}
 """How far ahead [s] each figure looks."""
+
+FLOWN, ROUND = 3.0, 0.2
+"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed."""
+
+SETTLED = 1e-4
+"""Change of the voltages [V] at which a block is found."""
 
 FROM_FILTER = ("ahead_100ms", "ahead_200ms")
 """Figures that start from the filter's state; the others start from the smoothed motion."""
@@ -157,6 +164,39 @@ class Run:
         stays[inside] = self.record.angles[ends[inside]] - self.motion[inside, :a]
         return stays, stays - self.motion[:, a:]
 
+    def flown_again(self, laws: Sequence[Controller]) -> Array:
+        """Errors (n, a) [rad], :data:`SPACING` apart, of stretches of :data:`FLOWN` s that plant and controller fly.
+
+        The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
+        the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
+        of each block of :data:`ROUND` s are found in turns, which is exact after as many as it has samples, as a
+        voltage moves later angles only, and close to it after a few.
+        """
+        record, rig, length = self.record, self.model.rig, round(FLOWN / self.record.step)
+        block, thin = max(1, round(ROUND / record.step)), max(1, round(SPACING / record.step))
+        still, local, found, free = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset), [], 0
+        for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
+            if first < free or end - first < length:
+                continue
+            free, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(rig.axes)))
+            inputs = record.inputs.copy()
+            flown = replace(record, inputs=inputs)
+            for start in range(0, length, block):
+                rows = slice(first + start, min(first + start + block, free))
+                stop = rows.stop - first
+                for _ in range(stop - start):
+                    after = state.copy()
+                    rig.filter(flown, self.model.parameters, still, local, _NONE, rows.start, rows.stop, after,
+                               e[start:stop], _NO_MOTION)  # fmt: skip
+                    asked = record.inputs[rows] - _answered(laws, -e[:stop], record.step, rig.axes)[start:]
+                    changed = float(np.abs(asked - inputs[rows]).max())
+                    inputs[rows] = asked
+                    if not changed > SETTLED:
+                        break
+                state = after
+            found.append(e[thin - 1 :: thin])
+        return np.concatenate(found) if found else np.empty((0, len(rig.axes)))
+
     def still(self, name: str) -> Array:
         """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""
         found = np.full((len(self.at), self.record.angles.shape[1]), np.nan)
@@ -178,6 +218,20 @@ class Run:
                 if ahead < count:
                     errors[j, i] = buffer[ahead]
         return list(errors)
+
+
+def _answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence[str]) -> Array:
+    """Voltages (n, 2) [V] that laws take away for angles that differ by ``delta`` (n, a) [rad]."""
+    channels = np.zeros((len(delta), 2))
+    for law in laws:
+        sign, named, _ = CHANNELS[law.channel]
+        for axis, pole in zip(named, law.poles, strict=True):
+            y, a = delta[:, axes.index(axis)], float(np.exp(-pole * h))
+            rate = lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / h
+            channels[:, int(sign < 0.0)] += law.gains[axis] * y + law.gains[f"{axis} rate"] * rate
+            channels[:, int(sign < 0.0)] += law.gains.get(f"{axis} integral", 0.0) * h * np.cumsum(y)
+    total, difference = channels.T
+    return 0.5 * np.column_stack((total + difference, total - difference))
 
 
 def run_along(

@@ -158,6 +158,20 @@ def find_references(logs: Sequence[Log]) -> References:
     return References(names, tuple(arrays), tuple(origins), tuple(map(tuple, laws)), any(closed), tuple(notes))
 
 
+def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
+    """Recover the laws of both channels log by log, references logged or not; fewer where no law fits."""
+    found: list[tuple[Controller, ...]] = [() for _ in logs]
+    for channel, (sign, axes, columns) in CHANNELS.items():
+        known: list[_Law] = []
+        for i, log in enumerate(logs):
+            law = _Law(log, sign, columns)
+            law.search([other for other in known if len(other.shape)], again=False)
+            known.append(law)
+            controller = law.rebuilt(channel, axes)[0]
+            found[i] += (controller,) if controller else ()
+    return found
+
+
 def feedback(log: Log) -> bool:
     """Recognise a controller: the angles' innovations tell more of the voltages than the voltages' own past does.
 
