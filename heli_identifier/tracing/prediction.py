@@ -169,8 +169,8 @@ class Run:
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
         the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
-        of each block of :data:`ROUND` s are found in turns, which is exact after as many as it has samples, as a
-        voltage moves later angles only, and close to it after a few.
+        of each block of :data:`ROUND` s are found in turns, which is exact after one more than it has samples, as
+        a voltage moves later angles only, and close to it after a few.
         """
         record, rig, length = self.record, self.model.rig, round(FLOWN / self.record.step)
         block, thin = max(1, round(ROUND / record.step)), max(1, round(SPACING / record.step))
@@ -184,7 +184,7 @@ class Run:
             for start in range(0, length, block):
                 rows = slice(first + start, min(first + start + block, free))
                 stop = rows.stop - first
-                for _ in range(stop - start):
+                for _ in range(stop - start + 1):
                     after = state.copy()
                     rig.filter(flown, self.model.parameters, still, local, _NONE, rows.start, rows.stop, after,
                                e[start:stop], _NO_MOTION)  # fmt: skip
@@ -225,8 +225,9 @@ def _answered(laws: Sequence[Controller], delta: Array, h: float, axes: Sequence
     channels = np.zeros((len(delta), 2))
     for law in laws:
         sign, named, _ = CHANNELS[law.channel]
+        late = np.vstack((np.zeros((round(law.delay / h), delta.shape[1])), delta))[: len(delta)]
         for axis, pole in zip(named, law.poles, strict=True):
-            y, a = delta[:, axes.index(axis)], float(np.exp(-pole * h))
+            y, a = late[:, axes.index(axis)], float(np.exp(-pole * h))
             rate = lfilter([1.0, -1.0], [1.0, -a], y) * (1.0 - a) / h
             channels[:, int(sign < 0.0)] += law.gains[axis] * y + law.gains[f"{axis} rate"] * rate
             channels[:, int(sign < 0.0)] += law.gains.get(f"{axis} integral", 0.0) * h * np.cumsum(y)

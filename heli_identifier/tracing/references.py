@@ -47,6 +47,8 @@ SATURATED_SHARE = 0.1
 """Most samples at the voltages' limit, where r has to be interpolated."""
 ROWS = 800
 """Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
+POLES = (2.0, 6.0, 12.0, 25.0, 50.0)
+"""Rates of derivative filters [1/s] from which a law is searched."""
 EXACT, AS_GOOD = 0.0001, 3.0
 """Innovation, but for the largest tenth, over the voltages' steps below which a law is the controller's own; how many
 times larger than in its own log it may be in another one that the same controller flew."""
@@ -66,6 +68,8 @@ class Controller:
         Rate q of each angle's derivative filter [1/s].
     smoothing, integral : float
         Rates c (infinite for plain steps) and beta (0 without integral term) [1/s].
+    delay : float
+        From reading the angles to their voltages [s]: 0, or one period of the controller.
     share : float
         Variance of the rebuilt reference over the sum of that and of the feedback.
     """
@@ -75,6 +79,7 @@ class Controller:
     poles: tuple[float, ...]
     smoothing: float
     integral: float
+    delay: float
     share: float
 
 
@@ -242,18 +247,25 @@ class _Law:
             len(columns),
         )
         voltages = log.voltages[self.rows]
-        self.signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
-        self.signals = self.signals - self.signals[:, :1]
+        signals = np.vstack([voltages[:, 0] + sign * voltages[:, 1], log.angles[self.rows][:, list(columns)].T])
+        self.prompt = signals - signals[:, :1]
         self.limit = float(np.abs(log.voltages).max())
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
         self.usable = usable[:: max(1, len(usable) // ROWS)]
-        self.steps = np.diff(self.signals)
+        self.answer_after(0)
         n, fast = self.n, 6.0 / self.h  # beyond these bounds: no derivative, no steps, no integral
         self.bounds = np.log([[0.5] * n + [0.01, 0.02], [fast] * n + [fast, 3.0]])
         self.size = float(np.log(np.abs(self.steps[0]).mean() + 1e-12))
         self.shape, self.least = np.array([]), np.inf
+
+    def answer_after(self, periods: int) -> None:
+        """Let the voltages answer the angles of so many of the controller's periods ago."""
+        self.periods, late = periods, self.prompt.copy()
+        late[1:, periods:] = self.prompt[1:, : self.prompt.shape[1] - periods]
+        late[1:, :periods] = 0.0
+        self.signals, self.steps = late, np.diff(late)
 
     def terms(self, signals: Array, shape: Array) -> Array:
         """F v and the regressors of C, one row each."""
@@ -292,36 +304,55 @@ class _Law:
         """Scan and polish the rates from the grid and from the laws of other logs."""
         if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
             return
-        size = self.size
-        other = min(known, key=lambda law: self.loss(law.shape)[0], default=None)
-        best = None if other is None else other.shape
-        if again and (best is None or best is self.shape or self.loss(best)[0] > self.least - 0.05):
+        mine = self.periods
+        other = min(known, key=self.loss_with, default=None)
+        loss = np.inf if other is None else self.loss_with(other)
+        if again and (other is None or other is self or loss > self.least - 0.05):
+            self.answer_after(mine)
             return
         enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
-        if best is None or self.loss(best)[0] - size > enough:
-            n, fast = self.n, 5.0 / self.h
-            poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
-            grid = [np.log([q] * n + [c]) for q in poles for c in (0.1, 1.0, 3.0, fast)]
-            plain = min(grid, key=lambda shape: self.loss(shape, 4)[0])
-            for i in range(1, n):  # each angle may have a derivative filter of its own
-                plain = min(
-                    [_with(plain, i, np.log(q)) for q in poles] + [plain], key=lambda shape: self.loss(shape, 4)[0]
-                )
-            plain = self.polished(self.polished(plain))
-            fresh = plain
-            if self.loss(plain)[0] - size > np.log(EXACT):
-                slow = [
-                    np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)
-                ]
-                slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
-                whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
-                gain = self.loss(plain)[0] - self.loss(whole)[0]
-                fresh = whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
-            best = fresh if best is None or self.loss(fresh)[0] < self.loss(best)[0] else best
+        if other is not None and loss - self.size <= enough:
+            best = self.polished(other.shape)
         else:
-            best = self.polished(best)
+            at_once, late = (self.scanned(periods) for periods in (0, 1))
+            self.answer_after(int(late[0] < at_once[0]))
+            best = self.fresh(min(at_once, late, key=lambda own: own[0])[1])
+            if loss < self.loss(best)[0] and other is not None:
+                self.answer_after(other.periods)
+                best = other.shape
         if self.loss(best)[0] < self.least:
             self.shape, self.least = best, self.loss(best)[0]
+        else:
+            self.answer_after(mine)
+
+    def loss_with(self, law: "_Law") -> float:
+        """Take the delay of another log's law; give the loss of its shape."""
+        self.answer_after(law.periods)
+        return self.loss(law.shape)[0]
+
+    def scanned(self, periods: int) -> tuple[float, Array]:
+        """Least loss of the grid for a delay of so many periods, and its shape."""
+        self.answer_after(periods)
+        n, fast = self.n, 5.0 / self.h
+        grid = [np.log([q] * n + [c]) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]
+        losses = [self.loss(shape, 4)[0] for shape in grid]
+        return min(losses), grid[int(np.argmin(losses))]
+
+    def fresh(self, plain: Array) -> Array:
+        """Polish the best shape of the grid, with an integral term where that tells more."""
+        n, fast = self.n, 5.0 / self.h
+        for i in range(1, n):  # each angle may have a derivative filter of its own
+            plain = min(
+                [_with(plain, i, np.log(q)) for q in (*POLES, fast)] + [plain], key=lambda shape: self.loss(shape, 4)[0]
+            )
+        plain = self.polished(self.polished(plain))
+        if self.loss(plain)[0] - self.size <= np.log(EXACT):
+            return plain
+        slow = [np.append(_with(plain, n, np.log(c)), np.log(b)) for b in (0.1, 0.3, 1.0) for c in (1.0, 3.0, fast)]
+        slow += [np.append(plain, np.log(b)) for b in (0.1, 0.3, 1.0)]
+        whole = self.polished(self.polished(min(slow, key=lambda shape: self.loss(shape)[0])))
+        gain = self.loss(plain)[0] - self.loss(whole)[0]
+        return whole if gain > 0.25 else plain  # an integral term that is not there gains some by chance
 
     def polished(self, start: Array) -> Array:
         """Nelder and Mead from a start, since the loss has kinks where it is least."""
@@ -348,7 +379,8 @@ class _Law:
         named |= {f"{axis} rate": -float(gains[n + i]) for i, axis in enumerate(axes)}
         named |= {f"{axis} integral": -beta * float(slow[i]) for i, axis in enumerate(axes) if beta}
         smoothing = float(rates[n]) if rates[n] * self.h < 3.0 else np.inf
-        law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, share)
+        delay = self.periods * self.h
+        law = Controller(channel, named, tuple(map(float, rates[:n])), smoothing, beta, delay, share)
         if share < OUTSIDE_SHARE:
             return law, nothing, f"the outside has a share of {share:.2f} in it (at least {OUTSIDE_SHARE:g} is needed)"
         reason = refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False)
