@@ -16,7 +16,7 @@ from heli_plant.parameters import TABLE_2, PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state
-from tests.blind.signals import multisines, square_and_chirp
+from tests.blind.signals import multisines
 from tests.online_record import H, read
 
 PROCESS_NOISE = 0.003
@@ -28,11 +28,6 @@ Controller = Callable[[int, tuple[float, float, float]], tuple[float, float]]
 def drive(seconds, seed=0):
     """Multisines on both inputs, (N, 2) [V]."""
     return multisines(seconds, np.random.default_rng(seed))
-
-
-def square_drive(seconds):
-    """The paper's first experiment, (N, 2) [V]: neither rotor ever reverses."""
-    return square_and_chirp(seconds, 1.0)
 
 
 def rest(parameters, voltages):

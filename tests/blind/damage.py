@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Damage = Callable[[Array, Array, Array], tuple[Array, Array]]
 
-CHANNELS = ("pitch", "elevation", "travel")
-
 
 def _angle(own: Callable[[Array, Array], Array], axis: int, time: Array, voltages: Array, angles: Array):
     """Damage one angle."""
@@ -74,10 +72,6 @@ def _play(gap: float, time: Array, x: Array) -> Array:
 def _cut(step: float, time: Array, x: Array) -> Array:
     """Digits that a file does not have."""
     return np.trunc(x / step + 1e-9) * step
-
-
-def _clipped(limit: float, time: Array, x: Array) -> Array:
-    return np.clip(x, -limit, limit)
 
 
 def _scaled(factor: float, time: Array, x: Array) -> Array:
