@@ -142,7 +142,15 @@ def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str,
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
     movement = movement_of(training, (2.0 * np.pi / counts).tolist())
-    return look_lines(diagnosis.closed_loop, diagnosis.references, movement, gains)
+    origins = listed([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
+    return look_lines(diagnosis.closed_loop, origins, movement, gains)
+
+
+_ORIGINS = {
+    "logged": "logged references",
+    "rebuilt": "references rebuilt from the voltages",
+    "voltages": "the voltages",
+}
 
 
 def movement_of(logs: Sequence[Log], resolution: Sequence[float]) -> dict[str, float]:
