@@ -282,6 +282,19 @@ def errors_table(halves: Sequence[Half]) -> str:
     return table(("half", *(f"{axis}, before, after (floor) [mrad]" for axis in AXES)), rows)
 
 
+def closed_loop_table(halves: Sequence[Half]) -> str:
+    """Give the closed-loop errors over 3 s before and after [mrad], where the controller's laws were recovered."""
+    rows = []
+    for half in halves:
+        assert half.found is not None
+        pairs = [
+            (half.found.axes[axis].before.closed_loop_3s, half.found.axes[axis].after.closed_loop_3s) for axis in AXES
+        ]
+        cells = [f"{1e3 * old.value:.3g}, {1e3 * new.value:.3g}" if old and new else "" for old, new in pairs]
+        rows.append((f"{half.rig} {half.name}", *cells))
+    return table(("half", *(f"{axis}, closed loop over 3 s, before, after [mrad]" for axis in AXES)), rows)
+
+
 def write_gains(path: Path, halves: Sequence[Half]) -> None:
     """Write the gains over the truth."""
     rows = []
@@ -378,7 +391,8 @@ def measured(arguments: Sequence[str]) -> None:
     except DownloadError as error:
         parser.error(str(error))
     done = _run([partial(measured_halves, rig, asked.start) for rig in rigs], asked.workers).get("measured", [])
-    print("\n" + errors_table([half for half in done if half.found]))
+    for own in (errors_table, closed_loop_table):
+        print("\n" + own([half for half in done if half.found]))
     if asked.csv:
         write_errors(asked.csv, [half for half in done if half.found])
     if asked.online:
