@@ -216,7 +216,8 @@ def main(arguments: Sequence[str]) -> None:
         for key in drawn:
             answers = [one.answer(found[key], told.budget) for one, found in zip(trees, own, strict=True)]
             mutant = own[0][key]
-            rows.append((mutant.kind, f"{mutant.path}:{mutant.line}", f"{mutant.old} -> {mutant.new}", *answers))
+            change = f"{' '.join(mutant.old.split())} -> {mutant.new}"
+            rows.append((mutant.kind, f"{mutant.path}:{mutant.line}", change, *answers))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     print(table(("kind", "place", "change", *(commit for commit in (told.commit, told.against) if commit)), rows))
     for column, one in enumerate(trees, 3):
