@@ -38,6 +38,7 @@ PRINTED = {
     "closed_loop": "closed_loop",
     "quiet": "closed_loop",
     "watched": "closed_loop",
+    "rough_air": "closed_loop",
     "suspicion": "reading",
     "large_logs": "reading",
     "paper": "paper",
