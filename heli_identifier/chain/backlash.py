@@ -20,7 +20,7 @@ def undo(logged: Array, predicted: Array, h: float, size: float) -> Array:
     return logged + predicted - low
 
 
-FAULTS = tuple(
+FAULTS: tuple[Fault, ...] = tuple(
     Fault(
         "backlash", axis, "play of x, gap = size", "rad", 0.0, 0.06, 0.002, undo,
         f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.",

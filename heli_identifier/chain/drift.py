@@ -10,7 +10,7 @@ def undo(logged: Array, predicted: Array, h: float, size: float) -> Array:
     return np.asarray(logged - size * h * np.arange(len(logged)))
 
 
-FAULTS = tuple(
+FAULTS: tuple[Fault, ...] = tuple(
     Fault(
         "drift", axis, "x + size t", "rad/s", -1e-3, 1e-3, 1e-5, undo,
         f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, remove its drift.",

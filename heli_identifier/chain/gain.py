@@ -8,7 +8,7 @@ def undo(logged: Array, predicted: Array, h: float, size: float) -> Array:
     return (1.0 + size) * logged
 
 
-FAULTS = (
+FAULTS: tuple[Fault, ...] = (
     Fault(
         "scale", "v_front", "v / (1 + size)", "1", -0.5, 0.5, 0.02, undo,
         "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column.",

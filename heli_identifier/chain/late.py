@@ -29,7 +29,7 @@ def of_voltage(logged: Array, predicted: Array, h: float, size: float) -> Array:
     return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], logged[-1]))
 
 
-FAULTS = (
+FAULTS: tuple[Fault, ...] = (
     *(
         Fault(
             "late", axis, "x(t - size)", "s", 0.0, 0.1, 0.005, of_angle,

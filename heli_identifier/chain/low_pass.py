@@ -13,7 +13,7 @@ def undo(logged: Array, predicted: Array, h: float, size: float) -> Array:
     return np.asarray(logged + size / h * np.diff(logged, prepend=logged[:1]))
 
 
-FAULTS = (
+FAULTS: tuple[Fault, ...] = (
     Fault(
         "low pass", "voltages", "y, size y' = v - y", "s", 0.0, 0.2, 0.005, undo,
         "Log the voltages that are sent to the amplifiers, ahead of any filter.",
