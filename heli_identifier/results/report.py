@@ -28,13 +28,13 @@ from heli_identifier.results.tables import (
     setting_rows,
 )
 from heli_identifier.results.words import (
-    LEADING,
     agreement_sentence,
     effect_name,
     effect_title,
     has_sign,
     held_out_sentence,
     law_text,
+    leading,
     listed,
     meaning,
     p_text,
@@ -73,7 +73,7 @@ USES = {
 }
 """Fit for use, as the card of an axis says it."""
 
-AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead"}
+AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s"}
 """Errors that lead, in words."""
 
 GAINS = dict(zip(AXES, ("k_x", "k_z", "k_y"), strict=True))
@@ -157,7 +157,7 @@ def verdict_line(diagnosis: Diagnosis) -> str:
 
 def _best_change(diagnosis: Diagnosis) -> str:
     """Say of the axis whose error really changes most by how much; and that none does."""
-    what, real = AHEAD[LEADING[diagnosis.closed_loop][1]], real_changes(diagnosis)
+    what, real = AHEAD[leading(diagnosis)[1]], real_changes(diagnosis)
     if not real:
         return f"On held-out logs no axis's error {what} changes by more than its interval."
     axis = max(real, key=lambda name: abs(real[name].value))
@@ -182,7 +182,7 @@ def _thing(effect: FoundEffect) -> str:
 
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
-    name, (_, field) = GAINS[axis], LEADING[diagnosis.closed_loop]
+    name, (_, field) = GAINS[axis], leading(diagnosis)
     change, kind, word = report.change.get(field), "same", "unchanged"
     if change is not None and change.high < 0.0:
         kind, word = "better", "better"

@@ -129,8 +129,13 @@ def _letter(word: str) -> str:
     return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
-LEADING = {False: ("of a 1 s prediction", "prediction_1s"), True: (".2 s ahead", "ahead_200ms")}
-"""The error that leads, by whether a controller flew: in words, and the field of it."""
+def leading(diagnosis: Diagnosis) -> tuple[str, str]:
+    """Give the error that leads, in words, and its field: the closed loop's where the controller is known."""
+    if not diagnosis.closed_loop:
+        return "of a 1 s prediction", "prediction_1s"
+    if all(report.after.closed_loop_3s for report in diagnosis.axes.values()):
+        return "of the closed loop over 3 s", "closed_loop_3s"
+    return ".2 s ahead", "ahead_200ms"
 
 
 def effect_name(name: str, axis: str) -> str:
@@ -197,7 +202,7 @@ def has_sign(effect: FoundEffect) -> bool:
 
 def real_changes(diagnosis: Diagnosis) -> dict[str, ErrorFigure]:
     """Give the changes of the leading error whose interval does without zero, by axis."""
-    _, field = LEADING[diagnosis.closed_loop]
+    _, field = leading(diagnosis)
     changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
     return {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
 
@@ -226,7 +231,7 @@ def _nothing_shown(diagnosis: Diagnosis) -> str:
     untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
     count = len(diagnosis.catalogue)
     rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
-    what, field = LEADING[diagnosis.closed_loop]
+    what, field = leading(diagnosis)
     errors = listed([significant(1e3 * getattr(report.before, field).value) for report in diagnosis.axes.values()])
     return (
         f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error {what} on "
@@ -309,7 +314,7 @@ def effect_title(effect: FoundEffect) -> str:
 
 def _gain(diagnosis: Diagnosis) -> str:
     """Say how far the error fell on the axis that gained most; nothing where no axis really gains."""
-    what, field = LEADING[diagnosis.closed_loop]
+    what, field = leading(diagnosis)
     falls = {axis: own.value for axis, own in real_changes(diagnosis).items() if own.value < 0.0}
     if not falls:
         return ""

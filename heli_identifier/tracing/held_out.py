@@ -14,7 +14,7 @@ the voltages, from the state that a log's first samples give, at the log's own r
 Sources: Diebold and Mariano 1995 (paired differences); Ljung and Box 1978, eq. (1.2), for whiteness.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import log, pi
 
@@ -30,7 +30,7 @@ from .helicopter import helicopter
 from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import FLOWN, HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
-from .references import CHANNELS, Controller, controllers_of
+from .references import CHANNELS, controllers_of
 from .result import (
     AxisError,
     AxisReport,
@@ -150,14 +150,20 @@ def compare(
     stays = [rms_figures(list(own), SPACING, "error over 1 s") for own in
              zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
     stood = rms_figures([on.run.still("ahead_200ms") for on in found["after"]], SPACING, "error over .2 s")
+    change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
     near = [own.ahead_200ms.value for own in errors["after"]]
     if closed_loop and all(error < least.value for error, least in zip(near, stood, strict=True)):
         laws = controllers_of(logs)  # all axes fly together: one that the model does not know would spoil the others
-        errors = {name: _flown_again([on.run for on in found[name]], laws, own) for name, own in errors.items()}
+        both = [i for i, own in enumerate(laws) if len(own) == len(CHANNELS)]
+        again = {name: [found[name][i].run.flown_again(laws[i]) for i in both] for name in models}
+        if sum(map(len, again["after"])) and all(np.isfinite(own).all() for one in again.values() for own in one):
+            for name, one in again.items():
+                figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
+                errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
+            change["closed_loop_3s"] = _change(zip(again["before"], again["after"], strict=True))
     white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
     p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
              for i in range(len(rig.axes))] for n in models}  # fmt: skip
-    change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
     air, noise, axes = after.air(), models["after"].encoder_noise, {}
     for i, axis in enumerate(rig.axes):
         own, bare, ahead = errors["after"][i].prediction_1s, min(stays[0][i].value, stays[1][i].value), 1.0
@@ -202,27 +208,19 @@ def _errors(runs: Sequence[Run], free: Sequence[ErrorFigure | None]) -> list[Axi
     return [AxisError(a, b, c, d, own) for a, b, c, d, own in zip(*figures, free, strict=True)]
 
 
-def _flown_again(runs: Sequence[Run], laws: Sequence[Sequence[Controller]], errors: list[AxisError]) -> list[AxisError]:
-    """Add the closed loop's figures of the logs of which the laws of both channels are known, if there are any."""
-    again = [run.flown_again(own) for run, own in zip(runs, laws, strict=True) if len(own) == len(CHANNELS)]
-    again = [own for own in again if len(own) and np.isfinite(own).all()]
-    if not again:
-        return errors
-    figures = rms_figures(again, SPACING, f"closed-loop error over {FLOWN:g} s")
-    return [replace(own, closed_loop_3s=figure) for own, figure in zip(errors, figures, strict=True)]
-
-
 def _changes(before: Sequence[Run], after: Sequence[Run]) -> dict[str, list[ErrorFigure]]:
     """Figures by axis of the errors ahead of one model over those of another, less 1, on the same segments."""
     pairs = [(old.errors(tuple(HORIZONS)), new.errors(tuple(HORIZONS))) for old, new in zip(before, after, strict=True)]
-    found = {}
-    for name in HORIZONS:
-        squares = [np.hstack((old[name], new[name])) ** 2 for old, new in pairs]
-        squares = [own[np.isfinite(own).all(1)] for own in squares]
-        ends = np.quantile(_ratio(segment_means(squares, [SPACING] * len(squares))), (0.025, 0.975), axis=0)
-        columns = np.vstack((_ratio(np.concatenate(squares).mean(0)), ends)).T
-        found[name] = [ErrorFigure(*map(float, column)) for column in columns]
-    return found
+    return {name: _change((old[name], new[name]) for old, new in pairs) for name in HORIZONS}
+
+
+def _change(pairs: Iterable[tuple[Array, Array]]) -> list[ErrorFigure]:
+    """Figures by axis of the root mean square of the second errors (S, a) of each pair over the first, less 1."""
+    squares = [np.hstack(own) ** 2 for own in pairs]
+    squares = [own[np.isfinite(own).all(1)] for own in squares]
+    ends = np.quantile(_ratio(segment_means(squares, [SPACING] * len(squares))), (0.025, 0.975), axis=0)
+    columns = np.vstack((_ratio(np.concatenate(squares).mean(0)), ends)).T
+    return [ErrorFigure(*map(float, column)) for column in columns]
 
 
 def _ratio(squares: Array) -> Array:
