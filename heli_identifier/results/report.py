@@ -131,6 +131,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": verdict_line(diagnosis),
         "cards": [_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _overlay(diagnosis),
+        "caption": _caption(diagnosis),
         "found": [_found(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
         "left_out": list(_left_out(diagnosis)),
         "experiment": experiments[0] if experiments else "",
@@ -212,21 +213,36 @@ def _percent(share: float) -> str:
 def _overlay(diagnosis: Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
     series, panels = diagnosis.series[0], []
+    before, after, time = series.free_run_before, series.free_run_after, series.log.time
+    if series.stretches:
+        before, after = series.stretches["before"], series.stretches["after"]
+        time = np.arange(len(after), dtype=np.float64) * series.residual_step
     for index, axis in enumerate(AXES):
         measured = series.log.angles[:, index]
         middle, reach = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
         own = Axes(f"{axis} [rad]", 120.0, (middle - reach, middle + reach))
         own.line(series.log.time, measured, "measured", "measured", 2.4)
-        own.line(series.log.time, series.free_run_before[:, index], "before", "model before", 1.0)
-        own.line(series.log.time, series.free_run_after[:, index], "after", "plant after", 1.2)
+        own.line(time, before[:, index], "before", "model before", 1.0)
+        own.line(time, after[:, index], "after", "plant after", 1.2)
         own.spans = [
             (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
             for event in series.events
             if event.axis == axis
         ]
         panels.append(own)
-    said = f"Measured motion of {series.log.name}, and simulated under its voltages by the model before and the plant"
+    said = f"Measured motion of {series.log.name}, and that of the model before and the plant"
     return figure(panels, "time [s]", said, 1100.0)
+
+
+def _caption(diagnosis: Diagnosis) -> str:
+    """Say what the models of the overlay were told."""
+    begin, length = "The held-out log, which decided nothing: measured, and", diagnosis.series[0].stretch
+    again = f"every {length:g} s they begin again at the measured motion"
+    if leading(diagnosis)[1] == "closed_loop_3s":
+        return f"{begin} simulated together with the controller that was recovered from it; {again}."
+    if length:
+        return f"{begin} simulated under its voltages, which answer the air; {again}."
+    return f"{begin} simulated under its voltages without ever being corrected. An axis that nothing pulls back drifts."
 
 
 def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:

@@ -116,7 +116,9 @@ def _mark(kind: str, x: Array, y: Array, role: str, size: float) -> str:
     if kind == "points":
         dots = zip(x, y, strict=True)
         return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" fill="var(--{role})"/>' for a, b in dots)
-    path = "M" + "L".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True) if np.isfinite(a + b))
+    runs = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
+    known = ([k for k in run if np.isfinite(x[k] + y[k])] for run in runs)
+    path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run) for run in known if run)
     if kind == "band":
         return f'<path d="{path}Z" fill="var(--{role})" fill-opacity=".6"/>'
     return f'<path d="{path}" fill="none" stroke="var(--{role})" stroke-width="{size:g}"/>'

@@ -28,7 +28,7 @@ from heli_identifier.records import Log
 from .fit import Fit
 from .helicopter import helicopter
 from .noise import error_dynamics, filters, physical, recoloured, start_response
-from .prediction import FLOWN, HORIZONS, Model, Run, made_by_itself, rms_figures, run_along, segment_means
+from .prediction import FLOWN, HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
 from .references import CHANNELS, controllers_of
 from .result import (
@@ -151,16 +151,19 @@ def compare(
              zip(*(on.run.naive() for on in found["after"]), strict=True)]  # fmt: skip
     stood = rms_figures([on.run.still("ahead_200ms") for on in found["after"]], SPACING, "error over .2 s")
     change = _changes([on.run for on in found["before"]], [on.run for on in found["after"]])
-    near = [own.ahead_200ms.value for own in errors["after"]]
+    near, length = [own.ahead_200ms.value for own in errors["after"]], 1.0 if closed_loop else 0.0
+    drawn = {n: {i: on.run.run_on(length) for i, on in enumerate(own) if length} for n, own in found.items()}
     if closed_loop and all(error < least.value for error, least in zip(near, stood, strict=True)):
         laws = controllers_of(logs)  # all axes fly together: one that the model does not know would spoil the others
         both = [i for i, own in enumerate(laws) if len(own) == len(CHANNELS)]
-        again = {name: [found[name][i].run.flown_again(laws[i]) for i in both] for name in models}
+        flown = {name: {i: found[name][i].run.flown_again(laws[i]) for i in both} for name in models}
+        again = {name: [_thinned(records[i], own) for i, own in one.items()] for name, one in flown.items()}
         if sum(map(len, again["after"])) and all(np.isfinite(own).all() for one in again.values() for own in one):
             for name, one in again.items():
                 figures = rms_figures(one, SPACING, f"closed-loop error over {FLOWN:g} s")
                 errors[name] = [replace(e, closed_loop_3s=own) for e, own in zip(errors[name], figures, strict=True)]
             change["closed_loop_3s"] = _change(zip(again["before"], again["after"], strict=True))
+            drawn, length = flown, FLOWN
     white = {n: [on.standardised(models["after"]) for on in found[n]] for n in models}
     p = {n: [_ljung_box_p([z[:, i] for z in white[n]], [r.weights[:, i] for r in records], records[0].step)
              for i in range(len(rig.axes))] for n in models}  # fmt: skip
@@ -181,10 +184,25 @@ def compare(
             own, runs["before"][i], runs["after"][i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
             white["before"][i], white["after"][i], records[i].step,
             tuple(event for event in events if event.log == own.name),
+            {name: _drawn(records[i], stretches[i]) for name, stretches in drawn.items() if i in stretches}, length,
         )
         for i, own in enumerate(logs)
     )  # fmt: skip
     return axes, _likelihood(found["before"], found["after"], judged), series
+
+
+def _thinned(record: Record, stretches: Sequence[Stretch]) -> Array:
+    """Errors (n, a) [rad] of stretches, :data:`.settings.SPACING` apart."""
+    thin = max(1, round(SPACING / record.step))
+    return np.concatenate([np.empty((0, record.angles.shape[1])), *(e[thin - 1 :: thin] for _, e in stretches)])
+
+
+def _drawn(record: Record, stretches: Sequence[Stretch]) -> Array:
+    """Angles (N, a) [rad] that stretches predict; not a number between them."""
+    predicted = np.full_like(record.angles, np.nan)
+    for first, e in stretches:
+        predicted[first : first + len(e) - 1] = (record.angles[first : first + len(e)] - e)[:-1]  # a gap to the next
+    return predicted
 
 
 def _clear(record: Record, left_out: Sequence[tuple[float, float]]) -> list[tuple[int, int]]:

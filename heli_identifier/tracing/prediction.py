@@ -46,6 +46,9 @@ SETTLED = 1e-4
 FROM_FILTER = ("ahead_100ms", "ahead_200ms")
 """Figures that start from the filter's state; the others start from the smoothed motion."""
 
+Stretch = tuple[int, Array]
+"""First sample of a prediction, and its errors (n, a) [rad] from there on."""
+
 _NONE, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
 
 
@@ -164,8 +167,20 @@ class Run:
         stays[inside] = self.record.angles[ends[inside]] - self.motion[inside, :a]
         return stays, stays - self.motion[:, a:]
 
-    def flown_again(self, laws: Sequence[Controller]) -> Array:
-        """Errors (n, a) [rad], :data:`SPACING` apart, of stretches of :data:`FLOWN` s that plant and controller fly.
+    def run_on(self, seconds: float) -> list[Stretch]:
+        """Stretches of so many seconds under the measured inputs, each begun at the measured motion."""
+        record, rig, length, found = self.record, self.model.rig, round(seconds / self.record.step), list[Stretch]()
+        still, local = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset)
+        for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
+            if end - first >= length and (not found or first >= found[-1][0] + length):
+                e, last = np.empty((length, len(rig.axes))), first + length
+                state = rig.placed(carry, motion)
+                rig.filter(record, self.model.parameters, still, local, _NONE, first, last, state, e, _NO_MOTION)
+                found.append((int(first), e))
+        return found
+
+    def flown_again(self, laws: Sequence[Controller]) -> list[Stretch]:
+        """Stretches of :data:`FLOWN` s that plant and controller fly, each begun at the measured motion.
 
         The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
         the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
@@ -173,8 +188,8 @@ class Run:
         a voltage moves later angles only, and close to it after a few.
         """
         record, rig, length = self.record, self.model.rig, round(FLOWN / self.record.step)
-        block, thin = max(1, round(ROUND / record.step)), max(1, round(SPACING / record.step))
-        still, local, found, free = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset), [], 0
+        block = max(1, round(ROUND / record.step))
+        still, local, found, free = np.zeros((len(rig.axes), 10)), np.zeros_like(self.offset), list[Stretch](), 0
         for first, end, carry, motion in zip(self.at, self.ends, self.carries, self.motion, strict=True):
             if first < free or end - first < length:
                 continue
@@ -194,8 +209,8 @@ class Run:
                     if not changed > SETTLED:
                         break
                 state = after
-            found.append(e[thin - 1 :: thin])
-        return np.concatenate(found) if found else np.empty((0, len(rig.axes)))
+            found.append((int(first), e))
+        return found
 
     def still(self, name: str) -> Array:
         """Errors (S, a) [rad] of "the measured angle stays" over the horizon of a figure; no future sample is in it."""

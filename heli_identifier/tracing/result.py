@@ -406,6 +406,11 @@ class HeldOutSeries:
         the plant before would look white, since that has taken what it lacks for air.
     residual_step : float
     events : tuple of Event
+    stretches : mapping of str to Array, shape (n, 3)
+        Of a flight under a controller what the models "before" and "after" predict in stretches of ``stretch`` [s],
+        each begun at the measured motion, every ``residual_step`` [s]: with the controller where it is known, else
+        under the voltages. Not a number between two stretches.
+    stretch : float
     """
 
     log: Log
@@ -416,6 +421,8 @@ class HeldOutSeries:
     residual_after: Array
     residual_step: float
     events: tuple[Event, ...] = ()
+    stretches: Mapping[str, Array] = field(default_factory=dict)
+    stretch: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
