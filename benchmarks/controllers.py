@@ -27,8 +27,8 @@ from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_identifier.tools import ControllerDesign, design_controller
-from heli_identifier.tools.controller import LONGEST, Judged, model_of
-from heli_identifier.tools.linearisation import operating_point
+from heli_identifier.tools.controller import LONGEST, Judged
+from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import (
     closed_loop,
     controller_response,
@@ -73,7 +73,7 @@ class Verdict:
 def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, transfer: float) -> Verdict:
     """Put a design around the true plant, linearised where the true plant is in equilibrium."""
     point = operating_point(truth, design.model.point.pitch, design.model.point.elevation)
-    model, omega = model_of(truth, point, AIM.period), frequencies(AIM.period)
+    model, omega = linear_model(truth, point, AIM.period), frequencies(AIM.period)
     closed = closed_loop(model, judged.settings)
     if not is_stable(closed):
         return Verdict(transfer=transfer)

@@ -16,30 +16,27 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log
 from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
-from heli_identifier.tools.controller import (
-    feedback_settings,
-    feedback_values,
-    hover,
-    kept_together,
-    model_of,
-    synthesised,
-)
+from heli_identifier.tools.controller import kept_together
 from heli_identifier.tools.course import corrected_values
-from heli_identifier.tools.linearisation import operating_point
+from heli_identifier.tools.linearisation import hover, linear_model, operating_point
 from heli_identifier.tools.loop import (
     at_rest,
     closed_loop,
+    controller_parameters,
     controller_response,
+    controller_settings,
     disk_margins,
     fly,
     frequencies,
     is_stable,
     plant_response,
 )
+from heli_identifier.tools.synthesis import synthesised
+from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
-from heli_plant.state_feedback import Rotors, feedback_step, start_feedback
+from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
 from tests.native_builds import c_compiler
 
 H, AIM = 0.01, ControllerConfiguration()
@@ -105,7 +102,7 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
 def test_within_the_disk_margin_the_loop_stays_stable():
     """Complex factors (2 + d e)/(2 - d e) at both rotors, |e| = 1: stable below the margin, on its edge at it."""
     settings, point = designed()
-    model, omega = model_of(TABLE_2, point, H), frequencies(H)
+    model, omega = linear_model(TABLE_2, point, H), frequencies(H)
     plant, law = plant_response(model, omega), controller_response(settings, H, omega)
     (margin,) = disk_margins(plant[None], law)
     assert is_stable(closed_loop(model, settings))
@@ -149,9 +146,10 @@ def test_what_is_promised_is_kept_by_95_percent_of_the_plants_at_once():
 
 
 def test_the_parameters_of_the_unit_are_the_controller():
-    settings, _ = designed(TABLE_2, "travel")
-    values = {name: own.value for name, own in feedback_values(settings).items()}
-    assert feedback_settings(values) == settings
+    settings, point = designed(TABLE_2, "travel")
+    pid = PidSettings(travel=AxisGains(0.3, 0.1, 1.1), travel_enabled=True, trim=-0.7, voltage_limit=4.0)
+    for own, default in ((settings, FeedbackSettings()), (pid, PidSettings())):
+        assert controller_settings(default, controller_parameters(own, point, {}).start_values) == own
 
 
 @pytest.mark.parametrize(
@@ -178,7 +176,7 @@ def test_singular_weights_are_refused():
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
     point = operating_point(TABLE_2, 0.0, 0.1)
-    own = {n: e.value for n, e in corrected_values(parameters(), model_of(TABLE_2, point, H), COURSE).items()}
+    own = {n: e.value for n, e in corrected_values(parameters(), linear_model(TABLE_2, point, H), COURSE).items()}
     assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
     assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
     assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
@@ -197,7 +195,7 @@ def test_a_script_is_read_and_not_run(tmp_path):
     with pytest.raises(ConfigurationError, match=r"line 1: m_c = weigh\(\) is no number"):
         course_values(script)
     text = corrected_init(
-        parameters(), model_of(TABLE_2, operating_point(TABLE_2), H), values, Geometry(), "init_heli.m"
+        parameters(), linear_model(TABLE_2, operating_point(TABLE_2), H), values, Geometry(), "init_heli.m"
     )
     assert text.isascii()
 

@@ -22,7 +22,7 @@ from heli_identifier.tools.experiment import (
     separation_warning,
 )
 from heli_identifier.tools.flight import additions, flight_outlooks
-from heli_identifier.tools.loop import pid_settings
+from heli_identifier.tools.loop import controller_settings
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -147,7 +147,9 @@ def test_in_closed_loop_no_proposal_departs_by_more_than_the_limits():
 
 
 def test_the_controller_that_flies_has_the_gains_it_is_given():
-    given = pid_settings({"pitch.proportional": 6.0, "rate.time_constant": 0.02}, 4.0)
+    given = controller_settings(
+        PidSettings(voltage_limit=4.0), {"pitch.proportional": 6.0, "rate.time_constant": 0.02}
+    )
     default = PidSettings()
     assert given == default._replace(
         pitch=default.pitch._replace(proportional=6.0), rate_time_constant=0.02, voltage_limit=4.0

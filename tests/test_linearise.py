@@ -20,7 +20,8 @@ from heli_identifier.results.parameters import (
     read_parameters,
 )
 from heli_identifier.results.schema import document_text
-from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
+from heli_identifier.tools.controller import control_advice, design_pid
+from heli_identifier.tools.linearisation import drawn_plants, linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import (
     closed_loop,
     controller,
@@ -31,7 +32,7 @@ from heli_identifier.tools.loop import (
     step_response,
     unit_step,
 )
-from heli_identifier.tools.pid import PEAK, control_advice, design_pid, drawn_plants, retuned, weighted_error
+from heli_identifier.tools.synthesis import PEAK, retuned, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -130,7 +131,8 @@ def test_small_motion_of_the_plant_is_that_of_the_linear_model(bending):
 
 
 def test_friction_that_sticks_is_left_out_of_the_linear_model():
-    stuck, free = (model_at(plant).continuous.A for plant in (AFTER, AFTER._replace(dry_friction_pitch=0.0)))
+    point, slid = operating_point(AFTER), AFTER._replace(dry_friction_pitch=0.0)
+    stuck, free = (linear_system(plant, point).A for plant in (AFTER, slid))
     assert np.array_equal(stuck, free)
 
 

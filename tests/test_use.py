@@ -35,7 +35,7 @@ def test_a_check_of_no_usable_axis_is_refused():
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])
 def test_no_controller_is_retuned_around_an_axis_that_is_not_usable(axis):
-    with pytest.raises(ConfigurationError, match=f"the {axis} of these parameters not usable"):
+    with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
         design_pid(parameters(**{axis: Use.NOTHING}))
 
 

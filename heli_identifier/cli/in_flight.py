@@ -347,11 +347,13 @@ def _write_advice(advice: "Advice", folder: Path) -> None:
 
 def controller_of(path: Path | None) -> "PidSettings | None":
     """Return the controller in a parameters.json of the PidController; what it leaves out is the unit's default."""
-    from heli_identifier.tools import CONTROLLER, pid_settings
+    from heli_identifier.tools import CONTROLLER, controller_settings
+    from heli_plant.control import PidSettings
 
     if path is None:
         return None
-    return pid_settings({name: float(value) for name, value in of_unit(CONTROLLER, (), path).items()})
+    given = {name: float(value) for name, value in of_unit(CONTROLLER, (), path).items()}
+    return controller_settings(PidSettings(), given)
 
 
 # --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------

@@ -516,12 +516,13 @@ def _design_flight(
     json: bool,
 ) -> None:
     """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
-    from heli_identifier.tools import Limits, flight_outlooks, flight_table, pid_settings
+    from heli_identifier.tools import Limits, controller_settings, flight_outlooks, flight_table
+    from heli_plant.control import PidSettings
 
     Limits(plant.v_max, *limits)  # refuses limits that are none
     require_range("hover", hover, "rad", -1.5, 1.5)
     with progress_bar() as progress:
-        pid = pid_settings(gains, plant.v_max)
+        pid = controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
         ranked = flight_outlooks(plant, pid, hover, duration, limits, progress)
     if not ranked:
         raise ConfigurationError(

@@ -3,8 +3,9 @@
 ================  =====================================================================================
 `identification`  the on-line identifier over whole logs; `joint`: all logs together
 `linearisation`   the plant at an operating point as a linear system
-`loop`, `pid`     a controller around it: margins over all plants that the data allow; retuned gains of the PID
-`controller`      LQR and LQI with a Kalman filter; `controller_page` has the page, `course` the MATLAB code
+`loop`            a controller around it: closed loop, margins, steps of the whole plant
+`synthesis`       gains of PID, LQR and LQI with a Kalman filter
+`controller`      designs judged over all plants that the data allow; `controller_page` the page, `course` the MATLAB code
 `closed_loop`     flights flown again from their references
 `experiment`      the excitation that would show an effect, or separate two
 `flight`          what to add to a flight under the controller

@@ -28,6 +28,7 @@ __all__ = [
     "Truth",
     "closed_loop_errors",
     "control_advice",
+    "controller_settings",
     "controller_html",
     "controller_m",
     "corrected_init",
@@ -39,7 +40,6 @@ __all__ = [
     "diagnose_rigs",
     "effects_named",
     "experiment_table",
-    "feedback_settings",
     "fleet_html",
     "fleet_of",
     "fleet_sentence",
@@ -50,7 +50,6 @@ __all__ = [
     "generated_rigs",
     "identify",
     "linearise",
-    "pid_settings",
     "read_rows",
     "read_split",
     "require_packages",
@@ -67,7 +66,7 @@ __all__ = [
 from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
 from .campaign_rows import Row, Summary, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
-from .controller import FEEDBACK, KINDS, OTHERS, ControllerDesign, design_controller, feedback_settings
+from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table
 from .course import controller_m, corrected_init, course_values, geometry_of
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
@@ -77,8 +76,7 @@ from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import EstimateHistory, Identification, Together, identify
 from .linearisation import linearise
-from .loop import StepResponse, pid_settings
-from .pid import CONTROLLER, Advice, control_advice, design_pid
+from .loop import CONTROLLER, FEEDBACK, StepResponse, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     GeneratedRig,

@@ -17,14 +17,15 @@ from scipy.signal import lfilter
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
 from heli_identifier.results import LogSource, PlantSource, Tabular, plant_of, read_parameters, several, significant
-from heli_identifier.tools.controller import CONTROLLER, FEEDBACK, feedback_settings
-from heli_identifier.tools.loop import Memory, Settings, answered, begun, fly, pid_settings
+from heli_identifier.tools.loop import CONTROLLER, FEEDBACK, Memory, Settings, answered, begun, controller_settings, fly
 from heli_identifier.tracing import record_start
+from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 from heli_plant.laws import motor_time_constant
 from heli_plant.motor import kept
 from heli_plant.parameters import PlantParameters
 from heli_plant.state import PlantState
+from heli_plant.state_feedback import FeedbackSettings
 
 AHEAD = 3.0
 """Length [s] of the stretches that are flown again."""
@@ -116,11 +117,10 @@ def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings
         The file holds the parameters of another unit.
     """
     own = read_parameters(path)
-    values = {name: float(estimate.value) for name, estimate in own.values.items()}
     if own.unit == FEEDBACK:
-        return feedback_settings({"voltage_limit": voltage_limit, **values})
+        return controller_settings(FeedbackSettings(voltage_limit=voltage_limit), own.start_values)
     if own.unit == CONTROLLER:
-        return pid_settings(values, voltage_limit)
+        return controller_settings(PidSettings(voltage_limit=voltage_limit), own.start_values)
     raise ConfigurationError(f"{path} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}.")
 
 

@@ -104,7 +104,7 @@ def flown(
     widths = 2.0 * np.pi / np.array(EncoderCounts())
     # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
-    pid = pid._replace(trim=trim)
+    pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
     state, controller, held = rest_state(plant, trim), None, (0.5 * trim, 0.5 * trim)
     angles, used = np.empty((count, 3)), np.empty((count, 2))
     for k in range(count):

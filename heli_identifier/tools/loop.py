@@ -23,22 +23,35 @@ Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (d
 have one size.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
+from heli_identifier.online import Estimate
+from heli_identifier.results import ParameterSet
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
-from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
+from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
-from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, start_feedback
+from heli_plant.state_feedback import (
+    MOST_DELAY,
+    Angles,
+    FeedbackSettings,
+    FeedbackState,
+    Rotors,
+    entry_unit,
+    feedback_step,
+    start_feedback,
+)
+
+Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
 
 Settings = PidSettings | FeedbackSettings
 """A controller."""
@@ -48,6 +61,8 @@ Memory = PidState | FeedbackState
 
 Responses = NDArray[Any]
 """Frequency responses, complex."""
+
+CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
 
 LOOPS = ("pitch", "elevation")
 """Loops, in the order of the channels: difference and sum of the voltages."""
@@ -67,30 +82,61 @@ LEAD = 1.0
 _NOTHING = 1e-12
 """Entry of a sampled matrix below which it is rounding."""
 
+_NAMES = {
+    "period": "sample.time", "delay": "sample.delay", "travel_enabled": "travel.enabled",
+    "pitch_limit": "travel.pitch_limit", "rate_time_constant": "rate.time_constant",
+}  # fmt: skip
+"""Parameters of the units that do not have the name of their field."""
 
-def pid_settings(values: Mapping[str, float], voltage_limit: float | None = None) -> PidSettings:
-    """Return the PID from parameters of the PidController unit.
+_UNITS = {
+    "proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad", "trim": "V", "voltage_limit": "V",
+    "travel.proportional": "1", "travel.integral": "1/s", "travel.derivative": "s", "travel.enabled": "1",
+    "sample.time": "s", "sample.delay": "1", "front": "V", "rear": "V",
+}  # fmt: skip
+"""Of parameters by their names or the last part of it; angles are the rest."""
 
-    Parameters
-    ----------
-    values : mapping
-        By structured name, as ``pitch.proportional``; what is missing has its default.
-    voltage_limit : float, optional
-        Default of the limit [V] where it is that of a plant.
-    """
-    usual = PidSettings()
-    if voltage_limit is not None:
-        usual = usual._replace(voltage_limit=voltage_limit)
-    gains: dict[str, Any] = {
-        axis: AxisGains(*(float(values.get(f"{axis}.{name}", gain)) for name, gain in of_axis._asdict().items()))
-        for axis, of_axis in zip(AXES, (usual.pitch, usual.elevation, usual.travel), strict=True)
-    }
-    return usual._replace(
-        **gains,
-        trim=float(values.get("trim", usual.trim)),
-        rate_time_constant=float(values.get("rate.time_constant", usual.rate_time_constant)),
-        voltage_limit=float(values.get("voltage_limit", usual.voltage_limit)),
+
+def numbers_in(value: Any, before: str = "") -> dict[str, Any]:
+    """Return the numbers in named tuples of named tuples by structured name, in order."""
+    found: dict[str, Any] = {}
+    for field, part in value._asdict().items():
+        name = before + _NAMES.get(field, field)
+        found |= numbers_in(part, f"{name}.") if isinstance(part, tuple) else {name: part}
+    return found
+
+
+def filled(like: Any, numbers: Iterator[float]) -> Any:
+    """Return named tuples such as ``like`` with other numbers in them."""
+    return type(like)(
+        *(filled(part, numbers) if isinstance(part, tuple) else type(part)(next(numbers)) for part in like)
     )
+
+
+def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
+    """Return a controller from parameters of its unit; what is missing is as in ``default``."""
+    found: Controller = filled(default, iter([values.get(name, own) for name, own in numbers_in(default).items()]))
+    return found
+
+
+def controller_parameters(settings: Settings, point: OperatingPoint, provenance: Mapping[str, Any]) -> ParameterSet:
+    """Return a controller that holds an operating point as parameters of its unit.
+
+    Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
+    """
+    held = {"reference.pitch": point.pitch, "reference.elevation": point.elevation}
+    values = numbers_in(settings) | held
+    if isinstance(settings, PidSettings):
+        unit, off = CONTROLLER, ("rate.", *(() if settings.travel_enabled else ("travel.",)), "travel.pitch_limit")
+        values = {name: value for name, value in values.items() if not name.startswith(off)}
+    else:
+        unit, values = FEEDBACK, {name: value for name, value in values.items() if value}
+    estimates = {name: Estimate(float(value), None, _unit_of(name)) for name, value in values.items()}
+    return ParameterSet(unit, estimates, provenance=provenance)
+
+
+def _unit_of(name: str) -> str:
+    parts = name.split(".")
+    return entry_unit(*parts) if len(parts) == 3 else _UNITS.get(name) or _UNITS.get(parts[-1], "rad")
 
 
 @lru_cache(maxsize=8)
@@ -102,42 +148,21 @@ def controller(settings: Settings, period: float) -> StateSpace:
     free: Settings
     if isinstance(settings, PidSettings):
         free = settings._replace(voltage_limit=UNLIMITED, pitch_limit=UNLIMITED)
-        states = len(_numbers(begun(free, 0.0, 0.0, 0.0)))
     else:
-        at_zero = type(settings.point)()
-        free = settings._replace(voltage_limit=UNLIMITED, point=at_zero, hover=Rotors(), period=period)
-        still = begun(free, 0.0, 0.0, 0.0)
-        states = len(_numbers(still[: 3 + settings.delay]))  # older voltages are kept, but never looked at
+        free = settings._replace(voltage_limit=UNLIMITED, point=Angles(), hover=Rotors(), period=period)
     empty = begun(free, 0.0, 0.0, 0.0)
+    size = n = len(numbers_in(empty))
+    if isinstance(free, FeedbackSettings):
+        n -= 2 * (MOST_DELAY - free.delay)  # older voltages are kept, but never looked at
 
-    def following(x: list[float], y: list[float], r: list[float]) -> list[float]:
-        memory = _filled(empty, iter([*x, *[0.0] * (len(_numbers(empty)) - states)]))
-        after, voltages = answered(free, memory, y, r, period)
-        return [*_numbers(after)[:states], *voltages]
+    def after(row: list[float]) -> NDArray[np.float64]:
+        memory = filled(empty, iter([*row[:n], *[0.0] * (size - n)]))
+        memory, voltages = answered(free, memory, row[n : n + 3], row[n + 3 :], period)
+        return np.array([*list(numbers_in(memory).values())[:n], *voltages])
 
-    return _differences(following, states, period)
-
-
-def _numbers(value: Any) -> list[float]:
-    """Return the numbers in tuples of tuples, in order."""
-    return [x for part in value for x in (_numbers(part) if isinstance(part, tuple) else (part,))]
-
-
-def _filled(like: Any, numbers: Iterator[float]) -> Any:
-    """Return named tuples such as ``like`` with other numbers in them."""
-    return type(like)(*(_filled(part, numbers) if isinstance(part, tuple) else next(numbers) for part in like))
-
-
-def _differences(following: Callable[..., list[float]], states: int, period: float) -> StateSpace:
-    """Return the linear system of a step that gives state and voltages from state, angles and references."""
-
-    def at(row: list[float]) -> NDArray[np.float64]:
-        return np.array(following(row[:states], row[states : states + 3], row[states + 3 :]))
-
-    base = at([0.0] * (states + 6))
-    slope = np.column_stack([at(row) - base for row in np.eye(states + 6).tolist()])
-    A, B, C, D = slope[:states, :states], slope[:states, states:], slope[states:, :states], slope[states:, states:]
-    return ss(A, B, C, D, period)
+    base = after([0.0] * (n + 6))
+    slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
+    return ss(slope[:n, :n], slope[:n, n:], slope[n:, :n], slope[n:, n:], period)
 
 
 def closed_loop(model: LinearModel, settings: Settings) -> StateSpace:
@@ -396,11 +421,11 @@ def fly(
     state: PlantState,
     held: tuple[float, float],
     period: float,
-    memory: Memory | None = None,
+    memory: Memory,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
 
-    ``state`` and the voltages ``held`` [V] begin; ``memory`` is the controller's state, by default one without history.
+    ``state``, the voltages ``held`` [V] and the controller's state ``memory`` begin.
     """
     count = len(references)
     time = np.arange(count, dtype=np.float64) * period
@@ -409,7 +434,6 @@ def fly(
     for k in range(count):
         measured = measured_angles(state)
         angles[k], voltages[k] = measured, held
-        memory = begun(settings, *measured) if memory is None else memory
         memory, held = answered(settings, memory, measured, rows[k], period)
         state = advance(state, time, voltages, k, 0.0, period, parameters)
     return angles, voltages

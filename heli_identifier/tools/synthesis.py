@@ -1,0 +1,244 @@
+"""Gains of a PID, and of LQR and LQI with a Kalman filter, for a linear plant.
+
+Per loop of the PID the gains (P, I, D) minimise the integrated time-weighted error of a reference step and of a load
+step of 1 V of the linear closed loop,
+
+    J = sum_k t_k abs(1 - y_k) h + sum_k t_k abs(y_k under the load) h,
+
+subject to a peak of the sensitivity of at most :data:`PEAK` for all plants that are given (Astrom and Hagglund,
+Advanced PID Control, 2006, chapters 4 and 7), and to no more gain on encoder noise, P + D/tau, than the present PID
+has.
+
+For the others, about the operating point, with F, G, C of :mod:`.linearisation`, z the integrals of elevation and of
+travel or pitch,
+
+    [K K_z] minimises  sum x'Q x + z'Q_z z + u'R u      (LQI; without z LQR)
+    L is the predictor of the Kalman filter for torques of the air on the axes and noise of the encoders
+    N r puts the equilibrium at the reference: with x_r, u_r its state and input, z_r = -S_zz^-1 S_zx x_r the integral
+    that leaves the least cost-to-go x'S x, N = u_r + K x_r + K_z z_r.
+
+The air has a standard deviation a and dies out at :data:`AIR_RATE` c, so it drives a rate like white noise of intensity
+2 a^2 / c. The period between reading and acting and the input delay are undone by prediction
+(:mod:`heli_plant.state_feedback`), so gains and filter are those of the plant without them.
+
+Sources: B. D. O. Anderson and J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990, sections 2.4, 3.1, 8.1; the
+course's Q and R are diagonal, those of the default by Bryson's rule.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import control
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.records import ControllerConfiguration
+from heli_identifier.tools.linearisation import PERIOD, LinearModel, OperatingPoint, linear_system
+from heli_identifier.tools.loop import (
+    LOOPS,
+    Responses,
+    closed_loop,
+    controller_response,
+    filled,
+    frequencies,
+    loop_gain,
+    plant_response,
+    unit_step,
+)
+from heli_plant.control import AxisGains, PidSettings
+from heli_plant.effects import AXES
+from heli_plant.laws import motor_time_constant
+from heli_plant.parameters import PlantParameters
+from heli_plant.state_feedback import MOST_DELAY, FeedbackSettings
+
+Array = NDArray[np.float64]
+
+PEAK = 1.6
+"""Largest peak of the sensitivity: a phase margin of 36 degrees and a gain margin of 2.7 at least."""
+
+HORIZON = 10.0
+"""Length [s] of the steps in J."""
+
+UNSTABLE = 1e6
+"""Error J [s^2] of a loop that does not settle."""
+
+PENALTY = 50.0
+"""On a violated bound: larger than any improvement of a step response."""
+
+AIR_RATE = 2.5
+"""Rate at which the torque of the air dies out [1/s], that of measured rooms."""
+
+MOTOR_NOISE = 0.01
+"""Intensity of the noise on the motors' states [V^2 s]: their lag is no better known, and the filter stays regular."""
+
+_USED: Mapping[str, tuple[int, ...]] = {"pitch": (0, 1, 3, 4, 6, 7), "travel": tuple(range(8))}
+"""States of a design: without the travel and its rate where the pitch is controlled."""
+
+
+def retuned(
+    model: LinearModel, settings: PidSettings, others: Sequence[LinearModel] = (), trim: float | None = None
+) -> PidSettings:
+    """Return the PID with new gains of pitch and elevation, and of the travel where its loop is on.
+
+    Parameters
+    ----------
+    model : LinearModel
+        Of the identified plant.
+    settings : PidSettings
+        The present PID; everything but the gains of pitch and elevation is kept.
+    others : sequence of LinearModel
+        Further plants, allowed by the data, for which the margins have to be kept.
+    trim : float, optional
+        Sum of the voltages [V] at zero error.
+    """
+    omega = frequencies(model.sampled.dt, 250)
+    plants = np.array([plant_response(one, omega) for one in (model, *others)])
+    inner = settings._replace(travel_enabled=False)
+    for loop in range(len(LOOPS)):
+        inner = _tuned(model, plants, omega, inner, loop)
+    settings = inner._replace(travel_enabled=settings.travel_enabled)
+    if settings.travel_enabled:
+        settings = _tuned(model, plants, omega, settings, AXES.index("travel"))
+    return settings if trim is None else settings._replace(trim=trim)
+
+
+def _tuned(
+    model: LinearModel, plants: Responses, omega: NDArray[np.float64], settings: PidSettings, loop: int
+) -> PidSettings:
+    """Return the PID with new gains of one loop; the travel's acts through the pitch's."""
+    axis, tau, cut = AXES[loop], settings.rate_time_constant, loop % len(LOOPS)
+    present: AxisGains = getattr(settings, axis)
+    present = present._replace(integral=present.integral or 1e-3)
+    loudest = present.proportional + present.derivative / tau
+
+    def with_gains(gains: list[float]) -> PidSettings:
+        changed: dict[str, Any] = {axis: AxisGains(*gains)}
+        return settings._replace(**changed)
+
+    def cost(logarithms: NDArray[np.float64]) -> float:
+        trial = with_gains(np.exp(logarithms).tolist())
+        gains: AxisGains = getattr(trial, axis)
+        pid = controller_response(trial, model.sampled.dt, omega)
+        peak = float(np.max(1.0 / np.abs(1.0 + loop_gain(plants, pid, cut))))
+        noise = (gains.proportional + gains.derivative / tau) / loudest
+        return weighted_error(model, trial, loop) + PENALTY * (max(peak / PEAK - 1.0, 0.0) + max(noise - 1.0, 0.0))
+
+    options = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 250}
+    found = minimize(cost, np.log(present), method="Nelder-Mead", options=options)
+    return with_gains([float(f"{gain:.4g}") for gain in np.exp(found.x)])
+
+
+def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> float:
+    """Return the time-weighted error J [s^2] of a linear loop under a unit reference step and a load step of 1 V."""
+    period, cut = model.sampled.dt, loop % len(LOOPS)
+    horizon = HORIZON if loop == cut else 4.0 * HORIZON  # the travel is that much slower
+    closed, steps = closed_loop(model, settings), round(horizon / period)
+    weights = np.arange(steps) * period**2
+    with np.errstate(over="ignore", invalid="ignore"):
+        reference, load = (unit_step(closed, drive, steps)[:, loop] for drive in (loop, 3 + cut))
+        error = float(weights @ (np.abs(1.0 - reference) + np.abs(load)))
+    return error if np.isfinite(error) and error < UNSTABLE else UNSTABLE
+
+
+def synthesised(
+    plant: PlantParameters,
+    point: OperatingPoint,
+    aim: ControllerConfiguration,
+    other: str,
+    integral: bool,
+    effort: float = 1.0,
+) -> FeedbackSettings:
+    """Return the sampled LQR or LQI of a plant at a point, with its Kalman filter.
+
+    Raises
+    ------
+    ConfigurationError
+        The weights leave a mode that nothing stabilises, the period is too long or the delay too many periods.
+    """
+    h = aim.period
+    lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / h)
+    if h > lag:
+        raise ConfigurationError(
+            f"controller.period = {h:g} s is longer than the motors' lag of {lag:.3g} s, so the voltages between two "
+            "samples are not resolved; take 0.01 s."
+        )
+    if delay > MOST_DELAY:
+        raise ConfigurationError(
+            f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {h:g} s, the unit keeps at "
+            f"most {MOST_DELAY}; take a longer controller.period."
+        )
+    rigid = plant._replace(arm_bending_elevation=0.0)
+    K, K_z, L, N, system = gains(linear_system(rigid, point, h), aim, other, integral, effort)
+    rotors = (*K.flat, *K_z.flat, *N.flat)
+    held = (point.pitch, point.elevation, 0.0, point.v_front, point.v_rear)
+    numbers = (*system.A.flat, *system.B.flat, *L.flat, *rotors, *held, h, delay, other == "travel", plant.v_max)
+    return filled(FeedbackSettings(), iter(numbers))
+
+
+def gains(
+    system: control.StateSpace, aim: ControllerConfiguration, other: str, integral: bool, effort: float = 1.0
+) -> tuple[Array, Array, Array, Array, control.StateSpace]:
+    """Return K (2, 8), K_z (2, 2), L (8, 3), N (2, 2) and the system that the filter predicts with.
+
+    Continuous or sampled as ``system`` is. Where the pitch is controlled, rows and columns of the travel are zero.
+
+    Raises
+    ------
+    ConfigurationError
+        The Riccati equations have no stabilising solution.
+    """
+    w, used, sampled = aim.weights, list(_USED[other]), bool(system.dt)
+    angles = [0, 1, 2] if other == "travel" else [0, 1]
+    chosen = [1, 2 if other == "travel" else 0]
+    A, B, C = system.A[np.ix_(used, used)], system.B[used], system.C[np.ix_(angles, used)]
+    S = system.C[np.ix_(chosen, used)]
+    n, h = len(used), float(system.dt) if sampled else 1.0
+    scale = h if sampled else 1.0
+    rated = [w.pitch, w.elevation, w.travel, w.pitch_rate, w.elevation_rate, w.travel_rate, 0.0, 0.0]
+    Q = np.diag([*np.array(rated)[used], *([w.elevation_integral, w.other_integral] if integral else [])]) * scale
+    R = np.eye(2) * w.voltage * effort * scale
+    whole, drive = A, B
+    if integral:
+        z = np.eye(2) if sampled else np.zeros((2, 2))
+        whole = np.block([[A, np.zeros((n, 2))], [h * S, z]])
+        drive = np.vstack((B, np.zeros((2, 2))))
+    rates = [used.index(3 + axis) for axis in angles]
+    intensity = [2.0 * aim.air[axis] ** 2 / AIR_RATE for axis in angles] + [MOTOR_NOISE] * 2
+    noise = np.eye(n)[:, [*rates, n - 2, n - 1]]
+    W = np.diag(intensity) * (h if sampled else 1.0 / PERIOD)
+    V, counts = np.eye(len(angles)), C / aim.encoder_noise  # angles in units of their noise: well conditioned
+    try:
+        solve, estimate = (control.dlqr, control.dlqe) if sampled else (control.lqr, control.lqe)
+        found, cost, poles = solve(whole, drive, Q, R)
+        filtered, _, errors = estimate(A, noise, counts, W, V)
+        steady = np.linalg.solve(
+            np.block([[A - (np.eye(n) if sampled else 0.0), B], [S, np.zeros((2, 2))]]),
+            np.vstack((np.zeros((n, 2)), np.eye(2))),
+        )
+    except (ValueError, np.linalg.LinAlgError, control.ControlArgument) as error:
+        raise ConfigurationError(
+            "the weights and the plant have no stabilising feedback at this point: a mode is not weighted or cannot be "
+            f"controlled ({error}); give its angle a weight, or choose a point with more lift."
+        ) from error
+    stable = np.abs([*poles, *errors]).max() < 1.0 if sampled else np.real([*poles, *errors]).max() < 0.0
+    if not stable or not np.isfinite(found).all():
+        raise ConfigurationError(
+            "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the "
+            "weights of the angles, or choose a point with more lift."
+        )
+    feedback = np.asarray(found)[:, :n]
+    N = steady[n:] + feedback @ steady[:n]
+    K_z = np.zeros((2, 2))
+    if integral:
+        K_z = np.asarray(found)[:, n:]
+        N = N - K_z @ np.linalg.solve(cost[n:, n:], cost[n:, :n] @ steady[:n])
+    K, L = np.zeros((2, 8)), np.zeros((8, 3))
+    K[:, used], L[np.ix_(used, angles)] = feedback, filtered / aim.encoder_noise
+    kept = np.zeros((8, 8))
+    kept[np.ix_(used, used)] = A
+    driven = np.zeros((8, 2))
+    driven[used] = B
+    predicts = control.ss(kept, driven, system.C[:, :8], np.zeros((3, 2)), system.dt)
+    return K, K_z, L, N, predicts
