@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from benchmarks.halves import nats_under
+from benchmarks.rigs import windy_log
 from heli_identifier.tracing.fit import fit, with_own_spread
+from heli_identifier.tracing.identification import delivered
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_times
 from heli_identifier.tracing.select import halves_agree, left_out_gain, select
+from tests.blind.windy import windy_rig
 from tests.test_tracing_likelihood import likelihood_of, logs_of
 
 
@@ -57,6 +61,29 @@ def test_a_true_effect_makes_left_out_logs_likelier_and_halves_agree_on_it(coupl
     assert left_out_gain(selection.last, others, "gyroscopic_coupling_pitch") > 50.0
     agreement = halves_agree(selection.last, [*others, "gyroscopic_coupling_pitch"])
     assert agreement.observed == agreement.expected == 1.0
+
+
+MECHANICS = {"inertial_coupling_elevation", "inertial_coupling_travel", "large_angle_gravity_elevation"}
+
+
+def test_a_rig_in_calm_air_that_lacks_mechanics_gets_none():
+    """Five minutes in calm air tell a coefficient of 0 from one of 1."""
+    selection, _ = searched("clean", 1)
+    assert not MECHANICS & set(delivered(selection, []).fields)
+
+
+def test_terms_of_mechanics_enter_the_plant_together_and_help_under_another_controller():
+    """A rig that has all three, of which 100 s in rough air establish none: another flight is likelier with them."""
+    rig = windy_rig(48, "ou", counts={"a": 3, "c": 1})
+    other, training = ([windy_log(name, log) for name, log in rig.part(of).items()] for of in "ca")
+    likelihood = likelihood_of(training)
+    null = with_own_spread(fit(likelihood, likelihood.rig.base))
+    selection = select(null, likelihood.rig.candidates)
+    assert not MECHANICS & shown(selection)
+    plant = delivered(selection, [])
+    assert set(plant.fields) >= MECHANICS
+    with_, without = (nats_under(own.parameters, other) for own in (plant, selection.fit))
+    assert with_ > without + 3.0
 
 
 def test_a_forbidden_sign_scores_nothing():

@@ -90,8 +90,8 @@ GLOSSARY = (
      "real if the interval does without zero."),
     ("score", "What the log-likelihood of the training logs gains by an effect [nats], a factor of 2.7 each. Beside "
      "the plant the likelihood has a torque of the air, whose level and colour are estimated."),
-    ("in the plant", "What is established; and of what is possible, what makes training logs likelier that were left "
-     "out of the fit one at a time."),
+    ("in the plant", "What is established; of what is possible, what makes training logs likelier that were left out "
+     "of the fit one at a time; and terms of rigid-body mechanics, where the logs are as likely with them."),
     ("determined from outside", "References, which move the rig and know nothing of the air, give the same value."),
     ("rests on the noise model", "Only the likelihood gives the value: it holds if the air's torque is as modelled."),
     ("not determined", "The interval is too wide for a controller, or references contradict the likelihood."),

@@ -295,7 +295,7 @@ class DiagnosisFile(Entry):
     possible: Annotated[
         list[EffectEntry],
         "what the likelihood favours without establishing it: no findings. The plant has those whose `left_out_gain` "
-        "is above zero",
+        "is above zero, and terms of rigid-body mechanics",
     ]
     not_testable: Annotated[list[Untestable], "effects about which these data cannot decide"]
     parameters: Parameters

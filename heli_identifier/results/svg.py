@@ -90,7 +90,7 @@ def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> lis
         return [(10.0**n, power_text(10.0**n)) for n in powers][:: max(1, len(powers) // count)]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
-    step = next(unit * n for n in (1, 2, 5, 10) if unit * n >= rough * 0.999)
+    step = min((unit * n for n in (1, 2, 5, 10)), key=lambda own: abs(log10(own / rough)))
     decimals = max(0, -floor(log10(step) + 1e-9))
     values = [n * step for n in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
     return [(value, f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")) for value in values]

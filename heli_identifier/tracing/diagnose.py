@@ -31,7 +31,7 @@ from .identification import FAULT_EFFECTS, Identification, Progress, identify_pl
 from .references import References
 from .result import DataEntry, Determination, Diagnosis, FoundEffect, HeldOutLikelihood, RigVerdict, Verdict
 from .select import Finding
-from .settings import NAMED, SETTLING, DiagnosisSettings
+from .settings import KEPT, NAMED, SETTLING, DiagnosisSettings
 from .strangers import sign_notes, stranger_notes
 
 Array = NDArray[np.float64]
@@ -172,9 +172,14 @@ def _judge(found: Identification) -> Judge | None:
 def _effects(found: Identification) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
     """Give what is established and what is possible, strongest first."""
     after, C, gains = found.plant, found.covariance, found.left_out_gains
+    chosen = {own.effect.field for own in found.selection.findings}
+    beside = [  # in the plant as rigid-body mechanics has it
+        Finding(effect, own := found.selection.scores[effect.field], 0.0, (), exact=min(own.score, KEPT))
+        for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
+    ]  # fmt: skip
     named = [
-        found_effect(_with_rivals(own, found), after, C, gains, gains.get(own.effect.field, 1.0) > 0.0)
-        for own in found.selection.findings if own.effect.fault is None
+        found_effect(_with_rivals(own, found), after, C, gains, own.effect.field in after.fields)
+        for own in (*found.selection.findings, *beside) if own.effect.fault is None
     ]  # fmt: skip
     late = found.defects or any(fault.channel == "voltages" for fault in after.likelihood.faults)
     lag = None if late else lag_effect(found.selection, after, C)  # a lag and voltages that are late trade off

@@ -183,7 +183,7 @@ def _coordinate(field: str, start: PlantParameters, given: Mapping[str, tuple[fl
     found = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
     if found is not None:
         owner, shape = found
-        bends, centre = owner.place == BENDING, getattr(start, field)
+        bends, centre = owner.place == BENDING, shape.default if field == HORIZONTAL else getattr(start, field)
         if shape.lower > 0.0:  # a scale: its logarithm moves
             return Coordinate(field, centre, log(2.0), shape.lower, shape.upper, sign=1.0, step=0.05, in_output=bends)
         width = shape.difference_step or 0.1 * (shape.upper - shape.lower)

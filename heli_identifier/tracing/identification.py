@@ -9,8 +9,9 @@ logs       <- zeros of the elevation aligned                   strangers.py
 set        <- effects, and faults of the logs that are undone, by efficient scores and exact refits
                                                                select.py, score.py
 set        <- what the catalogue cannot name                   unknown.py
-plant      <- what is established, and of the rest what makes
-              logs likelier that were left out of the fit      select.py
+plant      <- what is established, of the rest what makes
+              logs likelier that were left out of the fit, and
+              rigid-body mechanics where logs allow it         select.py, identification.py
 references <- logged, rebuilt from the voltages, or open loop  references.py
 outside    <- instrumental variables                           instruments.py
 reports    <- what every parameter rests on                    findings.py
@@ -38,7 +39,7 @@ from .references import References, find_references
 from .result import Agreement, Event, FoundEffect, ParameterReport
 from .rig import Effect
 from .select import Selection, halves_agree, left_out_gain, select, shape_fields, with_shapes
-from .settings import MISTAKE, SETTLING, DiagnosisSettings
+from .settings import CLOSE, MECHANICS, MISTAKE, SETTLING, DiagnosisSettings
 from .strangers import aligned
 from .unknown import search_unknown
 
@@ -154,7 +155,7 @@ def identify_plant(
         left = [effect for effect in candidates if effect.fault is None or effect.field in undone]
         selection, unknown = search_unknown(selection, left)
     gains, dropped = _not_worth_having(selection)
-    plant = _without(selection, dropped)
+    plant = delivered(selection, dropped)
     C = covariance(plant)
     tell("asking the references", 0.6)
     references = find_references(training)
@@ -216,17 +217,34 @@ def _not_worth_having(selection: Selection) -> tuple[dict[str, float], list[str]
     return gains, [name for name in gains if name not in kept]
 
 
-def _without(selection: Selection, dropped: Sequence[str]) -> Fit:
-    """Fit the plant again without some effects of the selection."""
-    if not dropped:
-        return selection.fit
+def delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
+    """Fit the plant without some effects of the selection, and with rigid-body mechanics if the logs are as likely.
+
+    Its terms come from one kinetic and one potential energy, so that a rig has all of them, each with c = 1 +-
+    :data:`.settings.MECHANICS`: one that is established brings the others, unless the logs say that they are missing.
+    """
     candidates = selection.null.likelihood.rig.candidates
-    effects = {effect.field for effect in candidates} | shape_fields(candidates)
-    faults = {effect.field for effect in FAULT_EFFECTS}
-    core = [name for name in selection.fit.fields if name not in effects]
-    kept = [f.effect.field for f in selection.findings if f.effect.field not in {*dropped, *faults}]
-    off = dict.fromkeys(dropped, 0.0)
-    return fit(selection.fit.likelihood, with_shapes(core, kept, candidates), selection.fit, off)
+    mechanics = [effect.field for effect in candidates if effect.certain]
+    kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
+    alone, likelihood = selection.fit, selection.fit.likelihood
+    if dropped:
+        alone = _refitted(selection.fit, candidates, kept, dict.fromkeys(dropped, 0.0))
+    rig = likelihood.rig.expecting(dict.fromkeys(mechanics, (1.0, MECHANICS)))
+    begun = {name: 1.0 for name in mechanics if name not in kept}
+    start = replace(alone, likelihood=replace(likelihood, rig=rig))
+    proven = any(f.established and f.effect.certain for f in selection.findings)
+    rough = _refitted(start, candidates, [*kept, *begun], begun, True)
+    return alone if rough.value > alone.value + proven * CLOSE else _refitted(rough, candidates, [*kept, *begun], {})
+
+
+def _refitted(
+    fitted: Fit, candidates: Sequence[Effect], effects: Sequence[str], values: Mapping[str, float],
+    value_only: bool = False,
+) -> Fit:  # fmt: skip
+    """Fit again with other effects of the catalogue, from ``values`` of theirs."""
+    catalogue = {effect.field for effect in candidates} | shape_fields(candidates)
+    core = [name for name in fitted.fields if name not in catalogue]
+    return fit(fitted.likelihood, with_shapes(core, effects, candidates), fitted, values, value_only)
 
 
 def _outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

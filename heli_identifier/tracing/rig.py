@@ -118,7 +118,7 @@ class Effect:
     steps_in_time : str
         Shape that is the instant of a step; empty if there is none.
     certain : bool
-        Whether every rig has it and only its size is open.
+        Whether every rig has it, as a term of rigid-body mechanics with a coefficient of 1.
     drawn_against : str
         Variable that its curve is drawn over; empty if it acts through no torque.
     shape_names : mapping of str to str
@@ -301,3 +301,13 @@ class Rig:
     def candidates(self) -> tuple[Effect, ...]:
         """Entries of the catalogue that the search may add to the base."""
         return tuple(effect for effect in self.effects if effect.field not in self.base)
+
+    def expecting(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
+        """Give the same with other priors: centre and width of parameters whose coordinate is linear, by field."""
+
+        def coordinate(field: str, parameters: Parameters) -> Coordinate:
+            usual = self.coordinate(field, parameters)
+            centre, width = priors.get(field, (usual.centre, usual.width))
+            return dataclasses.replace(usual, centre=centre, width=width)
+
+        return dataclasses.replace(self, coordinate=coordinate)

@@ -111,6 +111,9 @@ GAIN_WIDTH = log(2.0)
 CATALOGUE_WIDTHS = 3.0
 """Widths of an effect's prior between zero and the end of its plausible range."""
 
+MECHANICS = 1.0 / 3.0
+"""Width of the prior of a term of rigid-body mechanics about c = 1: no mass is a point, zero lies three widths off."""
+
 GROUND_CLEARANCE = 0.02
 """The ground lies so far [rad] below the lowest elevation in the logs."""
 
