@@ -43,7 +43,7 @@ from heli_identifier.tools.campaign_rows import (
     unknown_recognised,
     write_rows,
 )
-from heli_identifier.tools.rigs import digest_once, source_digest
+from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 
 SETTINGS = DiagnosisSettings()
@@ -134,9 +134,10 @@ def test_generator_is_called_with_one_seed_after_another_and_the_content_follows
     assert [source.rig for source in sources] == ["seed 5", "seed 6", "seed 7"]
     assert [source.load().training[0].voltages[0, 0] for source in sources] == [5.0, 6.0, 7.0]
     assert len({source.content() for source in sources}) == 3
-    before = source_digest([module])
+    before = source_digest((module,))
+    source_digest.cache_clear()
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
-    assert source_digest([module]) != before
+    assert source_digest((module,)) != before
 
 
 @pytest.mark.parametrize(
@@ -249,8 +250,8 @@ def test_scheduler_that_runs_already_is_used_and_left_running_but_not_one_of_ano
 ):
     from distributed import Client, LocalCluster
 
-    digest_once.cache_clear()  # of this process, which may be older than a source that was saved since
-    request.addfinalizer(digest_once.cache_clear)
+    source_digest.cache_clear()  # of this process, which may be older than a source that was saved since
+    request.addfinalizer(source_digest.cache_clear)
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as machines:
         address = machines.scheduler_address
         rows = run_campaign(stand_in.sources(range(2)), stand_in.folder, scheduler=address, work=stand_in.work)
@@ -422,18 +423,18 @@ def test_summary_counts_each_kind_for_itself_and_failures_apart():
         complete({"rig": "bad", "error": "unreadable", "seconds": 0.1}),
     ]
     summary = summarised(rows)
-    friction, clean = summary.kinds
-    assert (friction.kind, friction.rigs, friction.named_first, friction.false, friction.right) == (
-        *("dry_friction", 2),
-        *(1, 1, 1),
-    )
-    assert (clean.kind, clean.rigs, clean.adequate, clean.false, clean.right) == ("clean", 1, 1, 0, 1)
-    assert summary.effects == (("dry_friction pitch", 1), ("motor_lag rotors", 1))
-    assert (summary.failures, summary.coverage) == ((("bad", "unreadable"),), 1.0)
-    assert summary.seconds == (2.0, pytest.approx(3.8), 4.0)  # of 2, 2, 4: the 95 % quantile lies at 2 + .9 * 2
-    (kind,) = summarised([row(None, found("motor_lag", "rotors"))]).kinds
-    assert (kind.kind, kind.rigs, kind.shown, kind.false, kind.right) == ("", 1, 1, 0, 0)
-    assert summarised([]).seconds is None
+    friction, clean = summary["kinds"]
+    assert friction == {
+        "kind": "dry_friction", "rigs": 2, "shown": 2, "adequate": 0, "unknown": 0, "named_first": 1, "false": 1,
+        "recognised": 0, "right": 1,
+    }  # fmt: skip
+    assert (clean["kind"], clean["rigs"], clean["adequate"], clean["false"], clean["right"]) == ("clean", 1, 1, 0, 1)
+    assert summary["effects"] == [("dry_friction pitch", 1), ("motor_lag rotors", 1)]
+    assert (summary["failures"], summary["coverage"]) == ([("bad", "unreadable")], 1.0)
+    assert summary["seconds"] == [2.0, pytest.approx(3.8), 4.0]  # of 2, 2, 4: the 95 % quantile lies at 2 + .9 * 2
+    (kind,) = summarised([row(None, found("motor_lag", "rotors"))])["kinds"]
+    assert (kind["kind"], kind["rigs"], kind["shown"], kind["false"], kind["right"]) == ("", 1, 1, 0, 0)
+    assert summarised([])["seconds"] is None
 
 
 # --- the command -------------------------------------------------------------------------------------------------

@@ -4,10 +4,10 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
     from heli_identifier.results import ParameterSet
     from heli_identifier.tools import Progress as CampaignProgress
-    from heli_identifier.tools import Row, Source, Summary
+    from heli_identifier.tools import Row, Source
     from heli_identifier.tracing import Diagnosis
 
 FAILED = 1
@@ -415,11 +415,11 @@ def campaign(
         rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = summarised(rows)
     if json:
-        print_json(asdict(summary) | {"coverage": summary.coverage})
+        print_json(summary)
     else:
         _print_campaign(summary)
         note_written(output, [CONSOLIDATED])
-    if summary.failures:
+    if summary["failures"]:
         raise typer.Exit(FAILED)
 
 
@@ -460,30 +460,45 @@ def _sources(
     return [*generated_rigs(generator, rigs, first_seed or 0)]
 
 
-def _print_campaign(summary: "Summary") -> None:
+def _print_campaign(summary: "dict[str, Any]") -> None:
     """Print what was found and how much of it is true where that is known, coverage, times and failures."""
-    known = any(kind.kind for kind in summary.kinds)
-    columns = ["rigs >", "effects shown >", "model adequate >", "unknown effect >"]
-    judged = ["named first >", "with a false one >", "unknown recognised >", "found as it is >"]
-    rows = []
-    for kind in summary.kinds:
-        row = [str(count) for count in (kind.rigs, kind.shown, kind.adequate, kind.unknown)]
-        truth = (kind.named_first, kind.false, kind.recognised, kind.right)
-        if known:
-            row = [kind.kind or "truth not known", *row, *(str(count) if kind.kind else "" for count in truth)]
-        rows.append(row)
-    print_table("Campaign", ["kind", *columns, *judged] if known else columns, rows)
-    if summary.effects:
-        print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary.effects])
-    if summary.coverage is not None:
-        share, count = 100.0 * summary.coverage, counted(summary.intervals, "interval")
+    columns = {
+        "rigs": "rigs >",
+        "shown": "effects shown >",
+        "adequate": "model adequate >",
+        "unknown": "unknown effect >",
+    }
+    judged = {
+        "named_first": "named first >",
+        "false": "with a false one >",
+        "recognised": "unknown recognised >",
+        "right": "found as it is >",
+    }
+    if any(kind["kind"] for kind in summary["kinds"]):
+        head = ("kind", *columns.values(), *judged.values())
+        rows = [
+            (
+                kind["kind"] or "truth not known",
+                *(str(kind[name]) for name in columns),
+                *(str(kind[name]) if kind["kind"] else "" for name in judged),
+            )
+            for kind in summary["kinds"]
+        ]
+        print_table("Campaign", head, rows)
+    else:
+        rows = [tuple(str(kind[name]) for name in columns) for kind in summary["kinds"]]
+        print_table("Campaign", tuple(columns.values()), rows)
+    if summary["effects"]:
+        print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary["effects"]])
+    if summary["coverage"] is not None:
+        share, count = 100.0 * summary["coverage"], counted(summary["intervals"], "interval")
         typer.echo(f"{share:.1f} % of {count} of 95 % hold the true value")
-    if summary.seconds is not None:
-        median, high, most = summary.seconds
+    if summary["seconds"] is not None:
+        median, high, most = summary["seconds"]
         typer.echo(
             f"one diagnosis on one core: median {median:.1f} s, 95 % quantile {high:.1f} s, longest {most:.1f} s"
         )
-    for rig, error in summary.failures:
+    for rig, error in summary["failures"]:
         typer.echo(f"failed: {rig}: {error}")
 
 

@@ -51,6 +51,7 @@ __all__ = [
     "meaning_of",
     "notebook_view",
     "p_text",
+    "page",
     "parameter_rows",
     "plain",
     "plant_of",
@@ -90,7 +91,7 @@ from .parameters import (
     plant_values,
     read_parameters,
 )
-from .report import notebook_view
+from .report import notebook_view, page
 from .schema import (
     DiagnosisFile,
     ParametersFile,

@@ -4,7 +4,7 @@ First the verdict, a card per axis, measured and predicted motion, what is in th
 experiment that would settle most. The same parts, without their page, are what a notebook shows.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -105,9 +105,12 @@ GLOSSARY = (
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
     """Give the text of report.html; ``rig`` is what it calls the rig."""
-    return _template("report.html.j2").render(
-        title=f"Diagnosis of {rig}", css=_text("report.css"), provenance=diagnosis.provenance, **_parts(diagnosis)
-    )
+    return page("report.html.j2", f"Diagnosis of {rig}", diagnosis.provenance, **_parts(diagnosis))
+
+
+def page(template: str, title: str, provenance: Mapping[str, Any], **parts: Any) -> str:
+    """Give the text of a page that fetches nothing, of the template and what it shows."""
+    return _template(template).render(title=title, css=_text("report.css"), provenance=provenance, **parts)
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:

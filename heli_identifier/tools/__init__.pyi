@@ -21,7 +21,6 @@ __all__ = [
     "SHORTEST_TO_SPLIT",
     "Source",
     "StepResponse",
-    "Summary",
     "Together",
     "TrueEffect",
     "TrueUnknown",
@@ -64,7 +63,7 @@ __all__ = [
 ]
 
 from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
-from .campaign_rows import Row, Summary, read_rows, summarised, write_rows
+from .campaign_rows import Row, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid
 from .controller_page import controller_html, design_table

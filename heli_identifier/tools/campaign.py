@@ -33,7 +33,7 @@ from heli_identifier.tools.campaign_rows import (
     truth_columns,
     write_rows,
 )
-from heli_identifier.tools.rigs import Source, digest_once, error_text, named_function, source_digest
+from heli_identifier.tools.rigs import Source, error_text, named_function, source_digest
 from heli_identifier.tracing import DiagnosisSettings, diagnose
 
 if TYPE_CHECKING:
@@ -157,20 +157,10 @@ def read_row(folder: Path, key: str) -> Row | None:
 def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None = None) -> Row:
     """Load and diagnose one rig.
 
-    Parameters
-    ----------
-    source : Source
-    settings : DiagnosisSettings
-        The rig's own configuration overrides what they give of the rig: motor lag, voltage limit, rest pitch.
-    measure : str, optional
-        "module:function", called with the rig, truth included, and its diagnosis after that has ended. It returns
-        further figures, a mapping of str to float for the column ``measures``.
-
-    Returns
-    -------
-    dict
-        The row without its key. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one
-        bad rig does not end the campaign.
+    The rig's own configuration overrides the settings. ``measure``, "module:function", is called with the rig, truth
+    included, and its diagnosis after that has ended, and returns further figures, a mapping of str to float for the
+    column ``measures``. A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig
+    does not end the campaign.
     """
     began = perf_counter()
     row: Row = {"rig": source.rig}
@@ -205,7 +195,7 @@ def require_packages() -> None:
 
 def code_digest() -> str:
     """Return the digest of the source of every package that a diagnosis runs."""
-    return digest_once(CODE)
+    return source_digest(CODE)
 
 
 def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -> str:
@@ -225,7 +215,7 @@ def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str 
     code = code_digest()
     if measure:
         named_function(measure)
-        code += f" {measure} {source_digest([measure.partition(':')[0]])}"
+        code += f" {measure} {source_digest((measure.partition(':')[0],))}"
     return {result_key(source.rig, source.content(), settings, code): source for source in sources}
 
 

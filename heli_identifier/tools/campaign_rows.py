@@ -12,7 +12,6 @@ of a parameter or coefficient holds the true value.
 import io
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -235,93 +234,44 @@ def coverage(row: Row) -> dict[str, bool]:
     return held
 
 
-@dataclass(frozen=True)
-class Kind:
-    """Rigs of one kind.
+def summarised(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the figures of rows.
 
-    Attributes
-    ----------
-    kind : str
-        As in the truth; empty where the truth is not known.
-    rigs : int
-        Number of diagnosed rigs.
-    shown, adequate, unknown : int
-        Rigs of each verdict.
-    named_first, false, recognised, right : int
-        Rigs whose strongest entry is true; with a false entry; whose unknown torque is recognised; that were found
-        right. All 0 where the truth is not known.
+    Returns
+    -------
+    dict
+        ``kinds``: in the order of their first rig, the number of diagnosed ``rigs`` of the ``kind`` (empty where the
+        truth is not known), of those with each verdict (``shown``, ``adequate``, ``unknown``), of those whose strongest
+        entry is true (``named_first``), with a ``false`` entry, with their unknown torque ``recognised``, found
+        ``right``. ``effects``: entries "name axis" and the number of rigs on which each was found, most frequent first.
+        ``failures``: rig and error text. ``covered`` of so many ``intervals`` of known true value hold it, and their
+        share ``coverage``. ``seconds``: median, 95 % quantile and largest of the times of one diagnosis [s], or None.
     """
-
-    kind: str
-    rigs: int
-    shown: int
-    adequate: int
-    unknown: int
-    named_first: int
-    false: int
-    recognised: int
-    right: int
-
-
-@dataclass(frozen=True)
-class Summary:
-    """All rigs of a campaign.
-
-    Attributes
-    ----------
-    kinds : tuple of Kind
-    effects : tuple of (str, int)
-        Entries "name axis" and the number of rigs on which each was found, most frequent first.
-    failures : tuple of (str, str)
-        Rig and error text of each diagnosis that failed.
-    covered, intervals : int
-        95 % intervals that hold the true value, and intervals whose true value is known.
-    seconds : tuple of float or None
-        Median, 95 % quantile and largest of the times of one diagnosis on one core [s]; None where there is none.
-    """
-
-    kinds: tuple[Kind, ...]
-    effects: tuple[tuple[str, int], ...]
-    failures: tuple[tuple[str, str], ...]
-    covered: int
-    intervals: int
-    seconds: tuple[float, float, float] | None
-
-    @property
-    def coverage(self) -> float | None:
-        """Share of the 95 % intervals that hold the true value; None where no truth is known."""
-        return self.covered / self.intervals if self.intervals else None
-
-
-def summarised(rows: Sequence[Row]) -> Summary:
-    """Return the figures of rows, kinds in the order of their first rig."""
     done = [row for row in rows if row["error"] is None]
     held = [hit for row in done for hit in coverage(row).values()]
-    seconds = np.quantile([row["seconds"] for row in done], (0.5, 0.95, 1.0)).tolist() if done else None
-    return Summary(
-        tuple(
-            _kind(kind, [row for row in done if row["true_kind"] == kind])
-            for kind in dict.fromkeys(row["true_kind"] for row in done)
-        ),
-        tuple(Counter(" ".join(entry) for row in done for entry in found_entries(row)).most_common()),
-        tuple((row["rig"], row["error"]) for row in rows if row["error"] is not None),
-        sum(held),
-        len(held),
-        seconds and tuple(seconds),
-    )
+    kinds = dict.fromkeys(row["true_kind"] for row in done)
+    return {
+        "kinds": [_counts(kind, [row for row in done if row["true_kind"] == kind]) for kind in kinds],
+        "effects": Counter(" ".join(entry) for row in done for entry in found_entries(row)).most_common(),
+        "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
+        "covered": sum(held),
+        "intervals": len(held),
+        "coverage": sum(held) / len(held) if held else None,
+        "seconds": np.quantile([row["seconds"] for row in done], (0.5, 0.95, 1.0)).tolist() if done else None,
+    }
 
 
-def _kind(kind: str | None, rows: Sequence[Row]) -> Kind:
+def _counts(kind: str | None, rows: Sequence[Row]) -> dict[str, Any]:
     verdicts = Counter(row["verdict"] for row in rows)
     judged = rows if kind is not None else []
-    return Kind(
-        kind or "",
-        len(rows),
-        verdicts[RigVerdict.EFFECTS_SHOWN],
-        verdicts[RigVerdict.MODEL_ADEQUATE],
-        verdicts[RigVerdict.UNKNOWN_EFFECT],
-        sum(named_first(row) for row in judged),
-        sum(bool(false_entries(row)) for row in judged),
-        sum(unknown_recognised(row) for row in judged),
-        sum(right(row) for row in judged),
-    )
+    return {
+        "kind": kind or "",
+        "rigs": len(rows),
+        "shown": verdicts[RigVerdict.EFFECTS_SHOWN],
+        "adequate": verdicts[RigVerdict.MODEL_ADEQUATE],
+        "unknown": verdicts[RigVerdict.UNKNOWN_EFFECT],
+        "named_first": sum(named_first(row) for row in judged),
+        "false": sum(bool(false_entries(row)) for row in judged),
+        "recognised": sum(unknown_recognised(row) for row in judged),
+        "right": sum(right(row) for row in judged),
+    }

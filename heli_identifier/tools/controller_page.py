@@ -1,17 +1,14 @@
 """design.html and the table of a terminal: steps over the plants that the data allow, their margins, the poles."""
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from math import isfinite
 from typing import Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
 
-from heli_identifier.results import Axes, figure, listed, significant
+from heli_identifier.results import Axes, figure, listed, page, significant
 from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged
 
-_TEMPLATES = files("heli_identifier.results") / "templates"
 COLUMNS = ("figure", "nominal >", "kept >", "robust >", "kept >")
 """Columns of the table: of both designs the estimated plant's figure, and what 95 % of the plants keep."""
 
@@ -42,8 +39,6 @@ def _row(name: str, pairs: Sequence[tuple[float | None, float]]) -> tuple[str, .
 
 def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> str:
     """Give the text of design.html."""
-    environment = Environment(autoescape=True, undefined=StrictUndefined)
-    template = environment.from_string((_TEMPLATES / "design.html.j2").read_text(encoding="utf-8"))
     columns, rows = design_table(design)
     point = design.model.point
     robust = design.robust
@@ -51,9 +46,10 @@ def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> 
         f"{CONFIDENCE:.0%} of {design.plants} plants that the data allow keep a disk margin of "
         f"{robust.promised_disk:.2f} with the robust design, {design.nominal.promised_disk:.2f} with the nominal one."
     )
-    return template.render(
-        title=f"{design.kind.upper()} of {listed(design.axes)}",
-        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
+    return page(
+        "design.html.j2",
+        f"{design.kind.upper()} of {listed(design.axes)}",
+        provenance,
         sentence=sentence,
         point=f"pitch {point.pitch:.3f} rad, elevation {point.elevation:.3f} rad, v_front {point.v_front:.2f} V, "
         f"v_rear {point.v_rear:.2f} V, every {1e3 * design.model.sampled.dt:g} ms",
@@ -63,7 +59,6 @@ def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> 
         margins=_margins(design),
         poles=_poles(design),
         notes=design.notes,
-        provenance=provenance,
     )
 
 
@@ -84,7 +79,7 @@ def _steps(design: ControllerDesign) -> str:
 def _margins(design: ControllerDesign) -> str:
     """How many plants have at most a disk margin."""
     panel = Axes("plants [%]")
-    for judged, role, name in ((design.nominal, "before", "nominal"), (design.robust, "after", "robust")):
+    for judged, role, name in _both(design):
         disks = np.sort(judged.disks)
         panel.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
     return figure([panel], "disk margin of at most", "Distribution of the disk margin over the plants")
@@ -93,11 +88,11 @@ def _margins(design: ControllerDesign) -> str:
 def _poles(design: ControllerDesign) -> str:
     """Poles of the closed loops with the estimated plant, without those faster than the rest by far."""
     panel = Axes("imaginary part [1/s]")
-    for judged, role, name in ((design.nominal, "before", "nominal"), (design.robust, "after", "robust")):
-        near = _near(judged)
+    for judged, role, name in _both(design):
+        near = judged.poles[np.abs(judged.poles) < _SHOWN]
         panel.points(near.real, near.imag, role, name)
     return figure([panel], "real part [1/s]", "Poles of the closed loops")
 
 
-def _near(judged: Judged) -> Any:
-    return judged.poles[np.abs(judged.poles) < _SHOWN]
+def _both(design: ControllerDesign) -> tuple[tuple[Judged, str, str], ...]:
+    return (design.nominal, "before", "nominal"), (design.robust, "after", "robust")

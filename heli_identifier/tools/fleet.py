@@ -182,18 +182,9 @@ def diagnose_rigs(
     failures: Mapping[str, str] | None = None,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> Fleet:
-    """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone.
+    """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone, as are ``failures``.
 
     Rigs that share a flight are not diagnosed: one of them has a log of the other, and nobody knows which.
-
-    Parameters
-    ----------
-    rigs : mapping of str to Rig
-        By name.
-    failures : mapping of str to str, optional
-        Rigs that could not even be read, and why.
-    progress : callable, optional
-        Called with what is being done and the share that is done.
 
     Raises
     ------
@@ -236,17 +227,7 @@ def _sharing(rigs: Mapping[str, Rig]) -> dict[str, str]:
 def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
     """Set the diagnoses of several rigs beside each other.
 
-    Parameters
-    ----------
-    diagnoses : mapping of str to Diagnosis
-        By the name of the rig; at least two.
-    failures : mapping of str to str, optional
-        Why a rig has no diagnosis, by rig.
-
-    Raises
-    ------
-    IdentifierError
-        Fewer than two diagnoses.
+    IdentifierError if there are fewer than two; ``failures`` say why other rigs have none.
     """
     if len(diagnoses) < 2:
         raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")

@@ -1,17 +1,12 @@
 """fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, StrictUndefined
-
-from heli_identifier.results import effect_name, inline_svg, listed, meaning, p_text, significant, unit_text
+from heli_identifier.results import effect_name, inline_svg, listed, meaning, p_text, page, significant, unit_text
 from heli_identifier.tools.figures import forest_figure
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 from heli_identifier.tracing import Diagnosis
-
-_TEMPLATES = files("heli_identifier.results") / "templates"
 
 SECTIONS = (
     (Finding.REPEATS, "repeats", "What repeats, with like coefficients", "No effect repeats with like coefficients."),
@@ -24,24 +19,16 @@ SECTIONS = (
 
 
 def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
-    """Give the text of fleet.html.
-
-    Parameters
-    ----------
-    fleet : Fleet
-    provenance : mapping
-        From :func:`heli_identifier.provenance.provenance`.
-    """
-    environment = Environment(autoescape=True, undefined=StrictUndefined)
-    template = environment.from_string((_TEMPLATES / "fleet.html.j2").read_text(encoding="utf-8"))
+    """Give the text of fleet.html."""
     found = [
         {"anchor": anchor, "title": title, "none": none, "effects": [_plotted(e) for e in fleet.found(finding)]}
         for finding, anchor, title, none in SECTIONS
         if none or fleet.found(finding)
     ]
-    return template.render(
-        title=f"Fleet of {len(fleet.diagnoses)} rigs",
-        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
+    return page(
+        "fleet.html.j2",
+        f"Fleet of {len(fleet.diagnoses)} rigs",
+        provenance,
         sentence=fleet_sentence(fleet),
         found=found,
         columns=COLUMNS,
@@ -50,7 +37,6 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
         failures=fleet.failures,
         rigs=[_rig_row(rig, diagnosis) for rig, diagnosis in fleet.diagnoses.items()],
         rate=f"{100.0 * FALSE_DISCOVERY_RATE:g} %",
-        provenance=provenance,
     )
 
 

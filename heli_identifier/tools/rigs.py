@@ -16,7 +16,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
-from typing import Protocol
 
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
 from heli_identifier.records import (
@@ -115,15 +114,6 @@ class Rig:
             object.__setattr__(self, name, logs)
 
 
-class Source(Protocol):
-    """One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
-
-    @property
-    def rig(self) -> str: ...  # noqa: D102
-    def content(self) -> str: ...  # noqa: D102
-    def load(self) -> Rig: ...  # noqa: D102
-
-
 @dataclass(frozen=True)
 class RigFolder:
     """A rig whose logs lie in a folder.
@@ -147,11 +137,8 @@ class RigFolder:
 
     def content(self) -> str:
         """Return the digest of names and bytes of its files."""
-        digest = hashlib.sha256()
-        for path in (*self.training, *self.held_out, *([self.configuration] if self.configuration else [])):
-            digest.update(path.name.encode())
-            digest.update(hashlib.sha256(path.read_bytes()).digest())
-        return digest.hexdigest()
+        configuration = [self.configuration] if self.configuration else []
+        return _digest((path.name, path) for path in (*self.training, *self.held_out, *configuration))
 
     def load(self, start: float | None = None, end: float | None = None) -> Rig:
         """Read its logs, from ``start`` to ``end`` [s] in their own time; errors as their readers and `read_split`."""
@@ -204,13 +191,12 @@ def read_split(
 
 def rig_folders(
     folders: Sequence[str | PathLike[str]], configuration: str | PathLike[str] | None = None
-) -> tuple[RigFolder, ...]:
-    """Find the logs of the rigs of a fleet.
+) -> list[RigFolder]:
+    """Find the logs of the rigs of a fleet, a folder for each.
 
     Parameters
     ----------
     folders : sequence of path
-        One for each rig, at least two.
     configuration : path, optional
         heli.toml of the rigs that have none beside their logs.
 
@@ -219,43 +205,35 @@ def rig_folders(
     ConfigurationError
         Fewer than two folders, a folder given twice, one that is missing, or one without a log to fit to.
     """
-    paths = [Path(folder) for folder in folders]
-    for path in paths:
+    paths = [Path(folder).resolve() for folder in folders]
+    for folder, path in zip(folders, paths, strict=True):
         if not path.is_dir():
-            raise ConfigurationError(f"{path} is no folder; name a folder of logs for each rig.")
-    times = Counter(path.resolve() for path in paths)
-    twice = [path for path in paths if times[path.resolve()] > 1]
-    if twice:
-        raise ConfigurationError(f"{twice[0]} is given {times[twice[0].resolve()]} times; name each rig once.")
+            raise ConfigurationError(f"{folder} is no folder; name a folder of logs for each rig.")
+        if paths.count(path) > 1:
+            raise ConfigurationError(f"{folder} is given {paths.count(path)} times; name each rig once.")
     if len(paths) < 2:
         raise ConfigurationError(
             f"a fleet needs two rigs or more, {len(paths)} given; `heli diagnose` is for the logs of one rig."
         )
-    names = Counter(path.resolve().name for path in paths)
-    return tuple(
-        rig_folder(path, path.resolve().name if names[path.resolve().name] == 1 else str(path), configuration)
-        for path in paths
-    )
+    names = Counter(path.name for path in paths)
+    return [
+        rig_folder(Path(folder), path.name if names[path.name] == 1 else str(folder), configuration)
+        for folder, path in zip(folders, paths, strict=True)
+    ]
 
 
 def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[RigFolder]:
     """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
-
-    Parameters
-    ----------
-    folder : path
-    configuration : path, optional
-        heli.toml of the rigs that have none beside their logs.
 
     Raises
     ------
     ConfigurationError
         The folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
-    root = Path(os.path.realpath(folder))
+    root = Path(folder).resolve()  # workers run in another folder
     if not root.is_dir():
         raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
-    shared = os.path.realpath(configuration) if configuration else None
+    shared = Path(configuration).resolve() if configuration else None
     rigs = [rig_folder(path, path.name, shared) for path in sorted(root.iterdir()) if path.is_dir() and _logs(path)]
     if not rigs:
         raise ConfigurationError(
@@ -297,7 +275,7 @@ class GeneratedRig:
     def content(self) -> str:
         """Return the digest of the generator's source and arguments, so that a finished rig is skipped unmade."""
         modules = (self.generator.partition(":")[0], *self.ingredients)
-        return f"{self.generator} {self.arguments!r} {digest_once(modules)}"
+        return f"{self.generator} {self.arguments!r} {source_digest(modules)}"
 
     def load(self) -> Rig:
         """Make its logs; ConfigurationError if the generator cannot be found or does not return a :class:`Rig`."""
@@ -307,6 +285,10 @@ class GeneratedRig:
                 f"{self.generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed."
             )
         return rig
+
+
+Source = RigFolder | GeneratedRig
+"""One rig of a unique name before its logs are loaded, with a digest of these or of what makes them."""
 
 
 def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[GeneratedRig]:
@@ -341,9 +323,10 @@ def named_function(name: str) -> Callable:
     return found
 
 
-def source_digest(modules: Iterable[str]) -> str:
-    """Return the digest of the source of modules, and of packages with everything in their folders."""
-    digest = hashlib.sha256()
+@cache
+def source_digest(modules: tuple[str, ...]) -> str:
+    """Return the digest of the source of modules, and of packages with everything in their folders; once a process."""
+    found: list[tuple[str, Path]] = []
     for module in modules:
         try:
             spec = find_spec(module)
@@ -357,14 +340,15 @@ def source_digest(modules: Iterable[str]) -> str:
         files = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
         if not folders and spec.origin and spec.origin.endswith(".py"):
             files = [Path(spec.origin)]
-        for path in files:
-            digest.update(f"{module} {path.name}".encode())
-            digest.update(path.read_bytes())
+        found += [(f"{module} {path.name}", path) for path in files]
+    return _digest(found)
+
+
+def _digest(files: Iterable[tuple[str, Path]]) -> str:
+    digest = hashlib.sha256()
+    for name, path in files:
+        digest.update(name.encode() + hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
-
-
-digest_once = cache(source_digest)
-"""The same, once in a process; ``modules`` is a tuple."""
 
 
 def error_text(error: Exception) -> str:
