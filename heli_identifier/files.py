@@ -4,9 +4,8 @@ A regular file is replaced by a rename, so that a reader finds the old content o
 followed. What is no regular file (a device, a pipe, standard output) cannot be replaced without destroying it: it is
 written through.
 
-A draft exists only while its block runs. SIGKILL and a loss of power leave one. So the process that made a draft holds
-it (flock; on Windows an open file beside it), and whoever makes the next draft in the same folder removes those that
-nobody holds.
+A draft exists only while its block runs. SIGKILL and a loss of power leave one. So its name has machine and number of
+the process that made it, and whoever makes the next draft in the same folder removes those of processes that ended.
 """
 
 import errno
@@ -22,7 +21,7 @@ from os import PathLike
 from pathlib import Path
 from typing import IO
 
-from heli_identifier.platform import NO_WAIT, Hold, hold_new, remove_if_left
+from heli_identifier.platform import NO_WAIT, machine, process_runs
 from heli_identifier.signals import deferred, undone
 
 PREFIX = ".heli-draft-"
@@ -141,15 +140,18 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
 
 
 def sweep(folder: Path) -> None:
-    """Remove the drafts in ``folder`` that a process of this user has left behind."""
+    """Remove the drafts in ``folder`` that processes of this machine have left behind."""
+    beginning = f"{PREFIX}{machine()}-"
     try:
         with os.scandir(folder) as entries:
-            left = [Path(entry.path) for entry in entries if entry.name.startswith(PREFIX)]
+            drafts = [entry.name for entry in entries if entry.name.startswith(beginning)]
     except OSError:  # it does not exist or cannot be listed; whoever writes there will say so
         return
-    for path in left:
-        with suppress(OSError):  # somebody else's, or gone meanwhile
-            remove_if_left(path, _remove)
+    for name in drafts:
+        process = name.removeprefix(beginning).partition("-")[0]
+        if process.isdecimal() and not process_runs(int(process)):
+            with suppress(OSError):  # somebody else's, or gone meanwhile
+                _remove(folder / name)
 
 
 def _is_standard_output(present: os.stat_result) -> bool:
@@ -188,27 +190,17 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
 
 @contextmanager
 def _draft(folder: Path, make: Callable[[Path], object]) -> Iterator[Path]:
-    """Make and hold a draft; signals wait meanwhile, which would leave it between its birth and this block."""
+    """Make a draft; signals wait meanwhile, which would leave it between its birth and this block."""
     sweep(folder)
+    path = folder / f"{PREFIX}{machine()}-{os.getpid()}-{secrets.token_hex(8)}"
     with ExitStack() as stack:
         with deferred():
-            path, hold = _new(folder, make)
-            stack.enter_context(undone(hold.release))
+            try:
+                make(path)
+            except OSError as error:
+                raise OSError(error.errno, error.strerror, str(folder)) from error
             stack.enter_context(undone(lambda: _remove(path)))
         yield path
-
-
-def _new(folder: Path, make: Callable[[Path], object]) -> tuple[Path, Hold]:
-    while True:
-        path = folder / f"{PREFIX}{secrets.token_hex(8)}"
-        try:
-            hold = hold_new(path, make)
-        except OSError as error:
-            if isinstance(error, FileNotFoundError) and folder.is_dir():
-                continue  # another process has swept it before it could be opened
-            raise OSError(error.errno, error.strerror, str(folder)) from error
-        if hold is not None:
-            return path, hold
 
 
 def _remove(path: Path) -> None:

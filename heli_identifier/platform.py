@@ -1,6 +1,6 @@
 """What differs between POSIX and Windows; no other module asks which system this is.
 
-On Windows fcntl and resource do not exist, nor do fork, SIGHUP and masks of signals, and a file that is open can be
+On Windows resource does not exist, nor do fork, SIGHUP and masks of signals, and a file that is open can be
 neither removed nor replaced. Each function here has an equal there, or says what is missing.
 """
 
@@ -12,15 +12,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil
 from pathlib import Path
+from platform import node
 from threading import Thread
 from time import process_time, sleep
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from zlib import crc32
 
 if TYPE_CHECKING:
     from subprocess import Popen
 
 try:
-    import fcntl
     import resource
 
     _IS_POSIX = True
@@ -38,90 +39,9 @@ NEW_GROUP: dict[str, Any] = (
 NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
 
-HOLDER = ".held"
-"""Ending of the file beside a draft that its process keeps open on Windows."""
-
 _OUT_OF_MEMORY, _NO_END = 3, 4  # exit codes of a process that reads
 
 _PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
-
-
-# --- drafts ----------------------------------------------------------------------------------------------------------
-
-
-class Hold:
-    """A draft of this process, which nobody else removes.
-
-    POSIX: a lock (flock) on the draft. Windows: a file beside it that is open, so that it cannot be removed.
-    """
-
-    def __init__(self, path: Path, descriptor: int) -> None:
-        self._path = path
-        self._descriptor: int | None = descriptor
-
-    def release(self) -> None:
-        """Let others remove the draft; twice does no harm."""
-        if self._descriptor is None:
-            return
-        descriptor, self._descriptor = self._descriptor, None
-        os.close(descriptor)
-        if not _IS_POSIX:
-            with suppress(OSError):
-                _holder(self._path).unlink()
-
-
-def hold_new(path: Path, make: Callable[[Path], object]) -> Hold | None:
-    """Make a draft and hold it; None if another process has removed it meanwhile."""
-    if not _IS_POSIX:
-        hold = Hold(path, os.open(_holder(path), os.O_RDWR | os.O_CREAT | os.O_EXCL))
-        try:
-            make(path)
-        except BaseException:
-            hold.release()
-            raise
-        return hold
-    make(path)
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    if _lock(descriptor, path) is not False:
-        return Hold(path, descriptor)
-    os.close(descriptor)
-    return None
-
-
-def remove_if_left(path: Path, remove: Callable[[Path], object]) -> None:
-    """Remove a draft of this user that no process holds.
-
-    Raises
-    ------
-    OSError
-        It is somebody else's, is held (Windows), or is gone.
-    """
-    if not _IS_POSIX:
-        draft = Path(str(path).removesuffix(HOLDER))
-        _holder(draft).unlink(missing_ok=True)  # refused while its process has it open
-        remove(draft)
-        return
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
-    try:
-        if os.fstat(descriptor).st_uid == os.geteuid() and _lock(descriptor, path):
-            remove(path)
-    finally:
-        os.close(descriptor)
-
-
-def _holder(path: Path) -> Path:
-    return Path(f"{path}{HOLDER}")
-
-
-def _lock(descriptor: int, path: Path) -> bool | None:
-    """Lock a draft: False if another process holds or has removed it, None where files have no locks."""
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return os.path.samestat(os.fstat(descriptor), os.lstat(path))
-    except (BlockingIOError, FileNotFoundError):
-        return False
-    except OSError:
-        return None
 
 
 # --- processes -------------------------------------------------------------------------------------------------------
@@ -162,19 +82,54 @@ def end_with_parent(parent: int) -> None:
         Thread(target=_wait_for_end, args=(parent,), daemon=True).start()
 
 
+def process_runs(number: int) -> bool:
+    """Whether this machine runs a process of this number."""
+    if sys.platform == "win32":
+        return _waited(number, 0)
+    try:
+        os.kill(number, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # somebody else's
+        pass
+    return True
+
+
+def machine() -> str:
+    """Name where the numbers of processes hold: the machine, or a container with numbers of its own."""
+    space = 0
+    with suppress(OSError):
+        space = os.stat("/proc/self/ns/pid").st_ino
+    return f"{crc32(f'{node()} {space}'.encode()):08x}"
+
+
 def _wait_for_end(parent: int) -> None:
     """Wait for the end of the parent, then end this process."""
     if sys.platform == "win32":
-        import ctypes
-
-        kernel = ctypes.WinDLL("kernel32")
-        kernel.OpenProcess.restype = ctypes.c_void_p
-        kernel.WaitForSingleObject.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
-        kernel.WaitForSingleObject(kernel.OpenProcess(0x00100000, False, parent), 0xFFFFFFFF)  # SYNCHRONIZE, for ever
+        _waited(parent, 0xFFFFFFFF)
     else:
         while os.getppid() == parent:
             sleep(0.5)
     os._exit(0)
+
+
+def _waited(number: int, milliseconds: int) -> bool:
+    """Wait for the end of a process on Windows; whether it still runs then."""
+    if sys.platform != "win32":
+        raise NotImplementedError
+    import ctypes
+
+    kernel = ctypes.WinDLL("kernel32", use_last_error=True)
+    kernel.OpenProcess.restype = ctypes.c_void_p
+    kernel.WaitForSingleObject.argtypes = (ctypes.c_void_p, ctypes.c_uint32)
+    kernel.CloseHandle.argtypes = (ctypes.c_void_p,)
+    process = kernel.OpenProcess(0x00100000, False, number)  # SYNCHRONIZE
+    if not process:
+        return ctypes.get_last_error() == 5  # access is denied: somebody else's
+    try:
+        return bool(kernel.WaitForSingleObject(process, milliseconds))
+    finally:
+        kernel.CloseHandle(process)
 
 
 # --- bounds ----------------------------------------------------------------------------------------------------------

@@ -17,7 +17,6 @@ def drafts_made(folder, count):
 
 
 def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_path):
-    """Without care for it, one draft in some ten is swept between its birth and its lock."""
     processes = [get_context("spawn").Process(target=drafts_made, args=(tmp_path, 500)) for _ in range(3)]
     for process in processes:
         process.start()
@@ -30,13 +29,13 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("make", [files.draft_file, files.draft_folder])
 def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch, make):
-    hold = files.hold_new
+    remove = files.undone
 
-    def interrupted(path, new):
+    def interrupted(undo):
         signal.raise_signal(signal.SIGINT)
-        return hold(path, new)
+        return remove(undo)
 
-    monkeypatch.setattr(files, "hold_new", interrupted)
+    monkeypatch.setattr(files, "undone", interrupted)
     with pytest.raises(KeyboardInterrupt), make(tmp_path):
         pytest.fail("the signal was lost")
     assert os.listdir(tmp_path) == []

@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from heli_identifier.files import draft_file, draft_folder, sweep, write_atomically
-from heli_identifier.platform import HOLDER, run_bounded
+from heli_identifier.platform import machine, run_bounded
 
 def hang():
     while True:
@@ -45,8 +45,7 @@ if __name__ == "__main__":
             sweep(folder)
             assert path.exists()
         assert os.listdir(folder) == ["a.txt"]
-    (folder / ".heli-draft-left").mkdir()
-    (folder / f".heli-draft-left{HOLDER}").touch()
+    (folder / f".heli-draft-{machine()}-{2**22 + 1}-left").mkdir()  # above the largest number of a process
     sweep(folder)
     assert os.listdir(folder) == ["a.txt"]
 """
