@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from heli_identifier import tools
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log, demo_logs, read_log, write_log
@@ -292,11 +293,14 @@ def test_what_cannot_be_run_is_refused_in_a_sentence_and_leaves_no_folder(stand_
     assert not stand_in.folder.exists()
 
 
-def test_missing_package_is_told_with_the_command_that_installs_it(stand_in, monkeypatch):
+def test_missing_package_is_told_with_the_command_that_installs_it(monkeypatch):
     for package in ("distributed", "pyarrow"):
         monkeypatch.setitem(sys.modules, package, None)  # Python's way to say that a package is not there
-    with pytest.raises(ConfigurationError, match=r"distributed and pyarrow cannot be found; .*heli-twin\[cluster\]"):
-        run_campaign(stand_in.sources((1,)), stand_in.folder)
+    for module in ("campaign", "campaign_rows"):
+        monkeypatch.delitem(sys.modules, f"heli_identifier.tools.{module}")
+    monkeypatch.delitem(vars(tools), "run_campaign")
+    with pytest.raises(ConfigurationError, match=r"package distributed; .*heli-twin\[cluster\]"):
+        tools.run_campaign  # noqa: B018
 
 
 # --- the work and its rows ---------------------------------------------------------------------------------------

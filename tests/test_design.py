@@ -13,7 +13,6 @@ from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.tools.experiment import (
     Limits,
     Outlook,
-    ProcessNoise,
     Proposal,
     effects_named,
     outlook,
@@ -93,10 +92,8 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     assert ranked([]) == []
 
 
-def test_a_rehearsal_without_process_noise_is_the_simulation_on_the_encoders_grid():
-    signal = multisines(1.0, 0.3).voltages(20.0)
-    quiet = rehearsed(PLANT, signal, ProcessNoise(deviation=0.0))
-    counts = quiet[:, 0] / (2.0 * np.pi / 4096)
+def test_a_rehearsal_is_on_the_encoders_grid():
+    counts = rehearsed(PLANT, multisines(1.0, 0.3).voltages(20.0))[:, 0] / (2.0 * np.pi / 4096)
     # rounding of a double at a few hundred counts is far below this
     assert np.abs(counts - np.round(counts)).max() < 1e-9
 

@@ -18,7 +18,6 @@ from heli_identifier.online.loop import (
     shares,
     widened,
 )
-from heli_identifier.tools.experiment import ProcessNoise
 from heli_identifier.tools.flight import Addition, flown
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2, PlantParameters
@@ -85,7 +84,7 @@ def identified(log, **settings):
 
 def test_in_quiet_hover_nothing_is_called_determined():
     """60 s under the PID with a random torque and encoders: damping, stiffness and gain of the pitch."""
-    log, _ = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0, ProcessNoise())
+    log = flown(Addition("nothing"), PlantParameters(), PidSettings(), 0.15, 60.0)
     _, output, flags = identified(log)
     assert not any(flags)
     assert output.standard_errors.k_z > 0.1 * abs(output.parameters.k_z)
@@ -114,7 +113,7 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
 
 def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_model():
     """Steps of the references of 40 s as instruments; a copy of one adds nothing."""
-    log, _ = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0, ProcessNoise())
+    log = flown(Addition("steps", 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
     rows = np.column_stack((log.voltages, log.angles)).tolist()
     asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
     plan = prepare(IdentifierSettings(method=PREDICTION_ERROR, report_interval=0.5))

@@ -402,9 +402,7 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     from heli_identifier import DiagnosisSettings
-    from heli_identifier.tools import require_packages
 
-    require_packages()
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
     # These take a second or two to import: the words of the command are checked before.

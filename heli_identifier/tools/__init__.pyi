@@ -51,7 +51,6 @@ __all__ = [
     "linearise",
     "read_rows",
     "read_split",
-    "require_packages",
     "rig_folder",
     "rig_folders",
     "rigs_below",
@@ -62,7 +61,7 @@ __all__ = [
     "write_rows",
 ]
 
-from .campaign import CONSOLIDATED, Progress, require_packages, run_campaign
+from .campaign import CONSOLIDATED, Progress, run_campaign
 from .campaign_rows import Row, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid

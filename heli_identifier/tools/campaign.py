@@ -16,12 +16,13 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from importlib.util import find_spec
 from itertools import islice
 from logging import CRITICAL
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+
+import dask
+from distributed import Client, LocalCluster, as_completed
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import draft_folder
@@ -35,9 +36,6 @@ from heli_identifier.tools.campaign_rows import (
 )
 from heli_identifier.tools.rigs import Source, error_text, named_function, source_digest
 from heli_identifier.tracing import DiagnosisSettings, diagnose
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 CONSOLIDATED = "campaign.parquet"
 
@@ -94,15 +92,15 @@ def run_campaign(
         them all. A file appears whole or not at all.
     settings : DiagnosisSettings, optional
     measure : str, optional
-        "module:function" of further figures, see :func:`diagnosed`.
+        "module:function" of further figures.
     scheduler : str, optional
         Address of a running scheduler, "tcp://host:8786"; without it processes are started on this machine.
     workers : int, optional
         Number of processes to start; one per core if not given.
     progress : callable, optional
         Called after every result.
-    work : callable, optional
-        What a worker does with a source; :func:`diagnosed` by default.
+    work : callable
+        What a worker does with a source, the settings and ``measure``.
 
     Returns
     -------
@@ -112,10 +110,9 @@ def run_campaign(
     Raises
     ------
     ConfigurationError
-        Two rigs have the same name, an optional package is missing, no scheduler answers, it has no worker or its
-        workers run another version of this software, or the folder cannot be used.
+        Two rigs have the same name, no scheduler answers, it has no worker or its workers run another version of this
+        software, or the folder cannot be used.
     """
-    require_packages()
     if workers is not None and scheduler is not None:
         raise ConfigurationError(f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
@@ -177,22 +174,6 @@ def diagnosed(source: Source, settings: DiagnosisSettings, measure: str | None =
     return row
 
 
-def require_packages() -> None:
-    """Check that the optional packages are installed.
-
-    Raises
-    ------
-    ConfigurationError
-        One is missing; the message says how to install it.
-    """
-    missing = [name for name in ("distributed", "pyarrow") if find_spec(name) is None]
-    if missing:
-        raise ConfigurationError(
-            f"a campaign needs Dask and pyarrow, and {' and '.join(missing)} cannot be found; install both with "
-            "pip install 'heli-twin[cluster]'."
-        )
-
-
 def code_digest() -> str:
     """Return the digest of the source of every package that a diagnosis runs."""
     return source_digest(CODE)
@@ -220,11 +201,8 @@ def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str 
 
 
 @contextmanager
-def connected(scheduler: str | None = None, workers: int | None = None) -> "Iterator[Client]":
+def connected(scheduler: str | None = None, workers: int | None = None) -> Iterator[Client]:
     """Yield a Dask client of a scheduler, or of processes on this machine that are closed at the end."""
-    import dask
-    from distributed import Client, LocalCluster
-
     if scheduler is None:
         with (
             draft_folder() as scratch,
@@ -264,7 +242,7 @@ def connected(scheduler: str | None = None, workers: int | None = None) -> "Iter
         yield client
 
 
-def _check_versions(client: "Client") -> None:
+def _check_versions(client: Client) -> None:
     """Refuse workers whose code differs: their rows would be taken for results of this version."""
     try:
         digests = client.run(code_digest)
@@ -281,15 +259,13 @@ def _check_versions(client: "Client") -> None:
 
 
 def _arriving(
-    client: "Client", waiting: Mapping[str, Source], work: Work, settings: DiagnosisSettings, measure: str | None
+    client: Client, waiting: Mapping[str, Source], work: Work, settings: DiagnosisSettings, measure: str | None
 ) -> Iterator[Row]:
     """Yield each row as it arrives.
 
     A worker gets one rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig that
     it has suspected four times.
     """
-    from distributed import as_completed
-
     left, at_work = iter(waiting.items()), as_completed()
     keys = {}
 

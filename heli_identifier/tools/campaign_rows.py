@@ -13,9 +13,11 @@ import io
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
@@ -23,9 +25,6 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.tools.rigs import Truth
 from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
 from heli_plant.effects import AXES
-
-if TYPE_CHECKING:
-    import pyarrow
 
 Row = dict[str, Any]
 """Values by column; a missing column is null."""
@@ -47,42 +46,39 @@ def error_column(axis: str, stage: str) -> str:
     return f"{axis}_1s_{stage}_rad"
 
 
-def schema() -> "pyarrow.Schema":
-    """Return the columns and their types."""
-    import pyarrow as pa
-
-    text, number = pa.string(), pa.float64()
-    effect = {
-        "name": text, "axis": text, "coefficient": number, "standard_error": number, "score": number, "verdict": text,
-        "alternatives": pa.list_(text), "variable": text, "frequency_hz": number,
-    }  # fmt: skip
-    possible = {"name": text, "axis": text, "score": number, "in_plant": pa.bool_()}
-    true_effect = {"name": text, "axis": text, "coefficient": number}
-    columns: dict[str, pa.DataType] = {
-        "rig": text,
-        "key": text,
-        "error": text,
-        "verdict": text,
-        "effects": pa.list_(pa.struct(list(effect.items()))),
-        "possible": pa.list_(pa.struct(list(possible.items()))),
-        "closed_loop": pa.bool_(),
-        "held_out_nats": number,
-        **{f"{axis}_use": text for axis in AXES},
-        **{column: number for symbol in BASE for column in (symbol, f"{symbol}_se")},
-        **{error_column(axis, stage): number for axis in AXES for stage in STAGES},
-        "seconds": number,
-        "measures": pa.map_(text, number),
-        "true_kind": text,
-        "true_effects": pa.list_(pa.struct(list(true_effect.items()))),
-        "true_unknown": pa.struct([("axis", text), ("variable", text)]),
-        **{f"true_{symbol}": number for symbol in BASE},
-    }
-    return pa.schema(list(columns.items()))
+_TEXT, _NUMBER = pa.string(), pa.float64()
+_EFFECT = {
+    "name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER, "standard_error": _NUMBER, "score": _NUMBER,
+    "verdict": _TEXT, "alternatives": pa.list_(_TEXT), "variable": _TEXT, "frequency_hz": _NUMBER,
+}  # fmt: skip
+_POSSIBLE = {"name": _TEXT, "axis": _TEXT, "score": _NUMBER, "in_plant": pa.bool_()}
+_TRUE_EFFECT = {"name": _TEXT, "axis": _TEXT, "coefficient": _NUMBER}
+COLUMNS = {
+    "rig": _TEXT,
+    "key": _TEXT,
+    "error": _TEXT,
+    "verdict": _TEXT,
+    "effects": pa.list_(pa.struct(list(_EFFECT.items()))),
+    "possible": pa.list_(pa.struct(list(_POSSIBLE.items()))),
+    "closed_loop": pa.bool_(),
+    "held_out_nats": _NUMBER,
+    **{f"{axis}_use": _TEXT for axis in AXES},
+    **{column: _NUMBER for symbol in BASE for column in (symbol, f"{symbol}_se")},
+    **{error_column(axis, stage): _NUMBER for axis in AXES for stage in STAGES},
+    "seconds": _NUMBER,
+    "measures": pa.map_(_TEXT, _NUMBER),
+    "true_kind": _TEXT,
+    "true_effects": pa.list_(pa.struct(list(_TRUE_EFFECT.items()))),
+    "true_unknown": pa.struct([("axis", _TEXT), ("variable", _TEXT)]),
+    **{f"true_{symbol}": _NUMBER for symbol in BASE},
+}
+SCHEMA = pa.schema(list(COLUMNS.items()))
+"""Columns and their types."""
 
 
 def complete(row: Row) -> Row:
     """Return a row with every column, None in those that it lacks."""
-    return dict.fromkeys(schema().names) | row
+    return dict.fromkeys(COLUMNS) | row
 
 
 def read_rows(path: Path) -> list[Row]:
@@ -93,11 +89,8 @@ def read_rows(path: Path) -> list[Row]:
     ConfigurationError
         The file is not a result of a campaign.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        return pq.read_table(path, schema=schema()).to_pylist(maps_as_pydicts="strict")
+        return pq.read_table(path, schema=SCHEMA).to_pylist(maps_as_pydicts="strict")
     except (pa.ArrowException, OSError) as error:
         raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 
@@ -110,10 +103,7 @@ def write_rows(rows: Sequence[Row], path: Path) -> Path:
     ConfigurationError
         The folder cannot be written to.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    buffer, table = io.BytesIO(), pa.Table.from_pylist([complete(row) for row in rows], schema=schema())
+    buffer, table = io.BytesIO(), pa.Table.from_pylist([complete(row) for row in rows], schema=SCHEMA)
     pq.write_table(table, buffer, compression="zstd")
     try:
         return write_atomically(path, buffer.getvalue())

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError, require_range
@@ -57,18 +57,21 @@ INSEPARABLE = 0.95
 """Correlation rho above which two effects are not separated: sqrt(1 - rho^2) is below a third."""
 
 
-@dataclass(frozen=True)
-class ProcessNoise:
-    """A random torque on each axis: standard ``deviation`` [rad/s^2] and ``correlation_time`` [s]."""
+AIR, AIR_TIME = 0.003, 1.0
+"""Standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis."""
 
-    deviation: float = 0.003
-    correlation_time: float = 1.0
 
-    def torque(self, count: int) -> NDArray[np.float64]:
-        """Draw ``count`` samples, shape (count, 3), :data:`STEP` apart; the same ones in every call."""
-        kept = float(np.exp(-STEP / self.correlation_time))
-        white = np.random.default_rng(0).standard_normal((count, 3)) * self.deviation * np.sqrt(1.0 - kept * kept)
-        return lfilter([1.0], [1.0, -kept], white, axis=0)
+def air_torque(count: int) -> NDArray[np.float64]:
+    """Draw ``count`` samples of the torque of the air, shape (count, 3), :data:`STEP` apart; the same in every call."""
+    kept = float(np.exp(-STEP / AIR_TIME))
+    white = np.random.default_rng(0).standard_normal((count, 3)) * AIR * np.sqrt(1.0 - kept * kept)
+    return lfilter([1.0], [1.0, -kept], white, axis=0)
+
+
+def on_encoders(angles: ArrayLike) -> NDArray[np.float64]:
+    """Round angles (..., 3) [rad] to the counts of the encoders."""
+    widths = 2.0 * np.pi / np.array(EncoderCounts())
+    return np.round(np.asarray(angles) / widths) * widths
 
 
 @dataclass(frozen=True)
@@ -99,21 +102,11 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Outlook:
-    """The expected result of one experiment.
+    """The expected result of one experiment of a ``duration`` [s].
 
-    Attributes
-    ----------
-    proposal : Proposal
-    duration : float
-        [s].
-    visibility : tuple of float
-        Share of each effect's signature that the fitted parameters cannot imitate.
-    standard_errors : tuple of float
-        Of each coefficient, in its unit, if only this effect is added to the model.
-    correlation : float
-        Of the two signatures, of the shapes that show most; 0 for a single effect.
-    largest_pitch, largest_elevation : float
-        Largest angle reached [rad].
+    ``visibility`` is the share of each effect's signature that the fitted parameters cannot imitate;
+    ``standard_errors`` are those of each coefficient if only this effect is added to the model; ``correlation`` is that
+    of the two signatures, of the shapes that show most, 0 for a single effect. The largest angles are in [rad].
     """
 
     proposal: Proposal
@@ -205,15 +198,10 @@ def proposals(limit: float) -> Iterator[Proposal]:
                     )
 
 
-def rehearsed(
-    parameters: PlantParameters, signal: NDArray[np.float64], noise: ProcessNoise | None = None
-) -> NDArray[np.float64]:
+def rehearsed(parameters: PlantParameters, signal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Angles (N, 3) [rad] of a rig under ``signal`` (N, 2) [V], from its equilibrium under the first voltages."""
-    start = rest_state(parameters, float(signal[0].sum()))
-    torque = (noise or ProcessNoise()).torque(len(signal))
-    angles = run_alone(signal, STEP, np.array(start, dtype=float), parameters, torque)
-    widths = 2.0 * np.pi / np.array(EncoderCounts())
-    return np.round(angles / widths) * widths
+    start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
+    return on_encoders(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
 
 
 def outlook(
@@ -243,9 +231,9 @@ def outlook(
 
 def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) -> Scores:
     """Quadratic form of the likelihood of a rehearsal around the plant without the effects in question."""
-    fields, noise = {effect.field for effect in effects}, ProcessNoise()
+    fields = {effect.field for effect in effects}
     rig = helicopter(DiagnosisSettings(), [log.angles], [np.full((1, 2), TYPICAL)])
-    rho, c = noise.deviation / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / noise.correlation_time)
+    rho, c = AIR / (rig.resolution / np.sqrt(12.0)), np.full(len(rig.axes), 1.0 / AIR_TIME)
     likelihood = Likelihood(rig, records_of((log,), rig, {}))
     off = parameters._replace(**dict.fromkeys(fields, 0.0))
     model = Model(rig, off, coordinates_of(rho, c), rig.resolution / np.sqrt(12.0), likelihood.torque_width)
@@ -257,25 +245,14 @@ def _scores(log: Log, parameters: PlantParameters, effects: Sequence[Effect]) ->
 def designs(
     parameters: PlantParameters,
     effects: Sequence[Effect],
-    duration: float = 90.0,
-    limits: Limits | None = None,
-    progress: Callable[[str, float], None] = lambda what, share: None,
+    duration: float,
+    limits: Limits,
+    progress: Callable[[str, float], None],
 ) -> list[Outlook]:
-    """Simulate every proposal and rank those within the limits, see :func:`ranked`.
+    """Simulate every proposal for a ``duration`` [s] and rank those within the limits, see :func:`ranked`.
 
-    Parameters
-    ----------
-    parameters : PlantParameters
-        Of the rig.
-    effects : sequence of Effect
-        One to show, or two to separate.
-    duration : float
-        Of the experiment [s].
-    limits : Limits, optional
-    progress : callable, optional
-        Called with what is being done and the share that is done.
+    One effect is to be shown, or two are to be separated.
     """
-    limits = limits or Limits()
     every, found = list(proposals(limits.voltage)), []
     for count, proposal in enumerate(every):
         progress(f"simulating {count + 1} of {len(every)}", count / len(every))

@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
-from heli_identifier.tools.experiment import STEP, ProcessNoise
+from heli_identifier.tools.experiment import STEP, air_torque, on_encoders
 from heli_identifier.tools.identification import identify_log
 from heli_plant.control import PidSettings, pid_step, start_pid
-from heli_plant.encoders import EncoderCounts
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
 from heli_plant.state import rest_state
@@ -93,22 +91,19 @@ def additions() -> Iterator[Addition]:
         )
 
 
-def flown(
-    addition: Addition, plant: PlantParameters, pid: PidSettings, hover: float, duration: float, noise: ProcessNoise
-) -> tuple[Log, NDArray[np.float64]]:
-    """Return the log of one flight at the elevation ``hover`` [rad], and the references (N, 2) [rad]."""
+def flown(addition: Addition, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
+    """Return the log of one flight at the elevation ``hover`` [rad]."""
     count = round(duration / STEP)
-    torque, phase = noise.torque(count), np.arange(count) * STEP / PERIOD
+    torque, phase = air_torque(count), np.arange(count) * STEP / PERIOD
     up_and_down = (-1.0) ** np.floor(np.column_stack([phase, phase + 0.5]))
     references = up_and_down * (addition.pitch_step, addition.elevation_step) + (0.0, hover)
-    widths = 2.0 * np.pi / np.array(EncoderCounts())
     # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
     pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
     state, controller, held = rest_state(plant, trim), None, (0.5 * trim, 0.5 * trim)
     angles, used = np.empty((count, 3)), np.empty((count, 2))
     for k in range(count):
-        angles[k] = np.round(np.array(measured_angles(state)) / widths) * widths
+        angles[k] = on_encoders(measured_angles(state))
         pitch, elevation, travel = angles[k].tolist()
         controller = controller or start_pid(pitch, elevation, travel)
         added = voltages(k * STEP, addition.excitation) if addition.excitation is not None else (0.0, 0.0)
@@ -123,7 +118,7 @@ def flown(
         )
         if not np.isfinite(angles[k]).all():
             raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
-    return Log("rehearsal", 1.0 / STEP, used, angles), references
+    return Log("rehearsal", 1.0 / STEP, used, angles)
 
 
 def flight_outlooks(
@@ -134,20 +129,10 @@ def flight_outlooks(
     departure: tuple[float, float],
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> list[FlightOutlook]:
-    """Fly all additions; return those within the limits, the one with the least largest relative error first.
+    """Fly all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
 
-    Parameters
-    ----------
-    plant : PlantParameters
-    pid : PidSettings
-    hover : float
-        Elevation that is held [rad].
-    duration : float
-        Of a flight [s].
-    departure : tuple of float
-        Largest pitch, and largest departure of the elevation from ``hover`` [rad].
-    progress : callable, optional
-        Called with what is being done and the share that is done.
+    The one with the least largest relative error is first. ``departure`` has the largest pitch, and the largest
+    departure of the elevation from ``hover`` [rad].
     """
     settings = IdentifierSettings(
         sample_time=STEP,
@@ -159,7 +144,7 @@ def flight_outlooks(
     every, found = list(additions()), []
     for number, addition in enumerate(every):
         progress(f"flying: {addition.name}", number / len(every))
-        log, _ = flown(addition, plant, pid, hover, duration, ProcessNoise())
+        log = flown(addition, plant, pid, hover, duration)
         pitch, elevation, _ = np.abs(log.angles - (0.0, hover, 0.0)).max(axis=0).tolist()
         if pitch <= departure[0] and elevation <= departure[1]:
             found.append(FlightOutlook(addition, identify_log(log, settings).last, pitch, elevation))
