@@ -5,10 +5,13 @@ import os
 import signal
 import subprocess
 import sys
+from hashlib import sha256
 from pathlib import Path
 from textwrap import dedent
 
 import pytest
+
+from heli_identifier.files import write_atomically
 
 # Matrices here are small and logs are simulated on all cores already: the linear algebra's own threads would only get
 # in each other's way, fivefold on two cores. The variables count when NumPy is loaded, which no line above does.
@@ -53,6 +56,27 @@ def twins(tmp_path_factory):
     from tests.native_builds import Twins
 
     return Twins(tmp_path_factory.mktemp("native"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiled_once(tmp_path_factory):
+    """Compile a native library once for all workers: the tests build the same units over and over."""
+    from fmu_src.native import toolchain
+
+    kept = tmp_path_factory.getbasetemp()
+    kept = (kept.parent if "PYTEST_XDIST_WORKER" in os.environ else kept) / "compiled"
+    kept.mkdir(exist_ok=True)
+    compile_now = toolchain.compiled
+
+    def compiled(sources, files, target, *more):
+        path = kept / sha256(repr((sorted(sources.items()), files, target, more)).encode()).hexdigest()
+        if not path.exists():
+            write_atomically(path, compile_now(sources, files, target, *more))
+        return path.read_bytes()
+
+    toolchain.compiled = compiled
+    yield
+    toolchain.compiled = compile_now
 
 
 @pytest.fixture(scope="session")
