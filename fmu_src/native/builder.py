@@ -15,7 +15,7 @@ from uuid import UUID, uuid5
 from heli_identifier.files import write_atomically
 
 from ..builder import checked_start_values, unit_class
-from ..packaging import icon, index_html, native_model_description, xml_text, zip_bytes
+from ..packaging import TOOL, icon, index_html, model_description, xml_text, zip_bytes
 from ..variables import Value
 from .definitions import DEFINITIONS
 from .sources import build_description, compiled_files, exchange_of, native_sources
@@ -99,8 +99,7 @@ def build_native(
     said = _HOST.format(platforms=platforms) + (_EXCHANGE if exchange else "")
     entries["documentation/index.html"] = index_html(kind, start_values, said).encode()
     entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon(unit)
-    described = native_model_description(kind, start_values, token, files, fmi, extra)
-    entries["modelDescription.xml"] = xml_text(described)
+    entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, files, extra))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 

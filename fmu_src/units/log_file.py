@@ -63,9 +63,7 @@ def read_recording(path: str) -> Recording:
             cell = cells[index] if index < len(cells) else ""
             value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
             if not isfinite(value):
-                raise Refusal(
-                    f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number"
-                )
+                raise Refusal(f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number")
             row.append(value)
         if times and row[0] <= times[-1]:
             raise Refusal(

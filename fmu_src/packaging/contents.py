@@ -1,13 +1,25 @@
-"""documentation/index.html of a unit: equations, source, what the host needs, variables."""
+"""What lies in an FMU beside code and model description: documentation, an icon, and the zip around them all."""
 
 from __future__ import annotations
 
+import io
+import struct
+import zipfile
+import zlib
 from collections.abc import Mapping
 from html import escape
 
+import numpy as np
+
 from ..slave_base import SlaveBase
 from ..variables import Value, Variable
-from .described import AUTHOR, LICENSE, VERSION
+from .description import AUTHOR, LICENSE, VERSION
+
+EARLIEST = (1980, 1, 1, 0, 0, 0)
+"""The earliest time of a zip entry."""
+
+SIZE = 96
+"""Width and height of the icon [pixels]."""
 
 _HEAD = """<!DOCTYPE html>
 <html lang="en">
@@ -53,21 +65,13 @@ def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: s
         author=escape(AUTHOR),
         license=LICENSE,
     )
-    equations = f"<h2>Equations</h2>\n{unit.equations}\n"
-    source = f"<h2>Source</h2>\n<p>{escape(unit.source)}</p>\n"
+    about = f"<h2>Equations</h2>\n{unit.equations}\n<h2>Source</h2>\n<p>{escape(unit.source)}</p>\n"
     rows = "".join(_row(variable, start_values.get(variable.name, variable.start)) for variable in unit.variables)
     table = (
         "<h2>Variables</h2>\n<table>\n<tr><th>name</th><th>causality</th><th>unit</th><th>start</th>"
         f"<th>range</th><th>description</th></tr>\n{rows}</table>\n"
     )
-    return (
-        head
-        + equations
-        + source
-        + (host or _HOST.format(state=_STATE[unit.saves_state]))
-        + table
-        + "</body>\n</html>\n"
-    )
+    return f"{head}{about}{host or _HOST.format(state=_STATE[unit.saves_state])}{table}</body>\n</html>\n"
 
 
 def _row(variable: Variable, start: Value | None) -> str:
@@ -77,3 +81,35 @@ def _row(variable: Variable, start: Value | None) -> str:
     shown = "" if start is None else f"{start:.10g}" if isinstance(start, float) else str(start)
     cells = (variable.name, kind, variable.unit or variable.type, shown, span, variable.description)
     return "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>\n"
+
+
+def icon(unit: str) -> bytes:
+    """Return a PNG: stand, arm, counterweight, body, and two rotors in a dark colour that the unit's name decides."""
+    number = zlib.crc32(unit.encode())
+    colour = (40 + number % 150, 40 + number // 150 % 150, 40 + number // 22500 % 150)
+    pixels = np.full((SIZE, SIZE, 4), (255, 255, 255, 0), dtype=np.uint8)
+    y, x = np.mgrid[:SIZE, :SIZE]
+    for x0, y0, x1, y1 in ((34, 82, 62, 88), (46, 44, 50, 82), (10, 42, 78, 46), (72, 22, 76, 66)):
+        pixels[y0:y1, x0:x1] = (70, 70, 70, 255)  # foot, column, arm, body
+    for x0, y0, radius, own in ((12, 44, 8, None), (74, 20, 12, colour), (74, 68, 12, colour), (74, 20, 3, None),
+                                (74, 68, 3, None)):  # fmt: skip
+        pixels[(x - x0) ** 2 + (y - y0) ** 2 <= radius * radius] = (*(own or (70, 70, 70)), 255)
+    rows = b"".join(b"\0" + row.tobytes() for row in pixels)  # PNG specification, colour type 6, no filter
+    header = struct.pack(">IIBBBBB", SIZE, SIZE, 8, 6, 0, 0, 0)
+    parts = ((b"IHDR", header), (b"IDAT", zlib.compress(rows, 9)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in parts
+    )
+
+
+def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
+    """Return a zip of ``entries`` in sorted order with one fixed time and mode, so that equal content is equal bytes."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name in sorted(entries):
+            info = zipfile.ZipInfo(name, EARLIEST)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            info.create_system = 3  # the same on every system that builds
+            archive.writestr(info, entries[name])  # the highest level takes twice as long for a hundredth less
+    return buffer.getvalue()
