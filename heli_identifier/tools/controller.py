@@ -61,7 +61,6 @@ from heli_plant.parameter_table import BY_FIELD, PARAMETERS
 from heli_plant.parameters import PlantParameters
 
 Array = NDArray[np.float64]
-Ends = tuple[Array, Array]
 
 SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/1"
 KINDS = ("lqi", "lqr", "pid")
@@ -146,49 +145,34 @@ class Judged:
     @property
     def document(self) -> dict[str, Any]:
         """What a JSON file holds of it."""
+        own, gains = self.settings, {}
+        if isinstance(own, PidSettings):
+            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in LOOPS}, "trim_V": own.trim}
         return {
+            **gains,
             "effort": self.effort,
             "stable_share": self.stable,
             "disk_margin": {"value": self.disk, "promised": self.promised_disk},
             "margins": {
                 name: {
-                    key: {"value": value, "promised": getattr(self.promised[name], key)}
-                    for key, value in asdict(own).items()
+                    key: {
+                        "value": value,
+                        "interval": [getattr(self.low[name], key), getattr(self.high[name], key)],
+                        "promised": getattr(self.promised[name], key),
+                    }
+                    for key, value in asdict(found).items()
                 }
-                for name, own in self.margins.items()
+                for name, found in self.margins.items()
             },
             "settling_time_s": {
                 axis: {"value": value, "promised": self.promised_settling[axis], "worst": self.worst_settling[axis]}
                 for axis, value in self.settling.items()
             },
-            "steps": self.whole_steps,
-            "poles": [[pole.real, pole.imag] for pole in self.poles.tolist()],
-        }
-
-    @property
-    def beside(self) -> dict[str, Any]:
-        """What linear_model.json holds of a PID."""
-        assert isinstance(self.settings, PidSettings)
-        return {
-            "gains": {axis: getattr(self.settings, axis)._asdict() for axis in LOOPS},
-            "trim_V": self.settings.trim,
-            "stable_share": self.stable,
-            "margins": {
-                name: {
-                    key: {"value": value, "interval": [getattr(self.low[name], key), getattr(self.high[name], key)]}
-                    for key, value in asdict(found).items()
-                }
-                for name, found in self.margins.items()
+            "steps": {
+                step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
+                for step in self.steps
             },
-            "steps": self.whole_steps,
-        }
-
-    @property
-    def whole_steps(self) -> dict[str, Any]:
-        """Steps of the whole plant for a JSON file."""
-        return {
-            step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
-            for step in self.steps
+            "poles": [[pole.real, pole.imag] for pole in self.poles.tolist()],
         }
 
 
@@ -253,8 +237,8 @@ class PidDesign:
     ----------
     model : LinearModel
     continuous : StateSpace
-    A_interval, B_interval : (low, high), shapes (n, n), (n, 2)
-        95 % intervals of the continuous matrices, entry by entry.
+    intervals : dict of (low, high), shapes (n, n), (n, 2)
+        95 % intervals of the continuous matrices A and B, entry by entry.
     before, after : Judged
         With the present PID and with the retuned one.
     notes : tuple of str
@@ -263,8 +247,7 @@ class PidDesign:
 
     model: LinearModel
     continuous: StateSpace
-    A_interval: Ends
-    B_interval: Ends
+    intervals: dict[str, Array]
     before: Judged
     after: Judged
     notes: tuple[str, ...]
@@ -281,12 +264,9 @@ class PidDesign:
                 "outputs": continuous.output_labels,
                 "input_delay_s": self.model.input_delay,
                 "continuous": {key: getattr(continuous, key) for key in "ABCD"},
-                "intervals": {
-                    "A": {"low": self.A_interval[0], "high": self.A_interval[1]},
-                    "B": {"low": self.B_interval[0], "high": self.B_interval[1]},
-                },
+                "intervals": {name: {"low": low, "high": high} for name, (low, high) in self.intervals.items()},
                 "sampled": {"F": sampled.A, "G": sampled.B, "C": sampled.C, "D": sampled.D, "period_s": sampled.dt},
-                "loops": {"before": self.before.beside, "after": self.after.beside},
+                "loops": {"before": self.before.document, "after": self.after.document},
                 "notes": self.notes,
                 "provenance": provenance,
             }
@@ -300,8 +280,8 @@ class PidDesign:
             {
                 **{key: getattr(continuous, key) for key in "ABCD"},
                 "F": sampled.A, "G": sampled.B, "period": sampled.dt,
-                "A_low": self.A_interval[0], "A_high": self.A_interval[1],
-                "B_low": self.B_interval[0], "B_high": self.B_interval[1],
+                **{f"{name}_low": low for name, (low, _) in self.intervals.items()},
+                **{f"{name}_high": high for name, (_, high) in self.intervals.items()},
                 "states": continuous.state_labels, "inputs": continuous.input_labels,
                 "outputs": continuous.output_labels,
                 "operating_point": asdict(self.model.point), "input_delay": self.model.input_delay,
@@ -315,13 +295,7 @@ class PidDesign:
 
 
 def check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
-    """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly.
-
-    Raises
-    ------
-    ConfigurationError
-        With the flight that would make it fit.
-    """
+    """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
     unfit = [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]
     if unfit:
         fly = helicopter(DiagnosisSettings(), [np.zeros((1, 3))], [np.zeros((1, 2))]).fly
@@ -381,11 +355,10 @@ def design_controller(
             "so a lean does not move the travel; choose a higher --elevation."
         )
     model = linear_model(plant, point, aim.period)
-    models = [one for _, one in drawn_models(parameters, point, find, aim.period, draws, progress)]
-    omega = frequencies(aim.period)
-    responses = np.array([plant_response(one, omega) for one in (model, *models)])
+    drawn = drawn_models(parameters, point, find, aim.period, draws, progress)
+    plants = Plants(plant, model, [one for _, one in drawn])
     progress("designing", 0.6)
-    notes = _fallen(draws, len(models))
+    notes = _fallen(draws, len(drawn))
     continuous: dict[str, Array] = {}
     nominal: Settings
     robust: Settings
@@ -393,14 +366,14 @@ def design_controller(
         present = PidSettings(voltage_limit=plant.v_max, travel_enabled=other == "travel")
         trim = point.v_front + point.v_rear
         nominal, effort = retuned(model, present, (), trim), 1.0
-        robust = retuned(model, present, models[:ROBUST], trim)
+        robust = retuned(model, present, plants.drawn[:ROBUST], trim)
     else:
         nominal = synthesised(plant, point, aim, other, kind == "lqi")
         robust, effort, reached = nominal, 1.0, 0.0
         for power in range(DEAREST):
             trial = synthesised(plant, point, aim, other, kind == "lqi", DEARER**power)
-            found = disk_margins(responses[1 : TRIED + 1], controller_response(trial, aim.period, omega))
-            stable = [is_stable(closed_loop(one, trial)) for one in models[:20]]
+            found = disk_margins(plants.responses[1 : TRIED + 1], controller_response(trial, aim.period, plants.omega))
+            stable = [is_stable(closed_loop(one, trial)) for one in plants.drawn[:20]]
             kept = float(np.quantile(found, 1.0 - CONFIDENCE)) if all(stable) else 0.0
             if kept > reached:
                 robust, effort, reached = trial, DEARER**power, kept
@@ -415,7 +388,7 @@ def design_controller(
         continuous = dict(zip(names, gains(rigid, aim, other, kind == "lqi"), strict=False))
     progress("judging the nominal design", 0.7)
     chosen = ("elevation", other)
-    first = judge(plant, model, models, responses, nominal, chosen)
+    first = judge(plants, nominal, chosen)
     if not first.is_stable:
         raise ConfigurationError(
             "the designed loop is unstable on the identified plant, with its delay and bending; lower the weights of "
@@ -424,29 +397,30 @@ def design_controller(
     second = first
     if robust != nominal:
         progress("judging the robust design", 0.85)
-        second = judge(plant, model, models, responses, robust, chosen, effort)
-    return ControllerDesign(kind, chosen, model, first, second, len(models), continuous, tuple(notes))
+        second = judge(plants, robust, chosen, effort)
+    return ControllerDesign(kind, chosen, model, first, second, len(drawn), continuous, tuple(notes))
 
 
 def _fallen(draws: int, left: int) -> list[str]:
     return [f"{draws - left} of {draws} plants that the data allow have no equilibrium there"] if left < draws else []
 
 
-def judge(
-    plant: PlantParameters,
-    model: LinearModel,
-    models: Sequence[LinearModel],
-    responses: NDArray[Any],
-    settings: Settings,
-    axes: Sequence[str],
-    effort: float = 1.0,
-) -> Judged:
-    """Judge a controller of ``axes`` around the plant and around every drawn one; of all have it ``responses``."""
-    period = model.sampled.dt
-    omega, closed = frequencies(period), closed_loop(model, settings)
-    found = margins_over(responses, settings, period, omega)
-    disks = disk_margins(responses, controller_response(settings, period, omega))
-    loops = [closed, *(closed_loop(one, settings) for one in models)]
+class Plants:
+    """The estimated plant, drawn ones as linear models, and the responses of all, the estimated one's first."""
+
+    def __init__(self, plant: PlantParameters, model: LinearModel, drawn: Sequence[LinearModel]) -> None:
+        self.plant, self.model, self.drawn = plant, model, drawn
+        self.omega = frequencies(model.sampled.dt)
+        self.responses = np.array([plant_response(one, self.omega) for one in (model, *drawn)])
+
+
+def judge(plants: Plants, settings: Settings, axes: Sequence[str], effort: float = 1.0) -> Judged:
+    """Judge a controller of ``axes`` around the estimated plant and around every drawn one."""
+    model, period = plants.model, plants.model.sampled.dt
+    closed = closed_loop(model, settings)
+    found = margins_over(plants.responses, settings, period, plants.omega)
+    disks = disk_margins(plants.responses, controller_response(settings, period, plants.omega))
+    loops = [closed, *(closed_loop(one, settings) for one in plants.drawn)]
     stable = np.array([is_stable(loop) for loop in loops])
     disks[1:][~stable[1:]] = 0.0
     count = round(LONGEST / period)
@@ -474,25 +448,16 @@ def judge(
         dict(zip(axes, (-kept[len(better) + 1 :]).tolist(), strict=True)),
         {axis: max(own) for axis, own in zip(axes, times, strict=True)},
         bool(stable[0]), float(np.mean(stable[1:])), _poles(closed, period), disks[1:],
-        tuple(step_response(plant, model.point, settings, axis, 0.1, SHOWN[axis], period) for axis in axes), band,
-        effort,
+        tuple(step_response(plants.plant, model.point, settings, axis, 0.1, SHOWN[axis], period) for axis in axes),
+        band, effort,
     )  # fmt: skip
 
 
 def kept_together(figures: Array) -> Array:
-    """Return what :data:`CONFIDENCE` of the plants keep of all figures at once.
+    """Return what :data:`CONFIDENCE` of M plants keep of all figures (M, J) at once, shape (J,); larger is better.
 
     Plants are ranked in every figure; those whose worst rank is lowest are left out, and the least that the others have
     is kept by all of them.
-
-    Parameters
-    ----------
-    figures : Array, shape (M, J)
-        Of M plants; larger is better.
-
-    Returns
-    -------
-    Array, shape (J,)
 
     Source: J. Besag et al., Statistical Science 10 (1995) 3, section 6.3 (simultaneous credible regions from ranks).
     """
@@ -536,17 +501,15 @@ def design_pid(
     point = find(plant)
     model = linear_model(plant, point)
     drawn = drawn_models(parameters, point, find, PERIOD, draws, progress)
-    models = [one for _, one in drawn]
+    plants = Plants(plant, model, [one for _, one in drawn])
     progress("retuning", 0.6)
-    new = retuned(model, present, models[:ROBUST], point.v_front + point.v_rear)
+    new = retuned(model, present, plants.drawn[:ROBUST], point.v_front + point.v_rear)
     progress("margins", 0.8)
-    omega = frequencies(PERIOD)
-    responses = np.array([plant_response(one, omega) for one in (model, *models)])
-    before, after = (judge(plant, model, models, responses, pid, LOOPS) for pid in (present, new))
+    before, after = (judge(plants, pid, LOOPS) for pid in (present, new))
     systems = [linear_system(one, own.point) for one, own in drawn]
-    A, B = (np.quantile([getattr(one, name) for one in systems], (0.025, 0.975), axis=0) for name in "AB")
-    notes = (*_left_out(plant), *_fallen(draws, len(models)))
-    return PidDesign(model, linear_system(plant, point), (A[0], A[1]), (B[0], B[1]), before, after, notes)
+    ends = {name: np.quantile([getattr(one, name) for one in systems], (0.025, 0.975), axis=0) for name in "AB"}
+    notes = (*_left_out(plant), *_fallen(draws, len(drawn)))
+    return PidDesign(model, linear_system(plant, point), ends, before, after, notes)
 
 
 def _left_out(plant: PlantParameters) -> list[str]:
@@ -584,20 +547,8 @@ def control_advice(
 
     They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`. Takes some seconds.
 
-    Parameters
-    ----------
-    parameters : PlantParameters
-    standard_errors : mapping
-        By structured name, in the parameter's unit; parameters that are not in it keep their value.
-    pitch, elevation : float
-        Operating point [rad].
-    settings : PidSettings, optional
-        The present PID.
-
-    Raises
-    ------
-    ConfigurationError
-        There is no equilibrium at this point.
+    ``standard_errors`` are by structured name; parameters that are not in it keep their value. The operating point is
+    in [rad], the present PID by default that of the units. ConfigurationError if there is no equilibrium there.
     """
     values = {
         row.name: Estimate(getattr(parameters, row.field), standard_errors.get(row.name) or None, row.unit)
