@@ -1,6 +1,5 @@
 """A file is written whole or not at all."""
 
-import resource
 from contextlib import contextmanager
 
 import pytest
@@ -11,6 +10,7 @@ from heli_identifier.files import write_atomically
 @contextmanager
 def files_of_at_most(size):
     """Let the system refuse to write more than ``size`` bytes to any file, as a full disk would."""
+    resource = pytest.importorskip("resource")
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

@@ -6,7 +6,6 @@ import json
 import os
 import random
 import re
-import resource
 import signal
 import socket
 from io import StringIO
@@ -223,6 +222,7 @@ def test_a_row_is_with_the_system_as_soon_as_it_is_flushed_and_an_old_recording_
 
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
     journal = Journal(tmp_path / "a.csv", ("x", "y"))
+    resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, before[1]))

@@ -1,7 +1,6 @@
 """A reader that crashes, hangs or asks for all memory does not take the command with it."""
 
 import os
-import resource
 import signal
 from time import sleep
 
@@ -42,6 +41,7 @@ def test_a_reader_that_only_has_to_wait_for_a_busy_machine_passes(monkeypatch):
 
 def test_a_reader_that_crashes_leaves_no_image_of_its_memory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    resource = pytest.importorskip("resource")
     before = resource.getrlimit(resource.RLIMIT_CORE)
     resource.setrlimit(resource.RLIMIT_CORE, (before[1], before[1]))
     try:
