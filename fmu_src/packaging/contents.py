@@ -103,7 +103,7 @@ def icon(unit: str) -> bytes:
 
 
 def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
-    """Return a zip of ``entries`` in sorted order with one fixed time and mode, so that equal content is equal bytes."""
+    """Return a zip of ``entries`` in sorted order with one fixed time and mode: equal content, equal bytes."""
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
         for name in sorted(entries):

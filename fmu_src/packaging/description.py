@@ -83,8 +83,8 @@ def model_description(
             "fmiVersion": f"{fmi}.0", "modelName": unit.__name__,
             "guid" if fmi == 2 else "instantiationToken": token,
             "description": unit.summary, "author": AUTHOR, "version": VERSION,
-            "copyright": f"Copyright (c) 2025 {AUTHOR}", "license": LICENSE, "generationTool": tool, "generationDateAndTime": DATE,
-            "variableNamingConvention": "structured",
+            "copyright": f"Copyright (c) 2025 {AUTHOR}", "license": LICENSE, "generationTool": tool,
+            "generationDateAndTime": DATE, "variableNamingConvention": "structured",
         },
     )  # fmt: skip
     (_add_interfaces_2 if fmi == 2 else _add_interfaces_3)(root, unit, sources, bool(extra))
