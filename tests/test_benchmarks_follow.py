@@ -50,6 +50,7 @@ def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
     assert 4.0 * near + 3.0 * 2.0 < far < 4.0 * near + 3.0 * 4.0
 
 
+@pytest.mark.slow
 def test_a_twin_with_the_values_in_use_errs_as_the_one_that_does_not_correct():
     rows = record(40.0, seed=4)
     fresh = [0.0 if k % 97 == 0 else 1.0 for k in range(len(rows))]

@@ -46,7 +46,9 @@ def test_generator_imports_nothing_of_the_code_that_it_tests():
             assert module.startswith("tests.blind.") or module.split(".")[0] in allowed, f"{path.name}: {module}"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(k, marks=[pytest.mark.slow] if i % 4 else []) for i, k in enumerate(KINDS)]
+)
 def test_effect_changes_what_the_encoders_read_and_not_the_voltages_and_at_zero_strength_nothing(kind, clean):
     for log, reference in zip(logs_of(make_rig(5, kind, scale=0.0)), logs_of(clean), strict=True):
         assert np.array_equal(log, reference)

@@ -77,6 +77,7 @@ def test_unknown_torque_is_told_by_axis_and_variable():
 # --- measures ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_test_that_is_told_the_effect_sees_it_and_a_clean_rig_has_none():
     rig = blind_rig("single", "quadratic_drag:pitch", 20, 1.0, 0)
     # the weak rigs of the battery have a third of this strength and score some ten nats; this one ten times as much

@@ -118,6 +118,7 @@ def test_undamaged_logs_have_no_defect():
     assert inspected(logs_of("none"), COUNTS, 5.0) == ()
 
 
+@pytest.mark.slow
 def test_a_log_of_a_rig_with_other_gains_does_not_belong_to_the_others():
     """Gains 10 % larger; they drift by 1.5 % from log to log where a supply does."""
     rig = make_rig(9001, "clean")

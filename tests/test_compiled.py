@@ -46,6 +46,7 @@ def test_function_is_compiled_once():
     assert compiled(lagged) is compiled(lagged)
 
 
+@pytest.mark.slow
 def test_threads_that_compile_at_once_keep_each_function_in_its_own_folder(tmp_path):
     """numba's cache folder is one setting for the whole process; it is the old one afterwards."""
     script = """

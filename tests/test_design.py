@@ -123,6 +123,7 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
     assert np.abs(table[:, 1:]).max() <= 5.0
 
 
+@pytest.mark.slow
 def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_the_voltages_show_them():
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, (1.2, 0.8))
     determined = {

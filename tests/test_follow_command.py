@@ -160,6 +160,7 @@ def test_what_came_in_before_a_kill_is_on_disk(flight, tmp_path, started):
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 
+@pytest.mark.slow
 def test_sigterm_ends_it_at_once_with_the_files_complete(flight, tmp_path, started):
     process, port = started("-p", flight / "parameters.json", "-o", "out")
     samples_to(port, 100)

@@ -89,7 +89,7 @@ def test_the_identifier_shows_at_each_point_what_the_library_knows_from_the_samp
         {"effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.1},
         {"effects.input_delay.rotors": 0.034, "motor.time_constant": 0.05},
         {"effects.arm_bending.elevation": 0.02, "effects.moving_mass.elevation": 0.1},
-        {"general.enabled": 1.0},
+        pytest.param({"general.enabled": 1.0}, marks=pytest.mark.slow),
     ],
     ids=lambda effects: next(iter(effects)),
 )

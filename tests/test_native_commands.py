@@ -47,6 +47,7 @@ def test_what_does_not_fit_is_refused_in_one_sentence(tmp_path, monkeypatch, wor
     assert not (tmp_path / "build").exists()
 
 
+@pytest.mark.slow
 def test_ssp_holds_native_units(tmp_path):
     needs_a_compiler()
     done = heli(tmp_path, "ssp", "open_loop", "--native", "--output", "open.ssp")

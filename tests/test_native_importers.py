@@ -58,7 +58,7 @@ def test_the_compiled_loop_says_which_unit_refused_and_why(twins):
 @pytest.mark.parametrize(
     ("host", "package", "order"),
     [
-        pytest.param(*one, marks=[pytest.mark.slow] if one[0] in ("libcosimpy_ssp", "ecos_api") else [])
+        pytest.param(*one, marks=[pytest.mark.slow] if one[0] not in ("libcosimpy_api", "fmpy_simulate_fmu") else [])
         for one in IMPORTERS
     ],
 )

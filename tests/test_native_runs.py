@@ -76,6 +76,7 @@ def heli(*words):
     return CliRunner().invoke(app, ["simulate", "open_loop", *map(str, words)])
 
 
+@pytest.mark.slow
 def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
     file = parameters(tmp_path / "parameters.json", 0.05)
     given = [f"--fmu={name}={path}" for name, path in files.items()]

@@ -130,6 +130,7 @@ def test_a_direction_without_excitation_rests_at_the_limit_while_the_others_go_o
     assert limit * 0.98 < gain[1, 1] < limit * 1.011
 
 
+@pytest.mark.slow
 def test_the_gain_stays_positive_definite_and_bounded_through_excitation_silence_and_noise():
     """In turns: 100 s excited, 800 s silent, 300 s of noise at the level of an encoder; Gamma forgets in 10 s."""
     limit, alpha, rng = 1e3, 0.1, np.random.default_rng(1)

@@ -61,7 +61,7 @@ def test_table_2_is_recovered_within_a_thousandth_through_encoders():
         assert np.abs(relative(replay(held, angles, settings).final)).max() < 1e-3
 
 
-@pytest.mark.parametrize("omega", [1.0, 4.0])
+@pytest.mark.parametrize("omega", [pytest.param(1.0, marks=pytest.mark.slow), 4.0])
 def test_without_encoders_the_error_is_that_of_the_discretisation_alone(omega):
     held, angles, _ = record(300.0, multisines(seed=2, period=300.0), encoders=False)
     # No pull of Omega(0) = 0: a gain of 1e9. Left: straight lines between samples, some (h^2/12) omega^2 of each term,

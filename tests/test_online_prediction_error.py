@@ -152,6 +152,7 @@ def test_loosening_adds_to_one_diagonal_element_of_gamma():
     assert np.array(gain_matrix(factor, 5)) == pytest.approx(before, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and_their_intervals_cover():
     """Of 5 flights and 6 parameters; with 26 or more of 30 a binomial of .95 has p = .997."""
     covered, right, wrong = [], [], []

@@ -68,6 +68,7 @@ def test_every_figure_is_an_image_with_a_sentence_and_the_page_has_a_language(ou
 @pytest.mark.skipif(CHROMIUM is None or AXE is None, reason="Chromium or axe-core (axe-playwright-python) is missing")
 @pytest.mark.parametrize("width", [1280, 400])
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.slow
 def test_axe_finds_nothing(page, tmp_path, width, dark):
     with Chromium(tmp_path / "profile") as browser:
         browser.open(page, width, dark)

@@ -131,6 +131,7 @@ def test_the_compiled_plant_runs_as_the_interpreted_one():
     assert np.ptp(states[:, :3], axis=0).min() > 0.05  # all axes move
 
 
+@pytest.mark.slow
 def test_compiled_with_its_table_a_plant_without_one_has_the_same_bits():
     """A diagnosis compiles the plant without tables where there are none, and with them where one axis has one."""
     voltages, start = swing(TABLE_2)

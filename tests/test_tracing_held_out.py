@@ -285,6 +285,7 @@ def test_plant_and_recovered_controller_fly_a_log_again(monkeypatch):
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
 
 
+@pytest.mark.slow
 def test_a_loop_closed_in_blocks_is_the_loop_closed_sample_by_sample(monkeypatch):
     """Blocks of one sample need no turns; those of .2 s end when the voltages move by less than 1e-4 V."""
     log = flown(4, monkeypatch, 30.0)
