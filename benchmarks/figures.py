@@ -9,12 +9,11 @@ import csv
 from collections.abc import Sequence
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from benchmarks.harness import FIGURES, ROOT
 from heli_identifier.online import ADAPTATION, PREDICTION_ERROR
-from heli_identifier.results import AFTER, BEFORE, MEASURED, MUTED, canvas, key, styled, write_figure
+from heli_identifier.results import Axes, figure, write_figure
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
 
@@ -32,60 +31,54 @@ ORDER = {
 """A multisine of a quarter of a volt on top of the controller's voltages, the elevation held at .15 rad."""
 
 
-@styled
-def identifier(time: NDArray[np.float64], columns: dict[str, dict[str, NDArray[np.float64]]]) -> Figure:
+def identifier(time: NDArray[np.float64], columns: dict[str, dict[str, NDArray[np.float64]]]) -> str:
     """Draw estimates of both methods over time [s] with their 95 % bands; the truth as a line."""
-    drawing, axes = canvas(7.0, 6.0, heights=[1.0] * len(SHOWN), space=0.25)
-    for axis, (name, unit) in zip(axes, SHOWN, strict=True):
-        for method, colour, label in (
-            (ADAPTATION, BEFORE, "adaptation (7)"),
-            (PREDICTION_ERROR, AFTER, "prediction errors"),
+    panels = []
+    for name, unit in SHOWN:
+        truth = getattr(TABLE_2, name)
+        panel = Axes(f"{name} [{unit}]", limits=(min(-0.2 * abs(truth), 0.0), 1.8 * truth))
+        for method, role, label in (
+            (ADAPTATION, "before", "adaptation (7)"),
+            (PREDICTION_ERROR, "after", "prediction errors"),
         ):
             value = columns[method][f"identifier.{name}"]
             half = 1.96 * columns[method][f"identifier.standard_error.{name}"]
-            axis.fill_between(time, value - half, value + half, color=colour, alpha=0.18, linewidth=0)
-            axis.plot(time, value, color=colour, linewidth=1.2, label=label)
-        truth = getattr(TABLE_2, name)
-        axis.axhline(truth, color=MUTED, linewidth=1.0, linestyle="--", label="truth")
-        axis.set_ylabel(f"{name} [{unit}]")
-        axis.set_ylim(min(-0.2 * abs(truth), 0.0), 1.8 * truth)
-    axes[-1].set_xlabel("time [s]")
-    key(axes[0], 3)
-    return drawing
+            panel.band(time, value - half, value + half, role=role)
+            panel.line(time, value, role, label, 1.2)
+        panel.level(truth, "muted", "truth")
+        panels.append(panel)
+    return figure(panels, "time [s]", "Estimates of both methods over time", 640.0)
 
 
-@styled
-def before_after(rows: Sequence[dict[str, str]]) -> Figure:
+def before_after(rows: Sequence[dict[str, str]]) -> str:
     """Draw errors 1 s ahead on held-out logs by axis: before, after, noise floor, where that is known."""
-    drawing, panels = canvas(6.0, 5.0, heights=[1.0] * len(AXES), space=0.15)
-    for panel, axis in zip(panels, AXES, strict=True):
+    panels = []
+    for axis in AXES:
         own = [row for row in rows if row["axis"] == axis and row["floor"] != "nan"]
-        for shift, colour, word in ((-0.25, BEFORE, "before"), (0.0, AFTER, "after"), (0.25, MEASURED, "floor")):
-            places = np.arange(len(own)) + shift
-            panel.bar(places, [float(row[word]) for row in own], 0.22, color=colour, label=word)
-        panel.set_ylabel(f"{axis} [mrad]")
-        panel.set_xticks(range(len(own)), [f"{row['rig'].removeprefix('ntnu-')} {row['half']}" for row in own])
-    key(panels[0], 3)
-    return drawing
+        names = [f"{axis}, {row['rig'].removeprefix('ntnu-')} {row['half']}" for row in own]
+        panel = Axes("", 16.0 * len(own), names=names)
+        for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
+            panel.points([float(row[word]) for row in own], np.arange(len(own)), role, word)
+        panels.append(panel)
+    return figure(panels, "error 1 s ahead [mrad]", "Errors before and after a diagnosis", 640.0)
 
 
-@styled
-def gains(rows: Sequence[dict[str, str]]) -> Figure:
+def gains(rows: Sequence[dict[str, str]]) -> str:
     """Draw gains over the truth with their 95 % intervals, half by half, by kind of air."""
-    kinds = list(dict.fromkeys(row["kind"] for row in rows))
-    drawing, panels = canvas(7.0, 1.2 + 1.9 * len(kinds), heights=[1.0] * len(kinds), space=0.2)
-    for panel, kind in zip(panels, kinds, strict=True):
-        for number, (gain, colour) in enumerate((("k_x", BEFORE), ("k_z", AFTER), ("k_y", MEASURED))):
+    panels = []
+    for kind in dict.fromkeys(row["kind"] for row in rows):
+        panel = Axes(f"over the truth, {kind}", 150.0)
+        panel.level(1.0, "muted")
+        for number, (gain, role) in enumerate((("k_x", "before"), ("k_z", "after"), ("k_y", "measured"))):
             own = [row for row in rows if (row["kind"], row["gain"]) == (kind, gain)]
-            ratio, half = (np.array([float(row[word]) for row in own]) for word in ("ratio", "half_width"))
-            places = np.arange(len(own)) + 0.22 * (number - 1)
-            panel.errorbar(places, ratio, half, color=colour, fmt="o", markersize=3, linewidth=1, label=gain)
-        panel.axhline(1.0, color=MUTED, linewidth=1.0, linestyle="--")
-        panel.set_ylabel(f"over the truth, {kind}")
-        panel.set_xticks(range(len(own)), [f"{row['rig'].split()[-1]} {row['half']}" for row in own])
-    panels[-1].set_xlabel("rig and half of its logs")
-    key(panels[0], 3)
-    return drawing
+            places = np.arange(len(own)) + 1.0 + 0.25 * (number - 1)
+            ratios = np.array([float(row["ratio"]) for row in own])
+            for place, ratio, row in zip(places, ratios, own, strict=True):
+                half = float(row["half_width"])
+                panel.line((place, place), (ratio - half, ratio + half), role, width=1.0)
+            panel.points(places, ratios, role, gain)
+        panels.append(panel)
+    return figure(panels, "half of the logs of a rig", "Gains of windy rigs with their intervals", 760.0)
 
 
 def figures(_: Sequence[str]) -> None:

@@ -27,13 +27,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fmu_src import AXES, OPEN_LOOP, VOLTAGES, Connection, Scenario, Value, build
 from fmu_src.master import run_apart
 from heli_identifier.online import ModelParameters
-from heli_identifier.results import INK, canvas, key, styled, write_figure
+from heli_identifier.results import Axes, figure, write_figure
+from heli_identifier.tools.figures import ROLES
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import rest_state
@@ -249,23 +249,20 @@ def write_table_2(runs: dict[str, list[Run]], folder: Path) -> None:
 # --- figures -----------------------------------------------------------------------------------------------------
 
 
-@styled
-def panels(labels: Sequence[str], lines: Sequence[Sequence[Line]], truths: Sequence[float] = ()) -> Figure:
+def panels(labels: Sequence[str], lines: Sequence[Sequence[Line]], truths: Sequence[float] = ()) -> str:
     """Draw panels below each other on one time axis; lines of one name have one colour, a dashed line is the truth."""
-    figure, axes = canvas(8.0, 1.0 + 1.6 * len(labels), [1.0] * len(labels))
-    for number, (panel, label, own) in enumerate(zip(axes, labels, lines, strict=True)):
+    drawn = []
+    for number, (label, own) in enumerate(zip(labels, lines, strict=True)):
+        limits = sorted((0.5 * truths[number], 1.5 * truths[number])) if truths else None
+        panel = Axes(label, 110.0, (limits[0], limits[1]) if limits else None)
         colours: dict[str, str] = {}
         for time, values, name in own:
-            shown = None if name in colours else name
-            panel.plot(time, values, color=colours.setdefault(name, f"C{len(colours)}"), linewidth=0.9, label=shown)
-        panel.set_ylabel(label)
+            shown = "" if name in colours else name
+            panel.line(time, values, colours.setdefault(name, ROLES[len(colours) % len(ROLES)]), shown, 0.9)
         if truths:
-            panel.axhline(truths[number], color=INK, linewidth=0.8, linestyle="--")
-            panel.set_ylim(*sorted((0.5 * truths[number], 1.5 * truths[number])))
-            panel.set_xscale("log")
-    key(axes[0], 4)
-    axes[-1].set_xlabel("time [s]")
-    return figure
+            panel.level(truths[number], "ink")
+        drawn.append(panel)
+    return figure(drawn, "time [s]", "Lines over time", 760.0, log_x=bool(truths))
 
 
 def histories(runs: Sequence[Run], names: Sequence[str], rest_angle: str, number: int, folder: Path) -> None:

@@ -236,7 +236,7 @@ def test_page_and_document_hold_every_effect():
     origin = {"command": "heli fleet <a> b c", "date": "today", "system": "x", "versions": {"heli-twin": "0"}}
     text = fleet_html(fleet, origin)
     plotted = len(fleet.effects) - len(fleet.found(Finding.NOT_SHOWN)) + len(fleet.parameters)
-    assert text.count("<svg") == plotted
+    assert text.count("<svg class") == plotted
     assert "heli fleet &lt;a&gt;" in text
     assert "http" not in text.replace("http://www.w3.org", "")  # nothing is fetched from elsewhere
     document = json.loads(json.dumps(fleet.document(origin), allow_nan=False))

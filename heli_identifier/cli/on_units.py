@@ -150,9 +150,6 @@ def ssp(
 
 # --- simulate --------------------------------------------------------------------------------------------------------
 
-FIGURES = (".svg", ".pdf", ".png")
-"""Endings of a figure that can be drawn."""
-
 
 def simulate(
     scenario: ScenarioName = "open_loop",
@@ -176,7 +173,7 @@ def simulate(
     output: Annotated[
         Path | None, option("Every output of every unit as CSV.", "--output", "-o", metavar="FILE")
     ] = None,
-    plot: Annotated[Path | None, option("The run as a figure: .svg, .pdf or .png.", metavar="FILE")] = None,
+    plot: Annotated[Path | None, option("The run as a figure, .svg.", metavar="FILE")] = None,
     native: Native = False,
     runs: Annotated[
         int | None,
@@ -192,8 +189,8 @@ def simulate(
     """Run units wired together, and print or draw what they did."""
     from fmu_src.master import run_apart, run_many_apart
 
-    if plot is not None and plot.suffix.lower() not in FIGURES:
-        raise ConfigurationError(f"--plot {plot} must end in one of {', '.join(FIGURES)}.")
+    if plot is not None and plot.suffix.lower() != ".svg":
+        raise ConfigurationError(f"--plot {plot} must end in .svg; a browser prints that as PDF.")
     if runs is not None and not native:
         raise ConfigurationError("--runs needs units in C; add --native.")
     files = _fmu_files(fmu)

@@ -1,19 +1,35 @@
-"""Figures of the report as SVG text: axes with ticks, lines, bands and points, in the colours of the page around them.
+"""Figures as SVG text: axes with ticks, lines, bands and points, in the colours of the page around them.
 
 A colour is a CSS variable of its role (``--after``), so that one figure serves the light theme, the dark one and print.
+A figure that is a file of its own has the colours of the light theme.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
+from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from heli_identifier.results.words import power_text
+from heli_identifier.files import write_atomically
+from heli_identifier.results.words import power_text, unit_text
+from heli_plant.effects import AXES
 
 Array = NDArray[np.float64]
+
+COLOURS = {
+    "ink": "#1b1f24",
+    "muted": "#68707a",
+    "grid": "#dfe3e8",
+    "measured": "#7d8590",
+    "before": "#c4560a",
+    "after": "#0a63c2",
+    "band": "#9cc3f0",
+    "third": "#2d7d46",
+}
+"""Colour of each role in the light theme; the orange and the blue stay apart for every kind of colour vision."""
 
 POINTS = 1000
 """Vertices of a line on a page: one a pixel of the widest figure."""
@@ -24,12 +40,16 @@ LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 72.0, 20.0, 24.0, 40.0, 14.0
 
 @dataclass
 class Axes:
-    """One pair of axes and what is drawn in it; ``limits`` of y are those of the data where they are not given."""
+    """One pair of axes and what is drawn in it; ``limits`` of y are those of the data where they are not given.
+
+    Rows with ``names``, the first at y = 0 and at the top, stand in place of numbers of y.
+    """
 
     y_label: str
     height: float = 170.0
     limits: tuple[float, float] | None = None
     logarithmic: bool = False
+    names: Sequence[str] = ()
     marks: list[tuple[str, Array, Array, str, float]] = field(default_factory=list)
     spans: list[tuple[float, float]] = field(default_factory=list)
     labels: list[tuple[str, str]] = field(default_factory=list)
@@ -38,49 +58,131 @@ class Axes:
         """Draw a line through (x, y), thinned to what a page shows."""
         self._add("line", *thinned(np.asarray(x, float), np.asarray(y, float)), role, label, width)
 
-    def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "") -> None:
-        """Draw a dot at every (x, y)."""
-        self._add("points", np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
+    def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", kind: str = "points") -> None:
+        """Draw a dot at every (x, y), a circle if ``kind`` is "open", a diamond if it is "diamond"."""
+        self._add(kind, np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
 
-    def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "") -> None:
+    def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "", role: str = "band") -> None:
         """Fill what lies between two curves over x."""
-        x, low, high = (np.asarray(own, float) for own in (x, low, high))
-        self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), "band", label, 0.0)
+        (x, low), (_, high) = (thinned(np.asarray(x, float), np.asarray(own, float)) for own in (low, high))
+        self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, label, 0.0)
+
+    def level(self, y: float, role: str, label: str = "") -> None:
+        """Draw a dashed line at a value of y, from edge to edge."""
+        self._add("level", np.full(1, np.nan), np.array([y]), role, label, 1.0)
 
     def _add(self, kind: str, x: Array, y: Array, role: str, label: str, width: float) -> None:
         self.marks.append((kind, x, y, role, width))
         self.labels += [(label, role)] if label else []
 
 
-def figure(panels: Sequence[Axes], x_label: str, description: str, width: float = 520.0, log_x: bool = False) -> str:
+def figure(
+    panels: Sequence[Axes],
+    x_label: str,
+    description: str,
+    width: float = 520.0,
+    log_x: bool = False,
+    x_limits: tuple[float, float] | None = None,
+) -> str:
     """Give axes from top to bottom, over one x, as an ``<svg>`` element described for those who hear it."""
     xs = np.concatenate([x for panel in panels for _, x, *_ in panel.marks])
-    x_low, x_high = _range(xs, log_x)
+    x_low, x_high = x_limits or _range(xs, log_x)
+    margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
     height = TOP + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM
     parts = [f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">']
-    inner, top, place = width - LEFT - RIGHT, TOP, LEFT
+    inner, top, place = width - margin - RIGHT, TOP, margin
     for label, role in dict.fromkeys(entry for panel in panels for entry in panel.labels):
         parts.append(f'<rect x="{place:.0f}" y="6" width="14" height="6" fill="var(--{role})"/>')
         parts.append(_text(place + 19.0, 13.0, label, "start"))
         place += 34.0 + LETTER * len(label)
     for panel in panels:
+        if panel.names:
+            panel.limits = (len(panel.names) - 0.4, -0.6)
         low, high = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
-        parts.append(_grid(panel, top, inner, (x_low, x_high), (low, high), log_x, panel is panels[-1]))
-        parts.append(f'<svg x="{LEFT:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
+        parts.append(_grid(panel, top, margin, inner, (x_low, x_high), (low, high), log_x, panel is panels[-1]))
+        parts.append(f'<svg x="{margin:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
         for start, end in panel.spans:
             left, right = (_scaled(np.array([at]), x_low, x_high, inner, log_x)[0] for at in (start, end))
             parts.append(f'<rect class="span" x="{left:.1f}" y="0" width="{max(right - left, 1):.1f}" height="100%"/>')
         for kind, x, y, role, size in panel.marks:
             px = _scaled(x, x_low, x_high, inner, log_x)
             py = panel.height - _scaled(y, low, high, panel.height, panel.logarithmic)
-            parts.append(_mark(kind, px, np.clip(py, -1e4, 1e4), role, size))
+            parts.append(_mark(kind, np.clip(px, -1e4, 1e4), np.clip(py, -1e4, 1e4), role, size, inner))
         parts.append("</svg>")
         middle = top + 0.5 * panel.height
         turned = f' transform="rotate(-90 12 {middle:g})"'
         parts.append(_text(12.0, middle, panel.y_label, "middle", turned))
         top += panel.height + GAP
-    parts.append(_text(LEFT + 0.5 * inner, height - 6.0, x_label, "middle"))
+    parts.append(_text(margin + 0.5 * inner, height - 6.0, x_label, "middle"))
     return "".join([*parts, "</svg>"])
+
+
+def side_by_side(figures: Sequence[str], columns: int, size: tuple[float, float], description: str) -> str:
+    """Give figures of one ``size`` [px] as one, row by row in some ``columns``."""
+    width, height = size
+    whole = f"{columns * width:g} {-(-len(figures) // columns) * height:g}"
+    placed = (
+        one.replace("<svg ", f'<svg x="{k % columns * width:g}" y="{k // columns * height:g}" width="{width:g}" '
+                    f'height="{height:g}" ', 1)
+        for k, one in enumerate(figures)
+    )  # fmt: skip
+    head = f'<svg class="figure" role="img" viewBox="0 0 {whole}" aria-label="{escape(description)}">'
+    return "".join([head, *placed, "</svg>"])
+
+
+def write_figure(svg: str, path: str | PathLike[str]) -> None:
+    """Write a figure as a file of its own, in the light theme on white."""
+    for role, colour in COLOURS.items():
+        svg = svg.replace(f"var(--{role})", colour)
+    rules = f"text{{font:11px sans-serif;fill:{COLOURS['ink']}}}.rule{{stroke:{COLOURS['grid']}}}"
+    head, body = svg.split(">", 1)
+    head = head.replace("<svg ", '<svg xmlns="http://www.w3.org/2000/svg" ', 1)
+    ground = '<rect width="100%" height="100%" fill="white"/>'
+    write_atomically(path, f"{head}><style>{rules}</style>{ground}{body}\n")
+
+
+def run_figure(
+    names: Sequence[str],
+    units: Sequence[str],
+    time: Array,
+    values: Array,
+    measured: tuple[Array, Array] | None = None,
+    bands: tuple[Array, Array] | None = None,
+) -> str:
+    """Draw a run.
+
+    Parameters
+    ----------
+    names, units : sequence of str
+        ``unit.variable`` and physical unit of each column.
+    time : NDArray, shape (N,)
+        [s].
+    values : NDArray, shape (N, M)
+    measured : tuple of NDArray, shapes (K,) and (K, 3), optional
+        Time [s] and angles [rad] of the log that was played; drawn as far as the run goes.
+    bands : tuple of NDArray, shapes (N, M), optional
+        Low and high ends of where 95 % of many runs with varied parameters lie; drawn of the angles.
+    """
+    columns, panels = {name: column for column, name in enumerate(names)}, []
+    source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in columns), None)
+    if source is not None:
+        panel = Axes("voltage [V]", 115.0)
+        panel.line(time, values[:, columns[f"{source}.v_front"]], "after", "v_front", 1.0)
+        panel.line(time, values[:, columns[f"{source}.v_rear"]], "before", "v_rear", 1.0)
+        panels.append(panel)
+    for axis in AXES:
+        if (column := columns.get(f"plant.{axis}")) is None:
+            continue
+        panel = Axes(f"{axis} [{unit_text(units[column])}]", 115.0)
+        if measured is not None:
+            played = measured[0] <= time[-1] + 1e-9  # two products of a step may differ by an ulp
+            angles = measured[1][played, AXES.index(axis)]
+            panel.line(measured[0][played], angles, "measured", "measured", 2.2)
+        if bands is not None:
+            panel.band(time, bands[0][:, column], bands[1][:, column], "95 % of the runs")
+        panel.line(time, values[:, column], "after", "plant", 1.1)
+        panels.append(panel)
+    return figure(panels, "time [s]", "The run over time", 700.0)
 
 
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
@@ -97,31 +199,46 @@ def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> lis
 
 
 def _grid(
-    panel: Axes, top: float, inner: float, x: tuple[float, float], y: tuple[float, float], log_x: bool, last: bool
+    panel: Axes,
+    top: float,
+    left: float,
+    inner: float,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    log_x: bool,
+    last: bool,
 ) -> str:
     """Lines of the grid with their numbers: those of y at the left, those of x below the last axes."""
     parts = []
-    for value, text in ticks(*y, max(2, round(panel.height / 45.0)), panel.logarithmic):
+    named = [(float(row), name) for row, name in enumerate(panel.names)]
+    for value, text in named or ticks(*y, max(2, round(panel.height / 45.0)), panel.logarithmic):
         at = top + panel.height - _scaled(np.array([value]), *y, panel.height, panel.logarithmic)[0]
-        parts.append(f'<path class="rule" d="M{LEFT:g},{at:.1f}h{inner:g}"/>{_text(LEFT - 6.0, at + 4.0, text, "end")}')
+        rule = "" if named else f'<path class="rule" d="M{left:g},{at:.1f}h{inner:g}"/>'
+        parts.append(rule + _text(left - 6.0, at + 4.0, text, "end"))
     for value, text in ticks(*x, max(3, round(inner / 90.0)), log_x):
-        at = LEFT + _scaled(np.array([value]), *x, inner, log_x)[0]
+        at = left + _scaled(np.array([value]), *x, inner, log_x)[0]
         parts.append(f'<path class="rule" d="M{at:.1f},{top:g}v{panel.height:g}"/>')
         if last:
             parts.append(_text(at, top + panel.height + 16.0, text, "middle"))
     return "".join(parts)
 
 
-def _mark(kind: str, x: Array, y: Array, role: str, size: float) -> str:
-    if kind == "points":
-        dots = zip(x, y, strict=True)
-        return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" fill="var(--{role})"/>' for a, b in dots)
+def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -> str:
+    colour = f"var(--{role})"
+    if kind == "level":
+        return f'<path d="M0,{y[0]:.1f}h{inner:g}" stroke="{colour}" stroke-width="{size:g}" stroke-dasharray="4 3"/>'
+    if kind in ("points", "open", "diamond"):
+        fill = f'fill="none" stroke="{colour}"' if kind == "open" else f'fill="{colour}"'
+        dots = list(zip(x, y, strict=True))
+        if kind == "diamond":
+            return "".join(f'<path d="M{a - 5:.1f},{b:.1f}l5,-5 5,5 -5,5Z" {fill}/>' for a, b in dots)
+        return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" {fill}/>' for a, b in dots)
     runs = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
     known = ([k for k in run if np.isfinite(x[k] + y[k])] for run in runs)
     path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run) for run in known if run)
     if kind == "band":
-        return f'<path d="{path}Z" fill="var(--{role})" fill-opacity=".6"/>'
-    return f'<path d="{path}" fill="none" stroke="var(--{role})" stroke-width="{size:g}"/>'
+        return f'<path d="{path}Z" fill="{colour}" fill-opacity="{".6" if role == "band" else ".2"}"/>'
+    return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{size:g}"/>'
 
 
 def _range(values: Array, logarithmic: bool) -> tuple[float, float]:

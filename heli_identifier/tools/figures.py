@@ -4,25 +4,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results import (
-    AFTER,
-    BEFORE,
-    INK,
-    MEASURED,
-    MUTED,
-    canvas,
-    grid,
-    key,
-    meaning,
-    shades,
-    styled,
-    unit_text,
-)
+from heli_identifier.results import Axes, figure, meaning, side_by_side, unit_text
 from heli_identifier.tracing import plausible_range
 from heli_plant.parameter_table import BY_FIELD
 
@@ -31,6 +16,11 @@ if TYPE_CHECKING:
     from heli_identifier.tools.loop import StepResponse
 
 NAMES = ModelParameters._fields
+ROLES = ("after", "before", "third", "measured", "band")
+"""Colours of the logs."""
+
+FARTHEST = 2.0
+"""Widths of the part that holds all values, beyond which an interval is cut off at the edge."""
 
 
 class _History(Protocol):
@@ -46,51 +36,40 @@ class _History(Protocol):
     def standard_errors(self) -> NDArray[np.float64]: ...
 
 
-FARTHEST = 2.0
-"""Widths of the part that holds all values, beyond which an interval is cut off and ends in an arrow."""
-
-MARKER = 6.5
-
-
-@styled
-def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]") -> Figure:
+def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]") -> str:
     """Draw the responses of every axis, the present PID's and the retuned one's."""
-    figure, axes = canvas(6.0, 0.8 + 2.0 * len(before), heights=[1.0] * len(before), space=0.22)
-    for one, old, new in zip(axes, before, after, strict=True):
-        one.axhline(old.size, color=MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
-        one.plot(old.time, old.angle, color=BEFORE, label="present PID")
-        one.plot(new.time, new.angle, color=AFTER, label="retuned PID")
-        one.set_ylabel(f"{old.axis} [rad]")
-    key(axes[0], 2)
-    axes[-1].set_xlabel("time since the step of the reference [s]")
-    axes[-1].margins(x=0.01)
-    return figure
+    panels = []
+    for old, new in zip(before, after, strict=True):
+        panel = Axes(f"{old.axis} [rad]")
+        panel.level(old.size, "muted")
+        panel.line(old.time, old.angle, "before", "present PID")
+        panel.line(new.time, new.angle, "after", "retuned PID")
+        panels.append(panel)
+    return figure(panels, "time since the step of the reference [s]", "Steps with the present and the retuned PID")
 
 
-@styled
-def history_figure(histories: Sequence[_History], together: Mapping[str, Estimate], voltage_limit: float) -> Figure:
+def history_figure(histories: Sequence[_History], together: Mapping[str, Estimate], voltage_limit: float) -> str:
     """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together.
 
     The ordinate ends where hardly any rig with this ``voltage_limit`` [V] has the parameter, unless the value of all
     logs lies beyond.
     """
-    figure, axes = grid(len(NAMES), columns=3)
-    for column, (one, name) in enumerate(zip(axes, NAMES, strict=True)):
-        for history, colour in zip(histories, shades(len(histories)), strict=True):
-            value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
-            one.fill_between(history.time, value - half, value + half, color=colour, alpha=0.18, linewidth=0)
-            one.plot(history.time, value, color=colour, linewidth=1.1, label=history.name)
+    drawn = []
+    for column, name in enumerate(NAMES):
         final = together[name].value
-        one.axhline(final, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), label="together")
-        one.set_ylim(*_limits(histories, column, final, plausible_range(name, voltage_limit)))
-        one.set_title(meaning(name), fontsize=9.5)
-        one.set_ylabel(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]")
-        one.set_xlabel("time [s]")
-    key(axes[0], len(histories) + 1, rise=1.14)
-    return figure
+        limits = history_limits(histories, column, final, plausible_range(name, voltage_limit))
+        panel = Axes(f"{name} [{unit_text(BY_FIELD[name].unit) or '1'}]", 130.0, limits)
+        for number, history in enumerate(histories):
+            value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
+            role, label = ROLES[number % len(ROLES)], history.name if column == 0 else ""
+            panel.band(history.time, value - half, value + half, role=role)
+            panel.line(history.time, value, role, label, 1.1)
+        panel.level(final, "ink", "together" if column == 0 else "")
+        drawn.append(figure([panel], f"time [s]: {meaning(name)}", meaning(name), 320.0))
+    return side_by_side(drawn, 3, (320.0, 194.0), "Estimates over time")
 
 
-def _limits(
+def history_limits(
     histories: Sequence[_History], column: int, final: float, plausible: tuple[float, float]
 ) -> tuple[float, float]:
     """Range of the ordinate: what is plausible of every history's second half and its band, with room around it."""
@@ -104,64 +83,38 @@ def _limits(
     return low - room, high + room
 
 
-@styled
-def forest_figure(coefficient: "Coefficient") -> Figure:
+def forest_figure(coefficient: "Coefficient", description: str) -> str:
     """Draw the 95 % intervals of all rigs, of the mean (diamond) and of a further rig (thin line).
 
     A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
-    does without has a word in place of its interval.
+    does without has no interval, and says so in its name.
     """
-    rigs = coefficient.rigs
-    names = [entry.rig for entry in rigs]
-    width = 0.35 + 0.075 * max(len(name) for name in (*names, "further rig"))
-    figure, (axes,) = canvas(5.2, 1.15 + 0.26 * (len(rigs) + 2), label_width=width)
-    low, high = _window(coefficient)
-    axes.set_xlim(low, high)
-    parameter = coefficient.finding is None
-    for row, entry in enumerate(rigs):
+    mean, rows = coefficient.mean, len(coefficient.rigs)
+    names = [
+        f"{entry.rig} ({entry.left_out.partition(':')[0]})" if entry.left_out else entry.rig
+        for entry in coefficient.rigs
+    ]
+    names += ["mean"] if mean else []
+    names += ["further rig"] if mean and mean.prediction else []
+    panel = Axes("", 26.0 * len(names), names=names)
+    window = _window(coefficient)
+    if window[0] < 0.0 < window[1]:
+        panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
+    for row, entry in enumerate(coefficient.rigs):
         if entry.left_out:
-            word = entry.left_out.partition(":")[0]
-            axes.text(0.01, row, word, transform=axes.get_yaxis_transform(), va="center", color=MUTED, fontsize=9.0)
             continue
-        colour = AFTER if entry.named or parameter else MEASURED
-        _interval(axes, row, entry.estimate.interval, colour, 2.0)
-        face = colour if entry.named or parameter else "none"
-        axes.plot(entry.estimate.value, row, "o", color=colour, markerfacecolor=face, markersize=MARKER)
-    if coefficient.mean is not None:
-        row = len(rigs)
-        names.append("mean")
-        _interval(axes, row, coefficient.mean.interval, BEFORE, 2.4)
-        axes.plot(coefficient.mean.mean, row, "D", color=BEFORE, markersize=MARKER)
-        axes.axvline(coefficient.mean.mean, color=BEFORE, linewidth=0.8, linestyle=":")
-        if coefficient.mean.prediction is not None:
-            names.append("further rig")
-            _interval(axes, row + 1, coefficient.mean.prediction, BEFORE, 1.0)
-    if low < 0.0 < high:
-        axes.axvline(0.0, color=MUTED, linewidth=0.9)
-    axes.set_yticks(range(len(names)), names)
-    axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.grid(False, axis="y")
-    axes.set_xlabel(f"coefficient [{unit_text(coefficient.unit) or '1'}]")
-    _key(axes, coefficient)
-    return figure
-
-
-def _key(axes: Axes, coefficient: "Coefficient") -> None:
-    shown = {"named": (AFTER, AFTER), "not named": (MEASURED, "none")}
-    for word, (colour, face) in shown.items():
-        if coefficient.finding is not None and any(e.named == (word == "named") for e in coefficient.counted):
-            axes.plot([], [], "o", color=colour, markerfacecolor=face, markersize=MARKER, label=word)
-    axes.plot([], [], "D", color=BEFORE, markersize=MARKER, label="mean of the make")
-    key(axes, 3)
-
-
-def _interval(axes: Axes, row: int, interval: tuple[float, float], colour: str, width: float) -> None:
-    """Draw an interval; an end beyond the axes is cut off and becomes an arrow."""
-    left, right = axes.get_xlim()
-    axes.hlines(row, max(interval[0], left), min(interval[1], right), color=colour, linewidth=width)
-    for beyond, edge, marker in ((interval[0] < left, left, "<"), (interval[1] > right, right, ">")):
-        if beyond:
-            axes.plot(edge, row, marker, color=colour, markersize=0.8 * MARKER, clip_on=False)
+        known = entry.named or coefficient.finding is None
+        role, kind = ("after", "points") if known else ("measured", "open")
+        label = "" if coefficient.finding is None else "named" if entry.named else "not named"
+        panel.line(entry.estimate.interval, (row, row), role, width=2.0)
+        panel.points([entry.estimate.value], [row], role, label, kind)
+    if mean is not None:
+        panel.line(mean.interval, (rows, rows), "before", width=2.4)
+        panel.points([mean.mean], [rows], "before", "mean of the make", "diamond")
+        if mean.prediction is not None:
+            panel.line(mean.prediction, (rows + 1, rows + 1), "before", width=1.0)
+    unit = unit_text(coefficient.unit) or "1"
+    return figure([panel], f"coefficient [{unit}]", description, x_limits=window)
 
 
 def _window(coefficient: "Coefficient") -> tuple[float, float]:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from heli_identifier.results import effect_name, inline_svg, listed, meaning, p_text, page, significant, unit_text
+from heli_identifier.results import effect_name, listed, meaning, p_text, page, significant, unit_text
 from heli_identifier.tools.figures import forest_figure
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 from heli_identifier.tracing import Diagnosis
@@ -103,8 +103,8 @@ def title(coefficient: Coefficient) -> str:
 
 def _plotted(coefficient: Coefficient) -> dict[str, Any]:
     """Heading, figure and figures of one coefficient."""
-    name, words = f"forest-{coefficient.name}-{coefficient.axis}", title(coefficient)
-    svg = inline_svg(forest_figure(coefficient), name, f"{words}: coefficient of every rig and the mean of the make")
+    words = title(coefficient)
+    svg = forest_figure(coefficient, f"{words}: coefficient of every rig and the mean of the make")
     return {"title": words[:1].upper() + words[1:], "figure": svg, "facts": list(_facts(coefficient))}
 
 
