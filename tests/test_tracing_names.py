@@ -38,7 +38,9 @@ def test_a_clean_rig_is_accused_of_nothing(index):
     assert shown(selection) == set()
 
 
-@pytest.mark.parametrize("kind", ["dry_friction:pitch", pytest.param("quadratic_thrust", marks=pytest.mark.slow), "moving_mass"])
+@pytest.mark.parametrize(
+    "kind", ["dry_friction:pitch", pytest.param("quadratic_thrust", marks=pytest.mark.slow), "moving_mass"]
+)
 def test_an_effect_of_usual_strength_is_named_alone(kind):
     """At the battery's strength, and its coefficient lies within four standard errors of the truth."""
     selection, truth = searched(kind, 1)
