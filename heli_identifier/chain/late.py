@@ -13,6 +13,10 @@ from .fault import ANGLES, Array, Fault
 SMOOTHED = 0.1
 """Length [s] of the parabola: a bench moves slower."""
 
+SHIFT = 1e-4
+"""Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope and
+not the difference of two samples, whose noise a mean of both would lessen."""
+
 
 def of_angle(logged: Array, predicted: Array, h: float, size: float) -> Array:
     """Give x(t), at the end on a straight line."""
@@ -32,13 +36,13 @@ def of_voltage(logged: Array, predicted: Array, h: float, size: float) -> Array:
 FAULTS: tuple[Fault, ...] = (
     *(
         Fault(
-            "late", axis, "x(t - size)", "s", 0.0, 0.1, 0.005, of_angle,
+            "late", axis, "x(t - size)", "s", 0.0, 0.1, SHIFT, of_angle,
             f"Look for a filter or a buffer between the {axis}'s encoder and the file; log all channels in one task.",
         )
         for axis in ANGLES
     ),
     Fault(
-        "late", "voltages", "v(t - size)", "s", 0.0, 0.1, 0.005, of_voltage,
+        "late", "voltages", "v(t - size)", "s", 0.0, 0.1, SHIFT, of_voltage,
         "Log the voltages behind the controller in the step in which they are sent, not in the next one.",
     ),
 )  # fmt: skip

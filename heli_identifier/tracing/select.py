@@ -184,12 +184,12 @@ class _Search:
     def enter(self, chosen: Sequence[str]) -> None:
         """Go over to a set with new effects, from their best shapes, or with new faults if these are worth it.
 
-        Of the two the kind of the best enters first, and the other is asked for again beside it: an effect that is
-        missing leaves much that faults of the log imitate, and the other way round.
+        Of the two the kind of the best enters first, a fault alone, and the others are asked for again beside it: an
+        effect that is missing leaves much that faults of the log imitate, and the other way round.
         """
         new = [name for name in chosen if name not in self.selected]
         wrong = bool(new) and new[0] in self.faults
-        new = [name for name in new if (name in self.faults) == wrong]
+        new = new[:1] if wrong else [name for name in new if name not in self.faults]
         kept = [name for name in chosen if name in self.selected]
         shapes: dict[str, float] = {}
         for name in new:
@@ -204,7 +204,10 @@ class _Search:
             following, stretch = other, 2.0 * stretch
         without = self.fitted if len(kept) == len(self.selected) else self.refit(kept)
         if following.value < without.value - NAMED:
-            return self.take([*kept, *new], following)
+            self.take([*kept, *new], following)
+            while self.undo_anew():
+                pass
+            return None
         self.left |= dict.fromkeys(new, 2)  # the quadratic form reaches less far than it promised
         if without is not self.fitted:
             self.take(kept, without)
