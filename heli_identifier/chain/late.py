@@ -14,8 +14,8 @@ SMOOTHED = 0.1
 """Length [s] of the parabola: a bench moves slower."""
 
 SHIFT = 1e-4
-"""Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope and
-not the difference of two samples, whose noise a mean of both would lessen."""
+"""Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope
+and not the difference of two samples, whose noise a mean of both would lessen."""
 
 
 def of_angle(logged: Array, predicted: Array, h: float, size: float) -> Array:
