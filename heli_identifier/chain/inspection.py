@@ -9,6 +9,8 @@
 * **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
 * **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
   their error is noise of the input, which looks like a lag and like a curve of the thrust.
+* **Jitter.** A reading that comes late by its own time is wrong on all axes at once, each by its rate: the errors of two
+  axes then go together as the product of their rates does. Errors of two encoders do not.
 * **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, have been clipped on their way
   to the log, or the amplifier saturates there; a log cannot tell which.
 """
@@ -17,11 +19,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import savgol_filter
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 
 from .fault import ANGLES, Array
+from .late import SMOOTHED
 
 LEAST_STEP = 0.03
 """Share of a voltage's standard deviation: an error of 1 % of it, as large as that of a good multimeter."""
@@ -35,8 +39,18 @@ COARSE = 4.0
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
 
+LEAST_JITTER = 5e-4
+"""Standard deviation of the instants [s] from which they matter: an axis moves .5 rad/s, and .25 mrad is half of what an
+encoder of 4096 counts errs by. A vibration of 5 Hz, bent within three samples of 10 ms, looks like a tenth of it."""
+
+CERTAIN = 5.0
+"""Standard errors beyond which a jitter is no chance."""
+
 OPPOSED = 0.5
 """Least mean [V] of either voltage from which opposite signs are no trim: below it a rotor hardly turns."""
+
+FEWEST_CHANGES = 8
+"""Changes of a signal from which its steps are known; a voltage has to take as many values, it may be a square wave."""
 
 ON_GRID = 0.1
 """Largest distance from a grid, in steps, that a value on it may have: decimals of a file."""
@@ -100,7 +114,13 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
             found.append(Defect("filtered", axis, words, BENDING + TIMING))
-    steps = [step for log in logs for v in log.voltages.T if (step := quantum(v)) > LEAST_STEP * float(v.std())]
+    jitters = [jitter(log.angles, log.step) for log in logs]
+    if len(sure := [std for std, error in jitters if std > LEAST_JITTER and std > CERTAIN * error]) > len(logs) // 2:
+        found.append(Defect(
+            "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err at "
+            "once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
+        ))  # fmt: skip
+    steps = [step for log in logs for v in log.voltages.T if (step := quantum(v, FEWEST_CHANGES)) > LEAST_STEP * float(v.std())]
     if len(steps) > len(logs):
         found.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
@@ -115,12 +135,49 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
     return tuple(found)
 
 
-def quantum(values: Array) -> float:
-    """Step of a signal (N,) that takes values on a grid only; 0 if it does not."""
+def jitter(angles: Array, step: float) -> tuple[float, float]:
+    """Estimate by how much instants err.
+
+    Read at t_k + d_k, the third differences e_i of the angles with rates w_i hold those of d w_i beside noise of their
+    own: the regression of e_i e_j on w_i w_j, i < j, has the slope 20 tau^2.
+
+    Parameters
+    ----------
+    angles : Array, shape (N, 3)
+    step : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    tau, error : float
+        Standard deviation of d [s], and of tau; 0 where no two axes move.
+    """
+    length = max(round(SMOOTHED / step), 5) // 2 * 2 + 1
+    if len(angles) < 4 * length:
+        return 0.0, 0.0
+    rate = savgol_filter(angles, length, 2, 1, step, axis=0)[1:-2]
+    error = np.diff(angles, 3, axis=0)
+    weight = 1.0 / np.maximum(error.std(0), 1e-12)
+    pairs = [(i, j, weight[i] * weight[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
+    seconds = np.arange(len(rate)) // max(round(1.0 / step), 1)
+    xy, xx = (
+        np.bincount(seconds, sum((w * w * a[:, i] * a[:, j] * rate[:, i] * rate[:, j] for i, j, w in pairs)))
+        for a in (error, rate)
+    )
+    if not xx.sum() > 0.0:
+        return 0.0, 0.0
+    squared, own = xy.sum() / xx.sum(), float(np.linalg.norm(xy - xx * (xy.sum() / xx.sum())) / xx.sum())
+    tau = np.sqrt(max(squared, 0.0) / 20.0)
+    return float(tau), float(own / 40.0 / tau) if tau > 0.0 else 0.0
+
+
+def quantum(values: Array, fewest: int = 1) -> float:
+    """Step of a signal (N,) that takes values on a grid only, ``fewest`` steps apart; 0 if it does not."""
     levels = np.unique(values)
     gaps = np.diff(levels)
     gaps = gaps[gaps > 1e-6 * max(float(np.ptp(levels)), 1e-300)] if len(levels) > 1 else gaps
-    if len(gaps) < 8 or 2 * len(levels) > len(values):
+    changes = np.count_nonzero(np.diff(values))
+    if len(gaps) < fewest or changes < FEWEST_CHANGES or 2 * len(levels) > len(values):
         return 0.0
     step = float(np.median(gaps))
     step = float(np.ptp(levels)) / max(round(float(np.ptp(levels)) / step), 1)

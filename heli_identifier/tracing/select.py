@@ -194,14 +194,16 @@ class _Search:
         shapes: dict[str, float] = {}
         for name in new:
             shapes |= dict(self.around.coordinates[self.around.chosen_column(name)].beside)
-        following, stretch = self.refit([*kept, *new], shapes, 1.0), 2.0
+        following = self.refit([*kept, *new], shapes, 1.0)
         if not wrong:
             return self.take([*kept, *new], following)
-        while stretch <= 16.0:  # a shift by samples is no quadratic form: look on while the logs get likelier
-            other = self.refit([*kept, *new], shapes, stretch)
-            if other.value > following.value - CLOSE:
-                break
-            following, stretch = other, 2.0 * stretch
+        for factor in (2.0, 0.5):  # a shift by samples is no quadratic form: look on while the logs get likelier
+            stretch = factor
+            while 0.1 < stretch < 20.0:
+                other = self.refit([*kept, *new], shapes, stretch)
+                if other.value > following.value - CLOSE:
+                    break
+                following, stretch = other, factor * stretch
         without = self.fitted if len(kept) == len(self.selected) else self.refit(kept)
         if following.value < without.value - NAMED:
             self.take([*kept, *new], following)
