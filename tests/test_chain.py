@@ -68,7 +68,8 @@ def test_play_is_undone_but_for_the_passage_from_one_side_to_the_other():
 
 def test_a_jitter_is_measured_and_an_encoder_that_errs_is_not_one():
     """Three axes whose encoders' errors, uniform within a count, have nothing in common; .5 mrad of noise beside them."""
-    noisy = np.round((ANGLES + 5e-4 * RNG.standard_normal(ANGLES.shape)) * 4096.0 / 2.0 / np.pi) * 2.0 * np.pi / 4096.0
+    count = 2.0 * np.pi / 4096.0
+    noisy = np.round((ANGLES + 5e-4 * RNG.standard_normal(ANGLES.shape)) / count) * count
     for damage, true in (("none", 0.0), ("clock jitters by 2 ms", 0.002)):
         tau, error = jitter(DAMAGES[damage](TIME, VOLTAGES, noisy)[1], H)
         assert abs(tau - true) < 4.0 * max(error, 1e-4)

@@ -9,8 +9,8 @@
 * **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
 * **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
   their error is noise of the input, which looks like a lag and like a curve of the thrust.
-* **Jitter.** A reading that comes late by its own time is wrong on all axes at once, each by its rate: the errors of two
-  axes then go together as the product of their rates does. Errors of two encoders do not.
+* **Jitter.** Readings at a wrong instant are wrong on all axes at once, each by its rate: the errors of two axes then go
+  together as the product of their rates does. Errors of two encoders do not.
 * **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, have been clipped on their way
   to the log, or the amplifier saturates there; a log cannot tell which.
 """
@@ -40,8 +40,8 @@ FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
 
 LEAST_JITTER = 5e-4
-"""Standard deviation of the instants [s] from which they matter: an axis moves .5 rad/s, and .25 mrad is half of what an
-encoder of 4096 counts errs by. A vibration of 5 Hz, bent within three samples of 10 ms, looks like a tenth of it."""
+"""Standard deviation of the instants [s] from which they matter: an axis moves .5 rad/s, and .25 mrad is half of what
+an encoder of 4096 counts errs by. A vibration of 5 Hz, bent within three samples of 10 ms, looks like a tenth of it."""
 
 CERTAIN = 5.0
 """Standard errors beyond which a jitter is no chance."""
@@ -115,10 +115,11 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
             )
             found.append(Defect("filtered", axis, words, BENDING + TIMING))
     jitters = [jitter(log.angles, log.step) for log in logs]
-    if len(sure := [std for std, error in jitters if std > LEAST_JITTER and std > CERTAIN * error]) > len(logs) // 2:
+    sure = [std for std, error in jitters if std > max(LEAST_JITTER, CERTAIN * error)]
+    if len(sure) > len(logs) // 2:
         found.append(Defect(
-            "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err at "
-            "once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
+            "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err "
+            "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
     steps = [step for log in logs for v in log.voltages.T if (step := quantum(v, FEWEST_CHANGES)) > LEAST_STEP * float(v.std())]
     if len(steps) > len(logs):
