@@ -67,7 +67,7 @@ def test_play_is_undone_but_for_the_passage_from_one_side_to_the_other():
 
 
 def test_a_jitter_is_measured_and_an_encoder_that_errs_is_not_one():
-    """Three axes whose encoders' errors, uniform within a count, have nothing in common; .5 mrad of noise beside them."""
+    """Three axes whose encoders' errors, uniform within a count, and .5 mrad of noise have nothing in common."""
     count = 2.0 * np.pi / 4096.0
     noisy = np.round((ANGLES + 5e-4 * RNG.standard_normal(ANGLES.shape)) / count) * count
     for damage, true in (("none", 0.0), ("clock jitters by 2 ms", 0.002)):

@@ -9,8 +9,8 @@
 * **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
 * **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
   their error is noise of the input, which looks like a lag and like a curve of the thrust.
-* **Jitter.** Readings at a wrong instant are wrong on all axes at once, each by its rate: the errors of two axes then go
-  together as the product of their rates does. Errors of two encoders do not.
+* **Jitter.** Readings at a wrong instant are wrong on all axes at once, each by its rate: the errors of two axes go
+  together then, as the product of their rates does. Errors of two encoders do not.
 * **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, have been clipped on their way
   to the log, or the amplifier saturates there; a log cannot tell which.
 """
@@ -121,7 +121,8 @@ def inspected(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) 
             "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err "
             "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
-    steps = [step for log in logs for v in log.voltages.T if (step := quantum(v, FEWEST_CHANGES)) > LEAST_STEP * float(v.std())]
+    grids = [(quantum(v, FEWEST_CHANGES), float(v.std())) for log in logs for v in log.voltages.T]
+    steps = [step for step, std in grids if step > LEAST_STEP * std]
     if len(steps) > len(logs):
         found.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(steps):.2g} V: log them with three "
