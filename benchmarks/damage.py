@@ -1,11 +1,13 @@
 """Damaged logs of clean rigs: whether the rig is accused, and whether the damage is named.
 
-    python -m benchmarks damage [--open 0:4] [--flown 0:4] [--workers N] [DAMAGE...]    words of the damages' names
+    python -m benchmarks damage [--open 0:4] [--flown 0:4] [--both 0:4] [--workers N] [DAMAGE...]
 
-Rigs of the blind generator in open loop, and bare windy rigs under a controller whose references are logged; every
-damage of :mod:`tests.blind.damage` strikes all logs of a rig. Printed is a line for each damage: rigs of which a plant
-effect is shown, rigs whose damage a told test sees (the simplified model loses 8 nats by it), those of them whose
-damage is named or whose logs are refused by its name, and what was said.
+DAMAGE are words of the damages' names. Rigs of the blind generator in open loop, clean or (``both``) with one of the
+battery's effects, and bare windy rigs under a controller whose references are logged; every damage of
+:mod:`tests.blind.damage` strikes all logs of a rig. Printed is a line for each damage: rigs of which an effect is shown
+that they do not have, rigs whose damage a told test sees (the simplified model loses 8 nats by it), those of them whose
+damage is named or whose logs are refused by its name, the same with an effect, where that has to be named as well, and
+what was said.
 """
 
 import argparse
@@ -21,6 +23,7 @@ from heli_identifier.chain import FAULTS
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import Log
 from heli_identifier.tracing import diagnose, fit
+from tests.blind.battery import SINGLE
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig
@@ -34,10 +37,15 @@ SAID = {
 """What names a damage, by a word of its own name."""
 
 
-def logs_of(kind: str, seed: int) -> Iterator[Log]:
-    """Make the logs of a clean rig, the last one to be held out."""
-    if kind == "open":
-        rig = make_rig(9000 + seed, "clean")
+def effect_of(seed: int, damage: str) -> str:
+    """Choose the effect beside a damage: all kinds take turns."""
+    return SINGLE[(list(DAMAGES).index(damage) + 7 * seed) % len(SINGLE)]
+
+
+def logs_of(kind: str, seed: int, effect: str = "clean") -> Iterator[Log]:
+    """Make the logs of a rig, the last one to be held out."""
+    if kind != "flown":
+        rig = make_rig(9000 + seed, effect)
         return (log_of(f"log {i}", 100.0, log) for i, log in enumerate((*rig.train, rig.held)))
     flown = windy_rig(500 + seed, "ou", False, 100.0, "bare", True, {"a": 4, "b": 0, "t": 1, "c": 0})
     return (windy_log(name, own) for name, own in flown.logs.items())
@@ -49,10 +57,11 @@ def told_sees(sound: Sequence[Log], struck: Sequence[Log]) -> bool:
     return fitted[1] - fitted[0] > DETECTABLE
 
 
-def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str, bool]:
-    """Damage the logs of one rig and diagnose them: kind, damage, effects shown, what names the damage, told."""
+def diagnosed(job: tuple[str, int, str]) -> tuple[str, int, str, set[str], str, bool]:
+    """Damage the logs of one rig and diagnose them: the job, effects shown, what names the damage, told."""
     kind, seed, damage = job
-    made, sound = [], list(logs_of(kind, seed))
+    effect = effect_of(seed, damage) if kind == "both" else "clean"
+    made, sound = [], list(logs_of(kind, seed, effect))
     for log in sound:
         time = np.asarray(log.step * np.arange(log.samples), dtype=np.float64)
         v, y = DAMAGES[damage](time, log.voltages.copy(), log.angles.copy())
@@ -61,7 +70,7 @@ def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str, bool]
     try:
         found = diagnose(made[:-1], held_out=made[-1:])
     except IdentifierError as error:
-        return kind, damage, set(), f"refused: {error}", told
+        return *job, set(), f"refused: {error}", told
     faults = {fault.name for fault in FAULTS}
     shown = {
         f"{effect.name}/{effect.axis}"
@@ -72,7 +81,7 @@ def diagnosed(job: tuple[str, int, str]) -> tuple[str, str, set[str], str, bool]
     named += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
     named += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
     rivals = [f"{name}/{axis}" for effect in found.effects for name, axis in effect.alternatives]
-    return kind, damage, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals))), told
+    return *job, shown, ", ".join((*named, *(f"or {rival}" for rival in rivals))), told
 
 
 def is_named(damage: str, said: str) -> bool:
@@ -85,7 +94,7 @@ def damage(arguments: Sequence[str]) -> None:
     """Run the benchmark."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks damage", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("damages", nargs="*")
-    for kind in ("open", "flown"):
+    for kind in ("open", "flown", "both"):
         parser.add_argument(f"--{kind}", default="0:4", help="first:behind the last rig")
     parser.add_argument("--workers", type=int, default=1)
     asked = parser.parse_args(arguments)
@@ -93,21 +102,28 @@ def damage(arguments: Sequence[str]) -> None:
     jobs = [
         (kind, seed, name)
         for name in damages
-        for kind in ("open", "flown")
+        for kind in ("open", "flown", "both")
         for seed in range(*map(int, getattr(asked, kind).split(":")))
     ]
-    shown, seen, named, count = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
+    shown, seen, named, count, beside, both = (Counter[str]() for _ in range(6))
     words: dict[str, Counter[str]] = {}
-    for kind, name, effects, said, told in in_parallel(diagnosed, jobs, asked.workers):
+    for kind, seed, name, effects, said, told in in_parallel(diagnosed, jobs, asked.workers):
+        print(f"{kind} {seed} | {name} | told {told} | shown {sorted(effects)} | {said[:90]}", flush=True)
+        true = {effect for effect in effects if kind == "both" and effect.split("/")[0] == effect_of(seed, name)}
+        shown[name] += bool(effects - true)
+        if kind == "both":
+            if told and not said.startswith("refused"):
+                beside[name] += 1
+                both[name] += bool(true) and is_named(name, said)
+            continue
         count[name] += 1
-        shown[name] += bool(effects)
         seen[name] += told
         named[name] += told and is_named(name, said)
         words.setdefault(name, Counter()).update([*effects, said[:60] or "-"])
-        print(f"{kind} | {name} | told {told} | shown {sorted(effects)} | {said[:90]}", flush=True)
     rows = [
-        (name, f"{count[name]}", f"{shown[name]}", f"{seen[name]}", f"{named[name]}",
-         "; ".join(f"{word} {n}" for word, n in words[name].most_common(4)))
+        (name, f"{count[name]}", f"{shown[name]}", f"{seen[name]}", f"{named[name]}", f"{both[name]} of {beside[name]}",
+         "; ".join(f"{word} {n}" for word, n in words.get(name, Counter()).most_common(4)))
         for name in damages
     ]  # fmt: skip
-    print("\n" + table(("damage", "rigs", "an effect shown", "a told test sees it", "of these named", "said"), rows))
+    head = ("damage", "rigs", "a wrong effect shown", "a told test sees it", "of these named", "both named", "said")
+    print("\n" + table(head, rows))
