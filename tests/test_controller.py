@@ -4,6 +4,7 @@ import ctypes
 import json
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from heli_identifier.tools.course import corrected_values
 from heli_identifier.tools.linearisation import hover, linear_model, operating_point
 from heli_identifier.tools.loop import (
     at_rest,
+    begun,
     closed_loop,
     controller_parameters,
     controller_response,
@@ -277,6 +279,41 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
         "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
         "controller.c", "controller.h",
     }  # fmt: skip
-    said = run(app, ["check", "no.csv", "-p", str(file), "--controller", str(tmp_path / "c" / "controller.json")])
-    assert said.exit_code == 2
-    assert "--limit" in said.output
+
+
+def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
+    """The flight is one of the units' own PID; gains a fifth smaller ask for other voltages."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "parameters.json").write_text(document_text(parameters().to_dict()))
+    settings = PidSettings()
+    point = operating_point(TABLE_2, 0.0, 0.0)
+    wanted = np.zeros((4000, 3))
+    wanted[500:2500, 1] = 0.1
+    held = (point.v_front, point.v_rear)
+    angles, voltages = fly(TABLE_2, settings, wanted, point.state(TABLE_2), held, H, begun(settings, 0.0, 0.0, 0.0))
+    columns = [np.arange(4000) * H, *voltages.T, *angles.T, wanted[:, 0], wanted[:, 1]]
+    head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad],pitch_reference [rad]"
+    head = f"{head},elevation_reference [rad]"
+    np.savetxt("flight.csv", np.column_stack(columns), "%.9g", ",", header=head, comments="")
+    differ = []
+    for factor in (1.0, 0.8):
+        gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
+        rows = [f"{axis} = {own}" for axis, own in gains.items()]
+        Path("heli.toml").write_text("\n".join(["[controller.pid]", *rows, f"trim = {settings.trim}", ""]))
+        said = CliRunner().invoke(app, ["check", "flight.csv", "--limit", "1000", "--json"])
+        assert said.exit_code == 0, said.output
+        differ.append(json.loads(said.stdout)["voltages_V"]["flight"])
+    assert differ[0] < 1e-5 < 0.05 < differ[1]  # nine digits of the angles by 25 + 20/.05 V/rad
+
+
+def test_a_limit_and_a_controller_are_given_together(tmp_path, flight):
+    log, _ = flight
+    columns = np.column_stack([np.arange(len(log.angles)) * H, log.voltages, log.angles])
+    head = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
+    np.savetxt(tmp_path / "log.csv", columns, "%.9g", ",", header=head, comments="")
+    (tmp_path / "parameters.json").write_text(document_text(parameters().to_dict()))
+    asked = ["check", str(tmp_path / "log.csv"), "-p", str(tmp_path / "parameters.json")]
+    for more, named in ((["--limit", "30"], "[controller.pid]"), (["--controller", "c.json"], "--limit MRAD")):
+        said = CliRunner().invoke(app, [*asked, *more])
+        assert said.exit_code == 2
+        assert named in " ".join(said.output.split())

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from heli_identifier.tools import Progress as CampaignProgress
     from heli_identifier.tools import Row, Source
     from heli_identifier.tracing import Diagnosis
+    from heli_plant.control import PidSettings
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -225,10 +226,10 @@ def check(
     factor: Annotated[float, option("Error allowed, as a multiple of the expected one.", metavar="FACTOR")] = 1.3,
     junit: Annotated[Path | None, option("Write the outcome as JUnit XML.", metavar="FILE")] = None,
     controller: Annotated[
-        Path | None, option("controller.json of what flew: hold the closed loop's error over 3 s.", metavar="FILE")
+        Path | None, option("controller.json of what flew, if not [controller.pid] of heli.toml.", metavar="FILE")
     ] = None,
     limit: Annotated[
-        float | None, option("Largest closed-loop error of a followed axis, with --controller.", metavar="MRAD")
+        float | None, option("Hold the closed loop's error over 3 s of every followed axis to this.", metavar="MRAD")
     ] = None,
     start: From = None,
     end: To = None,
@@ -240,18 +241,23 @@ def check(
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger.
 
-    With --controller: plant and controller fly the logs again from their references, 3 s at a time from the measured
-    motion, and what they err on the followed axes is held to --limit.
+    With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
+    and what they err on the followed axes is held to it.
     """
     from heli_identifier import check as check_logs
 
     expected = read_with_doubts(parameters)
-    if (controller is None) != (limit is None) or (controller is not None and junit is not None):
-        raise ConfigurationError("give --controller FILE and --limit MRAD together, without --junit.")
-    if controller is not None and limit is not None:
-        _check_closed_loop(logs_of(logs, config, start, end)[0], expected, controller, limit, json)
+    read, configuration = logs_of(logs, config, start, end)
+    if limit is not None:
+        if junit is not None:
+            raise ConfigurationError("--junit is of the 1 s prediction; give it without --limit.")
+        if (flown := controller or configuration.controller.pid) is None:
+            raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
+        _check_closed_loop(read, expected, flown, limit, json)
         return
-    outcome = check_logs(logs_of(logs, config, start, end)[0], expected, factor)
+    if controller is not None:
+        raise ConfigurationError("--controller needs --limit MRAD, to which the closed loop's error is held.")
+    outcome = check_logs(read, expected, factor)
     if junit is not None:
         write_atomically(junit, outcome.junit())
     if json:
@@ -266,7 +272,7 @@ def check(
 
 
 def _check_closed_loop(
-    logs: "Sequence[Log]", plant: "ParameterSet", controller: Path, limit: float, json: bool
+    logs: "Sequence[Log]", plant: "ParameterSet", controller: "Path | PidSettings", limit: float, json: bool
 ) -> None:
     """Hold the closed loop's error over 3 s to a limit [mrad]."""
     from heli_identifier.tools import closed_loop_errors

@@ -24,6 +24,7 @@ from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
 from heli_identifier.records.units import ANGLES, NAMED, SI_UNIT, known_units, understood
+from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 from heli_plant.geometry import Geometry
@@ -201,6 +202,8 @@ class ControllerConfiguration:
     encoder_noise : float
         [rad].
     weights : Weights
+    pid : PidSettings or None
+        The PID that flies the rig; None if it is not stated.
     """
 
     period: float = 0.01
@@ -208,6 +211,7 @@ class ControllerConfiguration:
     air: tuple[float, float, float] = (0.1, 0.03, 0.01)
     encoder_noise: float = 6e-4
     weights: Weights = Weights()
+    pid: PidSettings | None = None
 
     def __post_init__(self) -> None:
         require_range("controller.period", self.period, "s", 5e-4, 1.0)
@@ -336,6 +340,7 @@ _KEYS: dict[str, Any] = {  # of the file, with types and defaults
         "air": (tuple[float, float, float], ControllerConfiguration.air),
         "encoder_noise": (float, ControllerConfiguration.encoder_noise),
         "weights": {one.name: (float, one.default) for one in fields(Weights)},
+        "pid": {**dict.fromkeys(ANGLES, (tuple[float, float, float] | None, None)), "trim": (float, 0.0)},
     },
     "geometry": {one.name: (float | None, None) for one in fields(Geometry)},
 }
@@ -389,8 +394,9 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     try:
         format = LogFormat(**log, encoder_counts=counts, voltage_limit=limit)
         expected = {name: _expected(name, given) for name, given in effects.items()}
-        weights = Weights(**controller.pop("weights"))
-        aim = ControllerConfiguration(**{**controller, "air": tuple(controller["air"])}, weights=weights)
+        controller["weights"] = Weights(**controller["weights"])
+        controller["pid"] = _pid(controller["pid"], limit)
+        aim = ControllerConfiguration(**{**controller, "air": tuple(controller["air"])})
         geometry = _geometry(found["geometry"])
         return RigConfiguration(**rig, effects=expected, format=format, controller=aim, geometry=geometry)
     except ConfigurationError as error:
@@ -398,6 +404,18 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
 
 
 _TYPES = {"str": "a text in quotes", "float": "a number", "int": "a whole number", "bool": "true or false"}
+
+
+def _pid(given: Mapping[str, Any], voltage_limit: float) -> PidSettings | None:
+    """Give the PID that is stated; a loop that is not stated is off."""
+    loops = {axis: AxisGains(*given[axis]) for axis in ANGLES if given[axis]}
+    for axis, gains in loops.items():
+        for name, value in gains._asdict().items():
+            require_range(f"controller.pid.{axis}, {name}", value, "V/rad", 0.0, 1e3)
+    require_range("controller.pid.trim", given["trim"], "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
+    pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
+    own = PidSettings(pitch, elevation, travel, "travel" in loops, given["trim"], voltage_limit=voltage_limit)
+    return own if loops else None
 
 
 def _geometry(given: Mapping[str, float | None]) -> Geometry:
