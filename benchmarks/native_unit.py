@@ -9,7 +9,7 @@ import struct
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
-from ctypes import addressof, c_uint
+from ctypes import c_double
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -19,8 +19,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_src.master.compiled_loop import _do_step, _transfer
-from fmu_src.master.instance import Instance
+from fmu_src.master import compiled_loop as machine
+from fmu_src.master.instance import Instance, Place
 from fmu_src.native import build_native
 from fmu_src.variables import Value
 from heli_identifier.online import IdentifierState, Sampled, thawed_state
@@ -36,13 +36,15 @@ def _drive(unit, rows, fed, shown, record, step, every):  # type: ignore[no-unty
     for k in range(len(rows)):
         for i in range(len(fed)):
             fed[i] = rows[k, i]
-        status = _transfer(unit[1], unit[0], unit[4], len(fed), unit[5])
+        to_set = (unit[machine.COMPONENT], unit[machine.INPUTS], unit[machine.INPUTS_COUNT], unit[machine.FED])
+        status = machine.call(unit[machine.SET], to_set)
         if status <= 1:
-            status = _do_step(unit[2], unit[0], k * step, step)
+            status = machine.call(unit[machine.STEP], (unit[machine.COMPONENT], k * step, step, np.int32(1)))
         if status > 1:
             return k
         if (k + 1) % every == 0:
-            _transfer(unit[3], unit[0], unit[6], len(shown), unit[7])
+            to_get = (unit[machine.COMPONENT], unit[machine.OUTPUTS], unit[machine.OUTPUTS_COUNT], unit[machine.SHOWN])
+            machine.call(unit[machine.GET], to_get)
             record[(k + 1) // every - 1] = shown
     return -1
 
@@ -61,16 +63,13 @@ class Units:
         try:
             instance.initialise({"sample.time": log.step, **parameters}, 0.0, 1e9)
             instance.finish_initialisation(0.0)
-            given, asked = (
-                (c_uint * len(names))(*(instance.variable(name).valueReference for name in names))
-                for names in (INPUTS, outputs)
-            )
-            functions = [instance.address(call) for call in ("setReal", "doStep", "getReal")]
-            places = [addressof(given), fed.ctypes.data, addressof(asked), shown.ctypes.data]
-            unit = np.array([instance.component(), *functions, *places], dtype=np.int64)
+            given, asked = instance.references(list(INPUTS)), instance.references(list(outputs))
+            buffers = [(c_double * len(values)).from_buffer(values.data) for values in (fed, shown)]
+            place = Place(instance, given, buffers[0], asked, buffers[1])
+            unit = np.array(machine.unit_row(place), dtype=np.int64)
             refused = _drive(unit, rows, fed, shown, record, log.step, every)
             if refused >= 0:
-                raise RuntimeError(f"sample {refused}: {instance.log.messages}")
+                raise RuntimeError(f"sample {refused}: {instance.messages}")
         finally:
             instance.close()
         return record

@@ -8,7 +8,6 @@ positive definite and at most 1 % above its limit, no sample lost, the periodic 
 """
 
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,12 +19,9 @@ from numpy.typing import NDArray
 from benchmarks.harness import Bar, apart, bar_table, figure, measured_at, table
 from benchmarks.native_unit import identifier_state
 from fmu_src import CLOSED_LOOP, build
-from fmu_src.master.compiled_loop import compiled_loop
 from fmu_src.master.instance import Instance
-from fmu_src.master.layout import Layout, laid_out
-from fmu_src.master.tape import Clock, Tape
+from fmu_src.master.loop import Wired
 from fmu_src.native import build_native
-from fmu_src.wiring import Connection
 from heli_identifier.online.adaptation import gain_matrix
 
 DAY, SHORT = 24, 1
@@ -73,29 +69,14 @@ RECORDED = (*(f"plant.{name}" for name in (
 
 @dataclass
 class Loop:
-    """The units with their arrays. Two places behind those of the units hold 0 V and the command of the mass [m]."""
+    """The units, wired with or without the exciter; what is not wired keeps the value that it was given last."""
 
-    units: dict[str, Instance]
-    layout: Layout
-    fed: NDArray[np.float64]
-    shown: NDArray[np.float64]
-    folder: Path
     fmus: dict[str, Path]
-    alarm: list[Any] = field(default_factory=list)
+    folder: Path
+    units: dict[str, Instance] = field(default_factory=dict)
+    alarm: list[Instance] = field(default_factory=list)
+    excited: bool = True
     built: int = 0
-    take: Callable[[NDArray[np.float64], int], None] = lambda record, first: None
-
-    def at(self, name: str) -> int:
-        """Return the place of an output."""
-        return self.layout.names.index(name)
-
-    def excite(self, on: bool) -> None:
-        """Lead the exciter, or nothing, to the controller."""
-        inputs = [f"{unit}.{name}" for unit, names in self.layout.inputs.items() for name in names]
-        for rotor in ("front", "rear"):
-            source = self.at(f"exciter.v_{rotor}") if on else len(self.layout.names)
-            self.layout.sources[inputs.index(f"controller.excitation_{rotor}")] = source
-        self.layout.sources[inputs.index("plant.mass_position")] = len(self.layout.names) + 1
 
     def start(self, name: str, unit: str, parameters: dict[str, Any], time: float) -> None:
         """Put a new instance of a unit in its place."""
@@ -105,34 +86,35 @@ class Loop:
         self.units[name] = Instance(name, self.fmus[unit], self.folder / f"{name}-{self.built}", self.alarm)
         self.units[name].initialise(parameters, time, 1e6)
 
-    def connect(self, time: float) -> None:
-        """Prepare the calls of a step; every unit has left its initialisation afterwards."""
-        clock, first_in, first_out = Clock(STEP), 0, 0
-        for name, unit in self.units.items():
-            inputs, outputs = self.layout.inputs[name], self.layout.outputs[name]
-            in_, out = self.fed[first_in:][: len(inputs)], self.shown[first_out:][: len(outputs)]
-            unit.bind(inputs, outputs, in_, out, clock)
-            first_in, first_out = first_in + len(inputs), first_out + len(outputs)
-        everyone = list(self.units.values())
-        if all(unit.is_native for unit in everyone):
-            native = compiled_loop(self.units, self.layout, self.fed, self.shown)
-            self.take = lambda record, first: native(record, STEP, first)
-            return
-        tape = Tape((call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches)), clock, self.alarm)
+    def set(self, unit: str, values: dict[str, float]) -> None:
+        """Set inputs that are not wired."""
+        one = self.units[unit]
+        one.slave.setReal([one.variable(name).valueReference for name in values], list(values.values()))
 
-        def played(record: NDArray[np.float64], first: int) -> None:
-            for k in range(len(record)):
-                self.shown.take(self.layout.sources, None, self.fed, "clip")
-                tape.play((first + k) * STEP)
-                record[k] = self.shown
+    def connect(self) -> None:
+        """Wire the units as they are; all of them have left their initialisation."""
+        to_excite = {"excitation_front": 0.0, "excitation_rear": 0.0}
+        wires = tuple(wire for wire in CLOSED_LOOP.connections if self.excited or wire.target not in to_excite)
+        if not self.excited:
+            self.set("controller", to_excite)
+        self.wired = Wired(replace(CLOSED_LOOP, connections=wires), self.units, STEP, RECORDED)
+        self.wired.fetch(0.0)
+        self.compiled = self.wired.compiled() if all(unit.is_native for unit in self.units.values()) else None
 
-        self.take = played
+    def at(self, name: str) -> int:
+        """Return the place of an output."""
+        return self.wired.names.index(name)
+
+    def take(self, record: NDArray[np.float64], first: int) -> None:
+        """Take a step for each row of ``record``, from the step number ``first`` on."""
+        if self.compiled is not None:
+            self.compiled(record, first)
+        else:
+            self.wired.play(record, range(first, first + len(record)))
 
 
 def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
     """Fly for a number of hours; return the figures."""
-    mass = Connection("exciter", "v_front", "plant", "mass_position")  # led elsewhere by Loop.excite
-    wiring = replace(CLOSED_LOOP, connections=(*CLOSED_LOOP.connections, mass))
     first: dict[str, dict[str, Any]] = {
         "plant": {**PLANT, **GAINS},
         "controller": {"reference.elevation": ELEVATION, "travel.enabled": True},
@@ -141,17 +123,12 @@ def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
     }
     with TemporaryDirectory(prefix="heli-soak-") as name:
         folder = Path(name)
-        fmus = {unit: (build_native if native else build)(unit, folder) for _, unit in wiring.units}
-        loop = Loop({}, None, None, None, folder, fmus)  # type: ignore[arg-type]
-        for unit, kind in wiring.units:
+        fmus = {unit: (build_native if native else build)(unit, folder) for _, unit in CLOSED_LOOP.units}
+        loop = Loop(fmus, folder)
+        for unit, kind in CLOSED_LOOP.units:
             loop.start(unit, kind, first[unit], 0.0)
-        loop.layout = laid_out(wiring, {unit: one.outputs for unit, one in loop.units.items()}, RECORDED)
-        loop.shown, loop.fed = np.zeros(len(loop.layout.names) + 2), np.zeros(len(loop.layout.sources))
-        loop.excite(True)
-        loop.connect(0.0)
-        for one in loop.units.values():
-            one.finish_initialisation(0.0)
-            Tape(one.fetches, Clock(STEP), loop.alarm).play(0.0)
+            loop.units[unit].finish_initialisation(0.0)
+        loop.connect()
         figures = _flown(loop, hours)
         for one in loop.units.values():
             one.close()
@@ -161,7 +138,7 @@ def run_day(case: str, hours: int, native: bool) -> dict[str, Any]:
 def _flown(loop: Loop, hours: int) -> dict[str, Any]:
     """Take all steps, a minute at a time."""
     minute = round(60.0 / STEP)
-    record = np.empty((minute, len(loop.shown)))
+    record = np.empty((minute, len(loop.wired.names)))
     period = round(PERIOD / STEP)
     of_exciter = [loop.at(f"exciter.v_{rotor}") for rotor in ("front", "rear")]
     at = {short: loop.at(f"identifier.{short}") for short in ("k_x", "k_z", "a_e", "determined.k_x", "determined.k_z")}
@@ -174,7 +151,9 @@ def _flown(loop: Loop, hours: int) -> dict[str, Any]:
     stretch: list[tuple[str, float, float, list[NDArray[np.float64]]]] = []
     for k in range(60 * hours):
         of_hour, time = k % 60, k * 60.0
-        loop.excite(of_hour < 40)
+        if loop.excited != (of_hour < 40):
+            loop.excited = of_hour < 40
+            loop.connect()
         if of_hour == 10:
             before = dict(truth)
             if (k // 60) % 2 == 0:
@@ -185,7 +164,7 @@ def _flown(loop: Loop, hours: int) -> dict[str, Any]:
                 stretch = [(short, before[short], truth[short], []) for short in ("k_x", "k_z")]
             else:
                 place = MASS if (k // 60) % 4 == 1 else 0.0
-                loop.shown[-1] = place
+                loop.set("plant", {"mass_position": place})
                 truth["a_e"] = 2.59 + STIFFNESS * place
                 stretch = [("a_e", before["a_e"], truth["a_e"], [])]
         loop.take(record, k * minute)
@@ -218,13 +197,13 @@ def _flown(loop: Loop, hours: int) -> dict[str, Any]:
 
 def _replace_plant(loop: Loop, parameters: dict[str, Any], time: float) -> None:
     """Go on with a plant that has other parameters and the motion of the old one; its motors have settled."""
-    motion = {name: float(loop.shown[loop.at(f"plant.{name}")]) for name in (
+    motion = {name: float(loop.wired.shown[loop.at(f"plant.{name}")]) for name in (
         "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")}  # fmt: skip
-    voltages = {f"v_{rotor}": float(loop.shown[loop.at(f"controller.v_{rotor}")]) for rotor in ("front", "rear")}
+    voltages = {f"v_{rotor}": float(loop.wired.shown[loop.at(f"controller.v_{rotor}")]) for rotor in ("front", "rear")}
     initial = {f"initial.{name}": value for name, value in {**motion, **voltages}.items()}
     loop.start("plant", "HelicopterPlant", {**parameters, **initial}, time)
     loop.units["plant"].finish_initialisation(time)
-    loop.connect(time)
+    loop.connect()
 
 
 def _jump(short: str, old: float, new: float, estimate: NDArray[np.float64]) -> tuple[str, float, float]:

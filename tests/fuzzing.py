@@ -20,7 +20,7 @@ import openpyxl
 from scipy.io import savemat
 
 from fmu_src.errors import FmuError
-from fmu_src.master.unpacking import unpacked
+from fmu_src.master.instance import unpack
 from fmu_src.ssp import read_parameter_set, write_parameter_set
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
@@ -51,7 +51,7 @@ def _logged(path: Path, random: Random) -> None:
 
 def _unit(path: Path, random: Random) -> None:
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
-        unpacked("plant", path, Path(folder))
+        unpack("plant", path, Path(folder))
 
 
 def _description(path: Path, random: Random) -> None:

@@ -101,7 +101,7 @@ def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_pat
 
 def test_a_module_that_needs_more_than_the_standard_library_is_refused():
     with pytest.raises(BuildError, match="imports numpy, which is not in the standard library"):
-        needed_sources("fmu_src.master.layout")
+        needed_sources("fmu_src.master.result")
 
 
 def test_every_structure_entry_points_at_its_variable(fmus):

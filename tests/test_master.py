@@ -207,6 +207,8 @@ def test_a_unit_that_fails_in_a_step_is_named_with_call_and_time(fmus):
     order = {"plant.pitch.damping": -10.0, "plant.pitch.stiffness": -100.0}
     with pytest.raises(MasterError, match=r"identifier.setReal at t = [0-9.]+ s answered discard: .*pitch = "):
         run_apart("open_loop", 20.0, H, order, files)
+    with pytest.raises(MasterError, match=r"plant.doStep at t = 0 s answered discard: .*at most 100000 are taken"):
+        run_apart("open_loop", 4.0, 2.0, {"plant.solver.step": 1e-5}, files)
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,9 @@ def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
     """With two equal variations both ends of the band are that run: nothing is left of the runs before."""
     variation = {"plant.pitch.gain": 0.25, "plant.effects.dry_friction.pitch": 0.02}
     bands = many(files, [variation, variation])
-    for values, given in ((bands.nominal.values, {}), (bands.low, variation), (bands.high, variation)):
+    for values, given in ((bands.values, {}), (bands.low, variation), (bands.high, variation)):
         alone = run_apart(OPEN_LOOP, DURATION, 0.01, given, files, record=RECORD)
-        assert alone.names == bands.nominal.names
+        assert alone.names == bands.names
         assert np.array_equal(values, alone.values)
 
 
@@ -41,7 +41,7 @@ def test_the_bands_lie_where_95_of_100_runs_do(files):
     """At one instant 5 of 100 runs lie outside; the ends are quantiles between neighbours, so at most one more does."""
     gains = np.linspace(0.2, 0.3, 100)
     bands = many(files, [{"plant.pitch.gain": gain} for gain in gains])
-    column = bands.nominal.names.index("plant.pitch")
+    column = bands.names.index("plant.pitch")
     last = [
         run_apart(OPEN_LOOP, DURATION, 0.01, {"plant.pitch.gain": gain}, files, record=RECORD).values[-1, column]
         for gain in (gains[1], gains[5], gains[94], gains[98])

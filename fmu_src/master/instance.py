@@ -1,21 +1,25 @@
-"""One unit under the master: an instance of an FMU and its three calls of a communication step (:mod:`.tape`).
+"""One unit under the master: its FMU unpacked and loaded, its life, and its prepared calls.
 
-Every status is checked. Anything worse than a warning becomes a :class:`fmu_src.errors.MasterError` that names unit,
-call and time and quotes the unit's log (:mod:`.unit_log`).
+Every answer is checked, the status and what the unit logs: a pythonfmu unit cannot refuse a set call by its status.
+Anything worse than a warning becomes a :class:`fmu_src.errors.MasterError` that names unit, call and time and quotes
+the unit's messages.
+
+Loading a unit runs its code with the rights of the user; nothing here can prevent that. What is prevented is that a
+mere archive writes outside of its folder or fills the disk, and that its description reads other files.
 """
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
-from ctypes import PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from collections.abc import Callable, Mapping
+from ctypes import Array, PyDLL, byref, c_double, c_int, c_size_t, c_uint, c_void_p, cast
+from errno import EINVAL, EISDIR, ENAMETOOLONG, ENOTDIR
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import fmpy
-import numpy as np
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
@@ -25,34 +29,87 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
 )
 from fmpy.logging import addLoggerProxy
-from numpy.typing import NDArray
 
+from heli_identifier.archives import check_zip, plain_xml
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError
 from ..variables import Value
-from .tape import Call, Clock
-from .unit_log import UnitLog
-from .unpacking import unpacked
+
+WARNING, DISCARD = 1, 2
+_STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 
 _NO_EARLIER_STATE = c_int.from_param(1)
 """Argument of fmi2DoStep: the master will not restore a state from before the step."""
 
+_KINDS = {
+    "Real": (FMU2Slave.setReal, float, "a number"),
+    "Integer": (FMU2Slave.setInteger, int, "a whole number"),
+    "Boolean": (FMU2Slave.setBoolean, bool, "true or false"),
+    "String": (FMU2Slave.setString, str, "text"),
+}
+
+_OF_THE_FILE = (None, EINVAL, EISDIR, ENOTDIR, ENAMETOOLONG)
+"""Errors of the operating system that come from what the FMU holds: lxml's have no number, an entry's offset or name
+may be impossible. All others, such as a full disk, come from the place that it is unpacked into."""
+
 _KEYS = count(1)
-_LOGS: dict[int, UnitLog] = {}
-"""Logs by component environment, because fmpy's logger proxy serves one callback function per process."""
+_HEARD: dict[int, Instance] = {}
+"""Instances by component environment, because fmpy's logger proxy serves one callback function per process."""
 
 
 def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
     """Logger callback of every instance."""
-    log = _LOGS.get(environment or 0)
-    if log is not None:
-        log.hear(status, message.decode("utf-8", "replace"))
+    unit = _HEARD.get(environment or 0)
+    if unit is not None:
+        unit.messages.append(message.decode("utf-8", "replace"))
+        unit.worst = max(unit.worst, status)
+        if status >= DISCARD:
+            unit.alarm.append(unit)
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_hear)
 _ALLOCATE = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
 _FREE = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+
+
+class Call(NamedTuple):
+    """A call that is prepared once and made at every step: ``run`` returns the status of ``unit``."""
+
+    run: Callable[[], int]
+    unit: Instance
+    name: str
+
+
+def unpack(name: str, fmu: Path, folder: Path) -> Any:
+    """Unpack an FMU from anywhere into ``folder`` and return its model description, as fmpy reads it.
+
+    Raises
+    ------
+    MasterError
+        The file is no FMU that can be run; names unit and file.
+    OSError
+        There is no room for it.
+    """
+    try:
+        check_zip(fmu)
+        fmpy.extract(str(fmu), str(folder))
+        plain_xml((folder / "modelDescription.xml").read_bytes())
+        description = fmpy.read_model_description(str(folder))
+    except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
+        said = " ".join(str(error).split()) or type(error).__name__
+        if isinstance(error, FileNotFoundError):
+            said = "it holds no modelDescription.xml"
+        elif isinstance(error, OSError) and error.errno not in _OF_THE_FILE:
+            raise OSError(error.errno, error.strerror, str(folder.parent)) from error
+        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
+    if description.fmiVersion != "2.0" or description.coSimulation is None:
+        kind = "co-simulation" if description.coSimulation is not None else "model exchange"
+        raise MasterError(
+            f"the FMU of {name}, {fmu}, cannot be used: it is for FMI {description.fmiVersion} {kind}, "
+            "FMI 2.0 co-simulation is needed"
+        )
+    return description
 
 
 class Instance:
@@ -66,19 +123,20 @@ class Instance:
         The FMU file.
     folder : Path
         Where the FMU is unpacked; it does not exist yet.
-    alarm : list of UnitLog
-        Shared by the instances of a run (:class:`.unit_log.UnitLog`).
+    alarm : list of Instance
+        Shared by the instances of a run, and empty as long as all is well: an instance that logs a refusal appends
+        itself.
     """
 
-    def __init__(self, name: str, fmu: Path, folder: Path, alarm: list[UnitLog]) -> None:
-        self.name = name
-        self.log = UnitLog(name, alarm)
-        self.folder = str(folder)
-        self.description = unpacked(name, fmu, folder)
+    def __init__(self, name: str, fmu: Path, folder: Path, alarm: list[Instance]) -> None:
+        self.name, self.alarm, self.folder = name, alarm, str(folder)
+        self.messages: list[str] = []
+        self.worst = 0
+        self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [name for name, v in self.variables.items() if v.causality == "output" and v.type == "Real"]
         self._key = next(_KEYS)
-        _LOGS[self._key] = self.log
+        _HEARD[self._key] = self
         try:
             self._instantiate()
         except BaseException:
@@ -96,56 +154,65 @@ class Instance:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=self.name,
         )
-        self._callbacks = fmi2CallbackFunctions()
-        self._callbacks.logger = _LOGGER
-        self._callbacks.allocateMemory = _ALLOCATE
-        self._callbacks.freeMemory = _FREE
-        self._callbacks.componentEnvironment = self._key
+        # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
+        self._library = PyDLL(None, handle=self.slave.dll._handle)
+        self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=self._key)
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
+
+    def check(self, call: str, time: float, status: int = 0) -> None:
+        """Check the answer to ``call`` at ``time`` [s].
+
+        Raises
+        ------
+        MasterError
+            The status, or one in the log, is worse than a warning: unit, call, time, status and the unit's messages.
+        """
+        worst = status if status > WARNING else self.worst
+        if worst > WARNING:
+            word = _STATUSES[worst] if worst < len(_STATUSES) else f"status {worst}"
+            reason = "; ".join(self.messages) or "the unit gives no reason"
+            raise MasterError(f"{self.name}.{call} at t = {time:g} s answered {word}: {reason}")
 
     def _call(self, call: str, time: float, function: Any, *arguments: Any, **options: Any) -> Any:
         """Run one of fmpy's methods; its failure becomes a MasterError."""
         try:
             value = function(*arguments, **options)
         except FMICallException as problem:
-            self.log.check(call, time, problem.status)
+            self.check(call, time, problem.status)
             raise
         except Exception as problem:  # fmpy raises a bare Exception when a unit cannot be loaded or instantiated
-            said = "; ".join([str(problem), *self.log.messages])
+            said = "; ".join([str(problem), *self.messages])
             raise MasterError(f"{self.name}.{call} at t = {time:g} s: {said}") from problem
-        self.log.check(call, time)
+        self.check(call, time)
         return value
 
-    def variable(self, name: str) -> Any:
+    def variable(self, name: str, causality: str | None = None) -> Any:
         """Return a variable's description.
 
         Raises
         ------
         MasterError
-            The unit has no such variable.
+            The unit has no such variable, or none of this ``causality``.
         """
         if name not in self.variables:
             raise MasterError(f"unit {self.name} has no variable {name!r}{did_you_mean(name, tuple(self.variables))}")
-        return self.variables[name]
+        variable = self.variables[name]
+        if causality not in (None, variable.causality):
+            article = "an" if causality == "input" else "a"
+            raise MasterError(f"{self.name}.{name} is not {article} {causality}; its causality is {variable.causality}")
+        return variable
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
-            variable = self.variable(name)
-            if variable.causality != "parameter":
-                raise MasterError(f"{self.name}.{name} is not a parameter; its causality is {variable.causality}")
-            setter, kind, wanted = {
-                "Real": (self.slave.setReal, float, "a number"),
-                "Integer": (self.slave.setInteger, int, "a whole number"),
-                "Boolean": (self.slave.setBoolean, bool, "true or false"),
-                "String": (self.slave.setString, str, "text"),
-            }[variable.type]
+            variable = self.variable(name, "parameter")
+            setter, kind, wanted = _KINDS[variable.type]
             # the unit checks the range; here only what cannot be converted to the variable's type
             if isinstance(value, str) != (kind is str) or (kind is int and not float(value).is_integer()):
                 raise MasterError(f"{self.name}.{name} = {value!r} must be {wanted}")
-            self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
+            self._call(f"set {name}", start, setter, self.slave, [variable.valueReference], [kind(value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:
@@ -154,63 +221,48 @@ class Instance:
 
     def reset(self) -> None:
         """Set the unit back to where it was when it was instantiated."""
-        self.log.clear()
+        self.messages.clear()
+        self.worst = 0
         self._call("reset", 0.0, self.slave.reset)
 
-    def bind(
-        self, inputs: list[str], outputs: list[str], fed: NDArray[np.float64], shown: NDArray[np.float64], clock: Clock
-    ) -> None:
-        """Prepare the calls of a step: ``puts``, ``steps`` and ``fetches``, each a list of at most one call.
+    # fmpy's methods make new ctypes arrays with every call; these are bound to their C arguments once.
+
+    def transfer(self, name: str, references: Any, values: Any) -> list[Call]:
+        """Prepare ``setReal`` or ``getReal`` of the C array ``values``, read or written in place; none if it is empty.
 
         Parameters
         ----------
-        inputs, outputs : list of str
-            Variables that are set and read in every step.
-        fed, shown : ndarray, shapes (len(inputs),) and (len(outputs),)
-            Contiguous; the calls read ``fed`` and write ``shown`` in place.
-        clock : Clock
-
-        Raises
-        ------
-        MasterError
-            A name is no input, or no variable of the unit.
+        references : C array of unsigned int, from :meth:`references`
+        values : C array of double
+            Of the same length.
         """
-        for name in inputs:
-            causality = self.variable(name).causality
-            if causality != "input":
-                raise MasterError(f"{self.name}.{name} is not an input; its causality is {causality}")
+        number = c_size_t.from_param(len(references))
+        return [self._prepare(name, byref(references), number, byref(values))] if len(references) else []
+
+    def do_step(self, time: c_double, step: c_double) -> Call:
+        """Prepare ``doStep`` at the values that ``time`` and ``step`` [s] have when it is made."""
+        return self._prepare("doStep", time, step, _NO_EARLIER_STATE)
+
+    def _prepare(self, name: str, *arguments: Any) -> Call:
         component = c_void_p.from_param(self.slave.component)
-        self.puts = self._transfer("setReal", component, inputs, fed)
-        self.steps = [self._prepared("doStep", component, clock.time, clock.step, _NO_EARLIER_STATE)]
-        self.fetches = self._transfer("getReal", component, outputs, shown)
+        return Call(partial(self._function(name), component, *arguments), self, name)
 
-    def _transfer(self, call: str, component: Any, names: list[str], values: NDArray[np.float64]) -> list[Call]:
-        """Return the call that moves these variables to or from ``values``; no call if there are no variables."""
-        if not names:
-            return []
-        references = (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
-        buffer = (c_double * len(names)).from_buffer(values.data)
-        return [self._prepared(call, component, byref(references), c_size_t.from_param(len(names)), byref(buffer))]
+    def _function(self, name: str) -> Any:
+        """Return a function of the FMU (``doStep``: fmi2DoStep)."""
+        return self._library[f"fmi2{name[0].upper()}{name[1:]}"]
 
-    def _prepared(self, call: str, *arguments: Any) -> Call:
-        """Return a call of the FMU (``doStep``: fmi2DoStep) with its C arguments, which the call keeps alive."""
-        # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
-        library = PyDLL(None, handle=self.slave.dll._handle)
-        return Call(self.log, call, partial(library[f"fmi2{call[0].upper()}{call[1:]}"], *arguments))
+    def address(self, name: str) -> int:
+        """Return the address of a function of the FMU."""
+        return int(cast(self._function(name), c_void_p).value or 0)
+
+    def references(self, names: list[str]) -> Any:
+        """Return the value references of variables as a C array."""
+        return (c_uint * len(names))(*(self.variable(name).valueReference for name in names))
 
     @property
     def is_native(self) -> bool:
         """Whether the unit is C code of this project: it refuses by its status, and needs no interpreter."""
         return str(self.description.generationTool).startswith("heli-twin")
-
-    def component(self) -> int:
-        """Return the address of the instance."""
-        return int(self.slave.component)
-
-    def address(self, call: str) -> int:
-        """Return the address of a function of the FMU (``doStep``: fmi2DoStep)."""
-        function = PyDLL(None, handle=self.slave.dll._handle)[f"fmi2{call[0].upper()}{call[1:]}"]
-        return int(cast(function, c_void_p).value or 0)
 
     def close(self) -> None:
         """Free the instance and its folder."""
@@ -220,5 +272,15 @@ class Instance:
                 slave.terminate()
                 slave.freeInstance()
         finally:
-            del _LOGS[self._key]
+            del _HEARD[self._key]
             shutil.rmtree(self.folder, ignore_errors=True)
+
+
+class Place(NamedTuple):
+    """A unit with the C arrays of its inputs and outputs: value references, and values within those of all units."""
+
+    unit: Instance
+    inputs: Array[c_uint]
+    fed: Array[c_double]
+    outputs: Array[c_uint]
+    shown: Array[c_double]

@@ -1,14 +1,14 @@
-"""The master's loop: set all inputs, step all units, get all outputs, at t_k = k H.
+"""The master's loop: set all inputs, step all units, get all outputs, at t_k = k H; once, or many times.
 
 All inputs of all units lie in one array, all outputs in another, and the wiring table becomes one array of indices. A
-communication step therefore copies all connections at once and plays a tape of at most three calls per unit
-(:mod:`.tape`).
+communication step therefore copies all connections at once and makes at most three prepared calls per unit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
+from ctypes import c_double
 from functools import partial
 from pathlib import Path
 from time import monotonic, perf_counter, sleep
@@ -17,16 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.files import draft_folder
+from heli_plant.errors import did_you_mean
 
 from ..builder import build, scenario_fmus
+from ..errors import MasterError, WiringError
 from ..native import build_native
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import Instance
-from .layout import Layout, laid_out
-from .result import Result
-from .tape import Clock, Tape
-from .unit_log import UnitLog
+from .instance import Call, Instance, Place
+from .result import Bands, Result
 
 STRIDE = 1000
 """Steps after which a run says that it is alive."""
@@ -36,6 +35,12 @@ LONGEST_SLEEP = 1.0
 
 WORTH_COMPILING = 100_000
 """Steps from which on loading the compiled loop (.5 s) takes less time than it saves (5 us a step of four units)."""
+
+SHARE = 0.95
+"""Share of many runs inside of a band."""
+
+MOST_NUMBERS = 5e7
+"""Numbers that are kept of many runs (400 MB); of longer ones every n-th instant is kept."""
 
 
 def run(
@@ -85,41 +90,98 @@ def run(
     """
     wiring = scenario(scenario_name)
     steps = whole_steps(duration, step)
-    per_unit = wiring.parameters_by_unit(parameters or {})
-    alarm: list[UnitLog] = []
-    with instances(wiring, fmus or {}, alarm, alive, build_native if native else build) as units:
-        layout = laid_out(wiring, {name: unit.outputs for name, unit in units.items()}, record)
-        for name, unit in units.items():
-            alive()
-            unit.initialise(per_unit[name], 0.0, steps * step)
-        wired = Wired(units, layout, step, alarm, alive)
-        values = np.empty((steps + 1, len(layout.names)))
-        values[0] = wired.start()
+    given = wiring.parameters_by_unit(parameters or {})
+    with instances(wiring, fmus or {}, build_native if native else build, alive) as units:
+        wired = Wired(wiring, units, step, record, alive)
+        values = np.empty((steps + 1, len(wired.names)))
+        values[0] = wired.start(given, steps * step)
+        compiled = steps >= WORTH_COMPILING and all(unit.is_native for unit in units.values())
+        take = wired.compiled() if compiled else None
         began = perf_counter()
-        if steps >= WORTH_COMPILING and all(unit.is_native for unit in units.values()):
-            take = wired.compiled()
-            began = perf_counter()
+        if take is not None:
             for first in range(0, steps, WORTH_COMPILING):
                 alive()
-                take(values[first + 1 : first + 1 + WORTH_COMPILING], step, first)
+                take(values[first + 1 : first + 1 + WORTH_COMPILING], first)
         else:
             counted = _counted(steps, progress, wiring.title)
             wired.play(values[1:], _paced(counted, step, alive) if wiring.in_real_time else counted)
         seconds = perf_counter() - began
-        time = np.arange(steps + 1, dtype=np.float64) * step
-        return Result(layout.names, wired.physical_units(), time, values, seconds)
+    return Result(wired.names, wired.physical_units, np.arange(steps + 1, dtype=np.float64) * step, values, seconds)
+
+
+def run_many(
+    scenario_name: str | Scenario,
+    duration: float,
+    step: float,
+    parameters: Mapping[str, Value],
+    variations: Sequence[Mapping[str, Value]],
+    fmus: Mapping[str, str | Path] | None = None,
+    record: Collection[str] | None = None,
+    alive: Callable[[], None] = lambda: None,
+) -> Bands:
+    """Run a scenario once with ``parameters`` and once more with each of ``variations`` on top of them.
+
+    Native units are loaded once and reset before every run. The first run is the nominal one; of the others only bands
+    are kept, at every recorded instant the range in which 95 % of the runs lie. A run that a unit refuses is counted
+    and its reason kept; the others go on. The other parameters are those of :func:`run`; units that are not given as
+    files are built in C.
+
+    Raises
+    ------
+    WiringError, MasterError, BuildError
+        As ``run``, for the nominal run; MasterError also if a unit is not native, or every varied run is refused.
+    """
+    wiring = scenario(scenario_name)
+    steps = whole_steps(duration, step)
+    nominal = wiring.parameters_by_unit(parameters)
+    with instances(wiring, fmus or {}, build_native, alive) as units:
+        for name, unit in units.items():
+            if not unit.is_native:
+                raise MasterError(f"many runs need native units; {name} is none, build it with --native")
+        wired = Wired(wiring, units, step, record, alive)
+        take = wired.compiled()
+        width = len(wired.names)
+        stride = max(1, int(np.ceil((len(variations) + 1) * (steps + 1) * width / MOST_NUMBERS)))
+        values = np.empty((steps + 1, width))
+        kept = np.empty((len(variations), len(values[::stride]), width))
+        began = perf_counter()
+
+        def fly(given: Mapping[str, Mapping[str, Value]]) -> None:
+            values[0] = wired.start(given, steps * step)
+            take(values[1:], 0)
+
+        fly(nominal)
+        first, done, refused = values[::stride].copy(), 0, []
+        for variation in variations:
+            wired.reset()
+            try:
+                fly(wiring.parameters_by_unit({**parameters, **variation}))
+            except MasterError as problem:
+                refused.append(str(problem))
+                continue
+            kept[done] = values[::stride]
+            done += 1
+        seconds = perf_counter() - began
+    if done == 0:
+        raise MasterError(f"every one of {len(variations)} varied runs was refused; the first: {refused[0]}")
+    ends = 0.5 * (1.0 - SHARE), 0.5 * (1.0 + SHARE)
+    low, high = np.quantile(kept[:done], ends, axis=0, overwrite_input=True)
+    time = np.arange(steps + 1, dtype=np.float64)[::stride] * step
+    return Bands(
+        wired.names, wired.physical_units, time, first, seconds, low=low, high=high, runs=done, refused=tuple(refused)
+    )
 
 
 @contextmanager
 def instances(
     wiring: Scenario,
     fmus: Mapping[str, str | Path],
-    alarm: list[UnitLog],
-    alive: Callable[[], None],
     builder: Callable[[str, str | Path], Path],
+    alive: Callable[[], None],
 ) -> Iterator[dict[str, Instance]]:
     """Instantiate every unit of a scenario; free them all at the end."""
     units: dict[str, Instance] = {}
+    alarm: list[Instance] = []
     with draft_folder() as folder, ExitStack() as loaded:
         for name, file in scenario_fmus(wiring, fmus, folder, builder).items():
             alive()
@@ -133,80 +195,123 @@ class Wired:
 
     Parameters
     ----------
+    wiring : Scenario
     units : dict
-        Instances by name.
-    layout : Layout
-        Places in the arrays.
+        Its instances by name; they share one ``alarm``.
     step : float
         Communication step [s].
-    alarm : list of UnitLog
-        Shared by the instances.
+    record : collection of str, optional
+        Outputs to read, beside those that feed an input; all by default.
     alive : callable
         Called whenever the units have answered.
+
+    Attributes
+    ----------
+    names, physical_units : tuple of str
+        ``unit.variable`` of every output that is read, and its unit.
+    shown : ndarray, shape (number of these outputs,)
+    fed : ndarray, shape (number of connected inputs,)
+    sources : ndarray, shape of ``fed``
+        For each input, the place of the output that feeds it.
+
+    Raises
+    ------
+    WiringError, MasterError
+        A name in ``record`` or in the wiring is no output of its unit; what is fed is no input.
     """
 
     def __init__(
         self,
+        wiring: Scenario,
         units: dict[str, Instance],
-        layout: Layout,
         step: float,
-        alarm: list[UnitLog],
-        alive: Callable[[], None],
+        record: Collection[str] | None = None,
+        alive: Callable[[], None] = lambda: None,
     ) -> None:
-        self.units, self.layout, self.step, self.alarm, self.alive = units, layout, step, alarm, alive
-        self.clock = Clock(step)
-        self.shown, self.fed = np.zeros(len(layout.names)), np.zeros(len(layout.sources))
-        first_in = first_out = 0
+        self.units, self.step, self.alive = units, step, alive
+        self.alarm = next(iter(units.values())).alarm
+        every = [f"{name}.{output}" for name, unit in units.items() for output in unit.outputs]
+        feeding = {f"{wire.source_unit}.{wire.source}" for wire in wiring.connections}
+        for name in (*sorted(feeding), *(record or ())):
+            if name not in every:
+                raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, every)}")
+        wanted = set(every) if record is None else {*record, *feeding}
+        self.names = tuple(name for name in every if name in wanted)
+        inputs = {name: [wire for wire in wiring.connections if wire.target_unit == name] for name in units}
+        place = {name: k for k, name in enumerate(self.names)}
+        sources = [place[f"{wire.source_unit}.{wire.source}"] for own in inputs.values() for wire in own]
+        self.sources = np.array(sources, dtype=np.intp)
+        self.shown, self.fed = np.zeros(len(self.names)), np.zeros(len(sources))
+        self.places: list[Place] = []
+        physical, first_in, first_out = [], 0, 0
         for name, unit in units.items():
-            inputs, outputs = layout.inputs[name], layout.outputs[name]
-            beyond_in, beyond_out = first_in + len(inputs), first_out + len(outputs)
-            unit.bind(inputs, outputs, self.fed[first_in:beyond_in], self.shown[first_out:beyond_out], self.clock)
-            first_in, first_out = beyond_in, beyond_out
-        self._copy_connections = partial(self.shown.take, layout.sources, None, self.fed, "clip")
+            put = [unit.variable(wire.target, "input").name for wire in inputs[name]]
+            get = [output for output in unit.outputs if f"{name}.{output}" in place]
+            physical += [unit.variable(output).unit or "1" for output in get]
+            fed = (c_double * len(put)).from_buffer(self.fed.data, first_in * self.fed.itemsize)
+            shown = (c_double * len(get)).from_buffer(self.shown.data, first_out * self.shown.itemsize)
+            self.places.append(Place(unit, unit.references(put), fed, unit.references(get), shown))
+            first_in, first_out = first_in + len(put), first_out + len(get)
+        self.physical_units = tuple(physical)
+        self._time, self._step = c_double(0.0), c_double(step)
+        self._copy_connections = partial(self.shown.take, self.sources, None, self.fed, "clip")
+        self._puts = [place.unit.transfer("setReal", place.inputs, place.fed) for place in self.places]
+        self._gets = [place.unit.transfer("getReal", place.outputs, place.shown) for place in self.places]
 
-    def start(self) -> NDArray[np.float64]:
-        """Finish the initialisation of the units; return the outputs at t = 0."""
-        everyone = list(self.units.values())
-        Tape((call for unit in everyone for call in unit.fetches), self.clock, self.alarm).play(0.0)
-        self._copy_connections()
-        for unit in everyone:
+    def start(self, given: Mapping[str, Mapping[str, Value]], stop: float) -> NDArray[np.float64]:
+        """Initialise all units with the parameters of each at t = 0; return the outputs then."""
+        for name, unit in self.units.items():
             self.alive()
-            Tape(unit.puts, self.clock, self.alarm).play(0.0)
+            unit.initialise(given[name], 0.0, stop)
+        self.fetch(0.0)
+        self._copy_connections()
+        for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
+            self.alive()
+            self._make(0.0, put)
             unit.finish_initialisation(0.0)
-            Tape(unit.fetches, self.clock, self.alarm).play(0.0)
+            self._make(0.0, get)
         return self.shown
 
-    def play(self, values: NDArray[np.float64], counted: Iterator[int]) -> None:
-        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k."""
-        everyone = self.units.values()
-        calls = (call for unit in everyone for call in (*unit.puts, *unit.steps, *unit.fetches))
-        tape = Tape(calls, self.clock, self.alarm)
+    def fetch(self, time: float) -> None:
+        """Get the outputs of all units at ``time`` [s]."""
+        self._make(time, [call for get in self._gets for call in get])
+
+    def _make(self, time: float, calls: Iterable[Call]) -> None:
+        """Make prepared calls at ``time`` [s]; an answer worse than a warning, or a refusal in a log, is an error."""
+        self._time.value = time
+        for run, unit, name in calls:
+            if (status := run()) or self.alarm:
+                unit.check(name, time, status)
+
+    def play(self, values: NDArray[np.float64], counted: Iterable[int]) -> None:
+        """Take a step for each number of ``counted``; row k of ``values`` receives the outputs behind step k.
+
+        Raises
+        ------
+        MasterError
+            A unit answers worse than a warning, or logs a refusal: unit, call, time and reason.
+        """
+        calls: list[Call] = []
+        for unit, put, get in zip(self.units.values(), self._puts, self._gets, strict=True):
+            calls += [*put, unit.do_step(self._time, self._step), *get]
         for k in counted:
             if k % STRIDE == 0:
                 self.alive()
             self._copy_connections()
-            tape.play(k * self.step)
+            self._make(k * self.step, calls)
             values[k] = self.shown
 
-    def compiled(self) -> Callable[[NDArray[np.float64], float, int], None]:
+    def compiled(self) -> Callable[[NDArray[np.float64], int], None]:
         """Return the loop in machine code, for native units (:mod:`.compiled_loop`)."""
         from .compiled_loop import compiled_loop  # late: numba takes .5 s to import
 
-        return compiled_loop(self.units, self.layout, self.fed, self.shown)
+        return compiled_loop(self.places, self.sources, self.fed, self.shown, self.step)
 
     def reset(self) -> None:
         """Set all units back to where they were when they were instantiated."""
         self.alarm.clear()
         for unit in self.units.values():
             unit.reset()
-
-    def physical_units(self) -> tuple[str, ...]:
-        """Return the physical unit of every output that is read."""
-        return tuple(
-            unit.variable(output).unit or "1"
-            for name, unit in self.units.items()
-            for output in self.layout.outputs[name]
-        )
 
 
 def _paced(counted: Iterator[int], step: float, alive: Callable[[], None]) -> Iterator[int]:

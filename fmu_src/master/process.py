@@ -16,12 +16,12 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -35,8 +35,6 @@ from ..variables import Value
 from ..wiring import Connection, Scenario, whole_steps
 from .result import Bands, Result
 
-Answer = TypeVar("Answer")
-
 PATIENCE = 120.0
 """Longest time without an answer of a unit to a call or to a thousand steps [s]; a unit that takes longer hangs."""
 
@@ -48,16 +46,8 @@ def leave(code: int) -> NoReturn:
     os._exit(code)
 
 
-@dataclass(frozen=True)
-class Child:
-    """A process that has been started and waits for its order: one run.
-
-    Attributes
-    ----------
-    folder : Path
-        Where it leaves its answer.
-    process : Popen
-    """
+class Child(NamedTuple):
+    """A process that has been started and waits for its order, one run; it leaves its answer in ``folder``."""
 
     folder: Path
     process: subprocess.Popen[bytes]
@@ -110,12 +100,12 @@ def run_apart(
     OSError
         There is no room for temporary files.
     """
-    order = {
-        **_order(scenario_name, duration, step, parameters, fmus, record),
-        "progress": progress,
-        "native": native,
-    }
-    return _ordered(order, _result, child)
+    order = _order(scenario_name, duration, step, parameters or {}, fmus or {}, record)
+    order |= {"progress": progress, "native": native}
+    if child is not None:
+        return _answer(child, order)
+    with waiting_child(progress) as new:
+        return _answer(new, order)
 
 
 def run_many_apart(
@@ -127,20 +117,19 @@ def run_many_apart(
     fmus: Mapping[str, str | Path] | None = None,
     record: Collection[str] | None = None,
 ) -> Bands:
-    """Run a scenario many times in a child process; as :func:`fmu_src.master.many.run_many`, with its errors."""
-    order = {
-        **_order(scenario_name, duration, step, parameters, fmus, record),
-        "variations": [{name: plain(value) for name, value in one.items()} for one in variations],
-    }
-    return _ordered(order, _bands)
+    """Run a scenario many times in a child process; as :func:`fmu_src.master.loop.run_many`, with its errors."""
+    order = _order(scenario_name, duration, step, parameters, fmus or {}, record)
+    order["variations"] = [_plain(one) for one in variations]
+    with waiting_child() as child:
+        return _answer(child, order)
 
 
 def _order(
     scenario_name: str | Scenario,
     duration: float,
     step: float,
-    parameters: Mapping[str, Value] | None,
-    fmus: Mapping[str, str | Path] | None,
+    parameters: Mapping[str, Value],
+    fmus: Mapping[str, str | Path],
     record: Collection[str] | None,
 ) -> dict[str, Any]:
     """Return what both kinds of run are told, as JSON holds it."""
@@ -149,58 +138,34 @@ def _order(
         "scenario_name": asdict(scenario_name) if isinstance(scenario_name, Scenario) else scenario_name,
         "duration": float(duration),
         "step": float(step),
-        "parameters": {name: plain(value) for name, value in (parameters or {}).items()},
-        "fmus": {name: os.path.abspath(file) for name, file in (fmus or {}).items()},
+        "parameters": _plain(parameters),
+        "fmus": {name: os.path.abspath(file) for name, file in fmus.items()},
         "record": None if record is None else list(record),
     }
 
 
-def _result(found: Any) -> Result:
-    names, units = (tuple(found[key].tolist()) for key in ("names", "units"))
-    return Result(names, units, found["time"], found["values"], float(found["seconds"]))
+def _plain(parameters: Mapping[str, Any]) -> dict[str, Value]:
+    """Give values that may be NumPy's as JSON holds them."""
+    return {name: value.item() if isinstance(value, np.generic) else value for name, value in parameters.items()}
 
 
-def _bands(found: Any) -> Bands:
-    return Bands(_result(found), found["low"], found["high"], int(found["runs"]), tuple(found["refused"].tolist()))
-
-
-def _arrays(answer: Result | Bands) -> dict[str, Any]:
-    """Return a result or bands as named arrays."""
-    result = answer.nominal if isinstance(answer, Bands) else answer
-    arrays: dict[str, Any] = {
-        "names": np.array(result.names),
-        "units": np.array(result.units),
-        "time": result.time,
-        "values": result.values,
-        "seconds": np.array(result.seconds),
-    }
-    if isinstance(answer, Bands):
-        refused = np.array(answer.refused, dtype=str)
-        arrays |= {"low": answer.low, "high": answer.high, "runs": np.array(answer.runs), "refused": refused}
-    return arrays
-
-
-def _ordered(order: dict[str, Any], answer: Callable[[Any], Answer], child: Child | None = None) -> Answer:
-    """Let a child do what is ordered; ``answer`` makes its answer of the arrays that it leaves."""
-    if child is None:
-        with waiting_child(order.get("progress", False)) as new:
-            return _ordered(order, answer, new)
-    folder, process = child.folder, child.process
+def _answer(child: Child, order: dict[str, Any]) -> Any:
+    """Let a child do what is ordered; return the Result or the Bands that it leaves."""
+    folder, process = child
     said = process.communicate(json.dumps(order).encode())[1]
     if (folder / "answer.npz").is_file():
         with np.load(folder / "answer.npz", allow_pickle=False) as found:
-            return answer(found)
+            values: dict[str, Any] = {
+                name: tuple(array.tolist()) if array.dtype.kind == "U" else array if array.ndim else array.item()
+                for name, array in found.items()
+            }
+        return (Bands if "low" in values else Result)(**values)
     if (folder / "problem.json").is_file():
         kind, sentence = json.loads((folder / "problem.json").read_text())
         raise getattr(errors, kind)(sentence)
     hung = folder / "hung"
     given = list(order["fmus"].values())
     raise MasterError(_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, given))
-
-
-def plain(value: Any) -> Value:
-    """Give a parameter's value, which may be NumPy's, as one that JSON holds."""
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
@@ -221,15 +186,15 @@ def _end(code: int, printed: bytes | None, hung: bool, files: list[str]) -> str:
 def main(folder: Path, parent: int) -> NoReturn:
     """Run in the child: read the order from standard input, write the answer into ``folder``."""
     end_with_parent(parent)
-    from .loop import run
-    from .many import run_many
+    from .loop import run, run_many
 
     said = sys.stdin.buffer.read()
     if not said:  # the parent has ended, or needs no run
         leave(0)
     order = json.loads(said)
-    if isinstance(order["scenario_name"], dict):
-        order["scenario_name"] = _scenario(order["scenario_name"])
+    if isinstance(wiring := order["scenario_name"], dict):
+        wires = [Connection(**wire) for wire in wiring["connections"]]
+        order["scenario_name"] = Scenario(**{**wiring, "connections": wires})
     with open(folder / "hung", "w") as hung:
 
         def alive() -> None:
@@ -239,7 +204,11 @@ def main(folder: Path, parent: int) -> NoReturn:
         try:
             done = run_many(**order, alive=alive) if "variations" in order else run(**order, alive=alive)
             faulthandler.cancel_dump_traceback_later()
-            np.savez(folder / "draft.npz", **_arrays(done))
+            arrays: dict[str, Any] = {
+                name: np.array(value, dtype=str if isinstance(value, tuple) else None)
+                for name, value in vars(done).items()
+            }
+            np.savez(folder / "draft.npz", **arrays)
             os.replace(folder / "draft.npz", folder / "answer.npz")
         except FmuError as error:
             problem = type(error).__name__, str(error)
@@ -251,18 +220,6 @@ def main(folder: Path, parent: int) -> NoReturn:
     if problem is not None:
         (folder / "problem.json").write_text(json.dumps(problem))
     leave(0)
-
-
-def _scenario(order: dict[str, Any]) -> Scenario:
-    """Make a scenario again of what JSON left of it."""
-    return Scenario(
-        order["name"],
-        order["title"],
-        tuple((name, kind) for name, kind in order["units"]),
-        tuple(Connection(**wire) for wire in order["connections"]),
-        tuple((name, value) for name, value in order["parameters"]),
-        order["in_real_time"],
-    )
 
 
 if __name__ == "__main__":

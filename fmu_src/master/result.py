@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,22 +56,18 @@ class Result:
 
     def write_csv(self, path: str | Path) -> Path:
         """Write time and outputs as CSV, complete or not at all; numbers read back to the same bits."""
-        text = io.StringIO()
         headers = ["time [s]", *(f"{name} [{unit}]" for name, unit in zip(self.names, self.units, strict=True))]
-        text.write(",".join(headers) + "\n")
-        for time, row in zip(self.time.tolist(), self.values.tolist(), strict=True):
-            text.write(",".join(map(repr, (time, *row))) + "\n")
-        return write_atomically(Path(path), text.getvalue().encode())
+        rows = np.column_stack([self.time, self.values]).tolist()
+        lines = [",".join(headers), *(",".join(map(repr, row)) for row in rows), ""]
+        return write_atomically(Path(path), "\n".join(lines).encode())
 
 
-@dataclass(frozen=True, eq=False)
-class Bands:
-    """A nominal run and the bands of the varied ones.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bands(Result):
+    """The nominal one of many runs, whose ``seconds`` are those of all, and the bands of the varied ones.
 
     Attributes
     ----------
-    nominal : Result
-        At the kept instants; its ``seconds`` are those of all runs with their initialisation.
     low, high : ndarray, shape (N, M)
         Ends of the band of each output.
     runs : int
@@ -81,7 +76,6 @@ class Bands:
         One sentence per run that a unit refused.
     """
 
-    nominal: Result
     low: NDArray[np.float64]
     high: NDArray[np.float64]
     runs: int
@@ -89,6 +83,6 @@ class Bands:
 
     def write_csv(self, path: str | Path) -> Path:
         """Write the nominal run and behind it the ends of the bands as CSV, complete or not at all."""
-        names = tuple(name + end for end in ("", " low", " high") for name in self.nominal.names)
-        values = np.hstack([self.nominal.values, self.low, self.high])
-        return Result(names, self.nominal.units * 3, self.nominal.time, values).write_csv(path)
+        names = tuple(name + end for end in ("", " low", " high") for name in self.names)
+        values = np.hstack([self.values, self.low, self.high])
+        return Result(names, self.units * 3, self.time, values).write_csv(path)

@@ -204,7 +204,7 @@ def simulate(
         if runs is not None:
             drawn, outputs = _variations(scenario, parameters, assignments(settings), runs, seed)
             bands = run_many_apart(scenario, duration, step, begun, drawn, files, outputs)
-            _draw(bands.nominal, recorded, plot, (bands.low, bands.high))
+            _draw(bands, recorded, plot, (bands.low, bands.high))
             if output is not None:
                 bands.write_csv(output)
             _print_bands(bands, json, verbose)
@@ -337,18 +337,18 @@ def _print_bands(bands: Any, json: bool, everything: bool) -> None:
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
     figures = {
-        "last": bands.nominal.values[-1],
+        "last": bands.values[-1],
         "low": bands.low[-1],
         "high": bands.high[-1],
         "widest band": (bands.high - bands.low).max(axis=0),
     }
     if json:
         keys = ("last", "last_low", "last_high", "widest")
-        outputs = _outputs(bands.nominal, dict(zip(keys, figures.values(), strict=True)))
+        outputs = _outputs(bands, dict(zip(keys, figures.values(), strict=True)))
         print_json({"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs})
         return
-    title = f"{bands.runs} runs of {bands.nominal.time[-1]:g} s; 95 % of them lie between low and high"
-    _print_outputs(title, bands.nominal, figures, json, everything)
+    title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
+    _print_outputs(title, bands, figures, json, everything)
 
 
 def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
