@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     from heli_identifier.live.session import Session, Show
     from heli_identifier.records import RigConfiguration
+    from heli_identifier.results import ParameterSet
     from heli_identifier.tools import Advice
     from heli_plant.control import PidSettings
     from heli_plant.parameters import PlantParameters
@@ -81,8 +82,9 @@ def follow(
 
     The rig sends by UDP (--listen), or a log is played. Ctrl-C ends the flight.
 
-    Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies, and
-    then what `heli diagnose` writes of the recording. After an adoption the controller's margins are computed again:
+    Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
+    parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
+    recording, in a folder of its own. The twin is replaced by that if the recording says that it is better. After an adoption the controller's margins are computed again:
     control_advice.json, and controller.json with gains that are offered, not applied.
     """
     from heli_identifier.live.screen import event_line
@@ -361,19 +363,23 @@ def controller_of(path: Path | None) -> "PidSettings | None":
 LONGEST = 600.0
 """The end of a recording that is diagnosed [s]; more takes long and adds little."""
 
+DIAGNOSIS = "diagnosis"
+"""Folder of the recording's diagnosis."""
+
 LEAST_AFTER_CHANGE = 30.0
 """Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
 
 
 def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
-    """Diagnose the recording; where it holds too little, leave the twin's parameters and unit."""
+    """Leave the twin's parameters and unit, and diagnose the recording; its plant replaces the twin if it is better."""
     import numpy as np
 
     from heli_identifier.live.session import IN_USE, RECORDED
-    from heli_identifier.results import whole_folder
     from heli_identifier.tools import SHORTEST_TO_SPLIT
 
-    session.in_use().write(folder / IN_USE)
+    twin = session.in_use()
+    twin.write(folder / IN_USE)
+    _deliver(twin, folder)
     path = folder / RECORDED
     few = path.read_bytes().count(b"\n", 0, 4096) < 2
     times = np.zeros(0) if few else np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1)
@@ -383,34 +389,51 @@ def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration
     else:
         note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
         try:
-            _diagnose(path, folder, begin, end, configuration)
-            return
+            if _diagnose(path, folder, begin, end, configuration, twin):
+                return
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
-    with whole_folder(folder) as draft:
-        twin = session.in_use()
-        twin.write(draft / "parameters.json")
-        from heli_identifier import build
-
-        build(twin.unit, draft, twin)
     note_written(folder, (*_flight(folder), "parameters.json", f"{twin.unit}.fmu"), ", as the twin flew last")
 
 
-def _diagnose(path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration") -> None:
-    """Diagnose a part of the recording and print the result."""
+def _deliver(plant: "ParameterSet", folder: Path) -> None:
+    """Write the parameters and the unit of a plant."""
+    from heli_identifier import build
+    from heli_identifier.results import whole_folder
+
+    with whole_folder(folder) as draft:
+        plant.write(draft / "parameters.json")
+        build(plant.unit, draft, plant)
+
+
+def _diagnose(
+    path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration", twin: "ParameterSet"
+) -> bool:
+    """Diagnose a part of the recording, print the result; say whether its plant was delivered in place of the twin."""
     from heli_identifier import LogFormat
     from heli_identifier.cli.on_logs import diagnosed
-    from heli_identifier.results import RESULTS, whole_folder
+    from heli_identifier.results import RESULTS, corrected_parameters, whole_folder
+    from heli_identifier.tracing import log_likelihood
 
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
     rig = replace(configuration, format=LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts))
-    with whole_folder(folder) as draft:
+    with whole_folder(folder / DIAGNOSIS) as draft:
         training, held_out = split_logs((path,), (), rig, begin, end)
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, rig, draft, progress)
     print_diagnosis(diagnosis)
-    note_written(folder, (*_flight(folder), *RESULTS))
+    gain = log_likelihood(diagnosis.plant_after, held_out) - log_likelihood(twin.plant(), held_out)
+    seconds = sum(log.duration for log in held_out)
+    compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
+    if gain <= 0.0:
+        note(f"the twin {compared} diagnosis of the recording, and stays")
+        return False
+    _deliver(corrected_parameters(diagnosis), folder)
+    note(f"the diagnosis of the recording {compared} twin, and replaces it")
+    delivered = ("parameters.json", f"{twin.unit}.fmu")
+    note_written(folder, (*_flight(folder), *delivered, *(f"{DIAGNOSIS}/{name}" for name in RESULTS)))
+    return True
 
 
 def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:

@@ -39,6 +39,7 @@ __all__ = [
     "hold_to",
     "identify_plant",
     "instruments",
+    "log_likelihood",
     "plausible_range",
     "record_start",
     "records_of",
@@ -49,7 +50,7 @@ __all__ = [
 from .diagnose import diagnose
 from .events import find_events
 from .fit import Fit, around, fit
-from .held_out import Outcome, hold_to
+from .held_out import Outcome, hold_to, log_likelihood
 from .helicopter import BASE, helicopter, plausible_range, record_start
 from .identification import Identification, identify_plant
 from .instruments import instruments

@@ -25,8 +25,9 @@ from scipy.special import chdtrc
 
 from heli_identifier.records import Log
 
-from .fit import Fit
+from .fit import Fit, around, fit
 from .helicopter import helicopter
+from .likelihood import Likelihood
 from .noise import error_dynamics, filters, physical, recoloured, start_response
 from .prediction import FLOWN, HORIZONS, Model, Run, Stretch, made_by_itself, rms_figures, run_along, segment_means
 from .records import record_of, records_of
@@ -346,3 +347,12 @@ def hold_to(parameters: Parameters, limits: Mapping[str, float], logs: Sequence[
         figures = rms_figures([errors], SPACING, f"log {own.name}, error over 1 s")
         outcomes += [Outcome(own.name, axis, figures[rig.axes.index(axis)], limit) for axis, limit in limits.items()]
     return outcomes
+
+
+def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:
+    """Give ln p of ``logs`` [nats] under a plant; the air, and what each log has of its own, are fitted to them."""
+    rig = helicopter(DiagnosisSettings(), [own.angles for own in logs], [own.voltages for own in logs])
+    likelihood = Likelihood(rig, records_of(logs, rig, {}))
+    point = likelihood.resting(plant)
+    start = around(likelihood, (), point, likelihood.of_axes(likelihood.filtered(point)[0])[1])
+    return -fit(likelihood, (), start).value

@@ -5,6 +5,7 @@ const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 560, HEIGHT = 130, LEFT = 52, BOTTOM = 18;
 const points = [];
+let marks = []; // events
 let declared = [null, null, null];
 const byId = (id) => document.getElementById(id);
 
@@ -15,28 +16,33 @@ function made(name, attributes, text) {
   return node;
 }
 
+function ticks(low, high, count) {
+  const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
+  const step = power * [1, 2, 5, 10].find((m) => m * power >= raw);
+  const digits = Math.max(0, -Math.floor(Math.log10(step)));
+  const found = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(digits)]);
+  return found;
+}
+
 function chart(parent, title, series) {
   const svg = made("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title });
   const frame = { x: LEFT, y: 4, width: WIDTH - LEFT - 4, height: HEIGHT - BOTTOM - 4 };
-  svg.append(made("rect", { ...frame, class: "frame" }));
-  const labels = [0, 1, 2, 3].map((k) =>
-    made("text", k < 2 ? { x: LEFT - 5, y: k ? HEIGHT - BOTTOM : 14, "text-anchor": "end", class: "tick" }
-      : { x: k === 2 ? LEFT : WIDTH - 4, y: HEIGHT - 4, "text-anchor": k === 2 ? "start" : "end", class: "tick" }));
-  const name = made("text", { x: LEFT + 6, y: 16, class: "tick" }, title);
-  const lines = series.map(([kind]) => made("path", { class: kind }));
-  svg.append(...labels, name, ...lines);
+  const scale = made("g", {}), lines = series.map(([kind]) => made("path", { class: kind }));
+  svg.append(made("rect", { ...frame, class: "frame" }), scale, ...lines,
+    made("text", { x: LEFT + 6, y: 16, class: "tick" }, title));
   parent.append(svg);
   return () => {
     if (!points.length) return;
     const end = points[points.length - 1].time, begin = Math.max(end - SPAN, points[0].time);
     const columns = series.map(([, value]) => points.map(value));
     const all = columns.flat().filter((y) => y !== null && Number.isFinite(y));
-    if (!all.length) return;
+    if (!all.length || end === begin) return;
     let low = Math.min(...all), high = Math.max(...all);
     const margin = 0.06 * (high - low) || 0.01;
     low = title.includes("mrad") ? 0 : low - margin;
     high += margin;
-    const x = (t) => frame.x + (frame.width * (t - begin)) / Math.max(end - begin, 1e-9);
+    const x = (t) => frame.x + (frame.width * (t - begin)) / (end - begin);
     const y = (v) => frame.y + (frame.height * (high - v)) / (high - low);
     columns.forEach((column, k) => {
       let path = "", down = false;
@@ -48,10 +54,18 @@ function chart(parent, title, series) {
       });
       lines[k].setAttribute("d", path);
     });
-    labels[0].textContent = high.toPrecision(3);
-    labels[1].textContent = low.toPrecision(3);
-    labels[2].textContent = `${begin.toFixed(0)} s`;
-    labels[3].textContent = `${end.toFixed(0)} s`;
+    const across = (t, kind) => made("line", { x1: x(t), x2: x(t), y1: frame.y, y2: frame.y + frame.height, class: kind });
+    scale.replaceChildren(
+      ...ticks(low, high, 4).flatMap(([v, text]) => [
+        made("line", { x1: LEFT, x2: frame.x + frame.width, y1: y(v), y2: y(v), class: "grid" }),
+        made("text", { x: LEFT - 5, y: y(v) + 4, "text-anchor": "end", class: "tick" }, text)]),
+      ...ticks(begin, end, 6).flatMap(([t, text]) => [
+        across(t, "grid"), made("text", { x: x(t), y: HEIGHT - 4, "text-anchor": "middle", class: "tick" }, `${text} s`)]),
+      ...marks.filter((mark) => mark.time_s > begin && mark.time_s < end).map((mark) => {
+        const line = across(mark.time_s, `mark ${mark.what.split(" ")[0]}`);
+        line.append(made("title", {}, `${mark.what} ${mark.name}`));
+        return line;
+      }));
   };
 }
 
@@ -127,6 +141,7 @@ function drawn(view, line) {
     `${view.time.toFixed(1)} s, ${view.mode}; detector at ${(100 * view.alarm).toFixed(0)} % of its threshold${suspect}`;
   byId("stream").textContent = line;
   byId("notice").textContent = view.notice;
+  marks = view.events;
   table(view.values);
   events(view.events);
   for (const one of draw) one();
