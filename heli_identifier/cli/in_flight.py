@@ -84,8 +84,9 @@ def follow(
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
-    recording, in a folder of its own. The twin is replaced by that if the recording says that it is better. After an adoption the controller's margins are computed again:
-    control_advice.json, and controller.json with gains that are offered, not applied.
+    recording, in a folder of its own. The twin is replaced by that if the recording says that it is better. After an
+    adoption the controller's margins are computed again: control_advice.json, and controller.json with gains that are
+    offered, not applied.
     """
     from heli_identifier.live.screen import event_line
     from heli_identifier.live.session import Session, check_unused
