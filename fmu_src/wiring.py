@@ -23,8 +23,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
-from heli_plant.correction import CORRECTED
 from heli_plant.errors import did_you_mean
+from heli_plant.observer import CORRECTED
 
 from .errors import WiringError
 from .units.signals import AXES

@@ -5,11 +5,10 @@
 This is what a unit does between two communication points, as pure functions; the units in Python and in C run it.
 """
 
-from math import ceil, isfinite
+from math import ceil, floor, isfinite, pi
 from typing import NamedTuple
 
-from .delay import remember
-from .encoders import EncoderCounts, quantise
+from .motor import remember
 from .parameters import PlantParameters
 from .plant import arriving, measured_angles, rigid_start, step
 from .state import PlantState
@@ -28,6 +27,22 @@ class PlantMemory(NamedTuple):
     state: PlantState
     since: list[float]
     held: list[tuple[float, float]]
+
+
+class EncoderCounts(NamedTuple):
+    """Counts per turn of the three encoders; 0 reads without quantisation."""
+
+    pitch: int = 4096
+    elevation: int = 4096
+    travel: int = 8192
+
+
+def quantise(angle: float, counts: int) -> float:
+    """Round ``angle`` [rad] to the encoder's grid of 2 pi / ``counts`` [rad]; with ``counts`` 0 nothing is rounded."""
+    if counts == 0:
+        return angle
+    width = 2.0 * pi / counts
+    return floor(angle / width + 0.5) * width
 
 
 class Shown(NamedTuple):

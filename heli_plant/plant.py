@@ -14,7 +14,6 @@ the ends of its travel; over one integration step it counts as standing where it
 
 from typing import Any
 
-from .delay import mean_held
 from .general_model import general_accelerations
 from .laws import (
     added_elevation,
@@ -28,7 +27,7 @@ from .laws import (
     switched_on,
     thrust_voltages,
 )
-from .motor import kept, saturate, toward
+from .motor import kept, mean_held, saturate, toward
 from .parameters import PlantParameters
 from .simplified_model import simplified_accelerations
 from .state import PlantState
@@ -184,7 +183,7 @@ def step(
 def arriving(since: Any, voltages: Any, last: int, t: float, h: float, p: PlantParameters) -> tuple[float, float]:
     """Return the front and rear voltage [V] that arrive at the motors over [``t``, ``t + h``] [s], as a mean.
 
-    ``since``, ``voltages`` and ``last`` are those of :func:`heli_plant.delay.mean_held`, which the input delay needs.
+    ``since``, ``voltages`` and ``last`` are those of :func:`heli_plant.motor.mean_held`, which the input delay needs.
     """
     delay = input_delay(p)
     if delay > 0.0:

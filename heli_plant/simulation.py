@@ -1,14 +1,31 @@
-"""A record simulated off line: :func:`heli_plant.plant.advance` looped over held voltages, compiled."""
+"""The plant over a record, compiled: alone, under the corrections of a filter, and its accelerations.
 
-from typing import Any
+The filter's loop runs over the samples of a record with the plant's own step,
+
+    x+ = RK4(x, v; p) + (h^2/2, h)(d + b),    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
+
+and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque,
+and sines. With gains of zero the plant runs alone.
+
+A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], ``step`` [s] and ``start`` (12,), the
+state at its first sample.
+"""
+
+from functools import lru_cache
+from math import cos, sin
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .compiled import compiled_for, parameter_record, read_only
+from .laws import motor_input, motor_time_constant, switched_on, thrust_voltages
+from .motor import kept, toward
 from .parameters import PlantParameters
-from .plant import advance, measured_angles, rigid_start
+from .plant import accelerations, advance, arriving, measured_angles, rigid_start
 from .state import PlantState
+
+Array = NDArray[np.float64]
 
 STATES = len(PlantState._fields)
 
@@ -71,3 +88,154 @@ def simulate(
     time = read_only(np.arange(count) * float(h))
     run(time, voltages, commands, start, float(h), parameter_record(parameters), states, angles)
     return states, angles
+
+
+class _Alone(NamedTuple):
+    """A record of which nothing was measured."""
+
+    step: float
+    time: Array
+    inputs: Array
+    angles: Array
+    start: Array
+
+
+def _filter(
+    time: Any, inputs: Any, angles: Any, first: int, last: int, carry: Any, h: float, p: Any, gains: Any, local: Any,
+    harmonics: Any, innovations: Any, motion: Any,
+) -> None:  # fmt: skip
+    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, 6); ``carry`` (21) is the state before."""
+    state = PlantState(
+        carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
+        carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
+    )  # fmt: skip
+    d1, d2, d3, c1, c2, c3 = carry[12], carry[13], carry[14], carry[15], carry[16], carry[17]
+    n1, n2, n3 = carry[18], carry[19], carry[20]
+    half = 0.5 * h * h
+    for k in range(first, last):
+        i = k - first
+        pitch, elevation, travel = measured_angles(state)
+        e1, e2, e3 = angles[k, 0] - pitch - n1, angles[k, 1] - elevation - n2, angles[k, 2] - travel - n3
+        innovations[i, 0], innovations[i, 1], innovations[i, 2] = e1, e2, e3
+        state = PlantState(
+            state.pitch + gains[0, 0] * e1, state.elevation + gains[1, 0] * e2, state.travel + gains[2, 0] * e3,
+            state.pitch_rate + gains[0, 1] * e1, state.elevation_rate + gains[1, 1] * e2,
+            state.travel_rate + gains[2, 1] * e3, state.nu_front, state.nu_rear, state.bending, state.bending_rate,
+            state.mass_position, state.cable_rest,
+        )  # fmt: skip
+        if i < len(motion):
+            motion[i, 0], motion[i, 1], motion[i, 2] = state.pitch, state.elevation, state.travel
+            motion[i, 3], motion[i, 4], motion[i, 5] = state.pitch_rate, state.elevation_rate, state.travel_rate
+        d1, d2, d3 = d1 + gains[0, 2] * e1, d2 + gains[1, 2] * e2, d3 + gains[2, 2] * e3
+        c1, c2, c3 = c1 + gains[0, 3] * e1, c2 + gains[1, 3] * e2, c3 + gains[2, 3] * e3
+        row = min(k, len(local) - 1)
+        b1, b2, b3 = local[row, 0], local[row, 1], local[row, 2]
+        for j in range(len(harmonics)):
+            phase = harmonics[j, 1] * time[k]
+            wave = harmonics[j, 2] * sin(phase) + harmonics[j, 3] * cos(phase)
+            if harmonics[j, 0] < 0.5:
+                b1 += wave
+            elif harmonics[j, 0] < 1.5:
+                b2 += wave
+            else:
+                b3 += wave
+        t1, t2, t3 = d1 + b1, d2 + b2, d3 + b3
+        state = advance(state, time, inputs, k, 0.0, h, p)
+        state = PlantState(
+            state.pitch + half * t1, state.elevation + half * t2, state.travel + half * t3,
+            state.pitch_rate + h * t1, state.elevation_rate + h * t2, state.travel_rate + h * t3,
+            state.nu_front, state.nu_rear, state.bending, state.bending_rate, state.mass_position, state.cable_rest,
+        )  # fmt: skip
+        d1, c1 = gains[0, 4] * d1 + gains[0, 5] * c1, gains[0, 6] * d1 + gains[0, 7] * c1
+        d2, c2 = gains[1, 4] * d2 + gains[1, 5] * c2, gains[1, 6] * d2 + gains[1, 7] * c2
+        d3, c3 = gains[2, 4] * d3 + gains[2, 5] * c3, gains[2, 6] * d3 + gains[2, 7] * c3
+        n1 = gains[0, 9] * (n1 + gains[0, 8] * e1)
+        n2 = gains[1, 9] * (n2 + gains[1, 8] * e2)
+        n3 = gains[2, 9] * (n3 + gains[2, 8] * e3)
+    carry[0], carry[1], carry[2], carry[3] = state.pitch, state.elevation, state.travel, state.pitch_rate
+    carry[4], carry[5], carry[6], carry[7] = state.elevation_rate, state.travel_rate, state.nu_front, state.nu_rear
+    carry[8], carry[9], carry[10], carry[11] = (
+        state.bending, state.bending_rate, state.mass_position, state.cable_rest
+    )  # fmt: skip
+    carry[12], carry[13], carry[14], carry[15], carry[16], carry[17] = d1, d2, d3, c1, c2, c3
+    carry[18], carry[19], carry[20] = n1, n2, n3
+
+
+def _accelerations(time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, p: Any, out: Any) -> None:
+    """Fill ``out`` (n, 3): accelerations at the middle of each step along ``motion`` (n, 6).
+
+    ``carry`` (3) holds the lagged voltages before the first of them and the cable's rest.
+    """
+    switches = switched_on(p)
+    half = 0.5 * h
+    share = kept(half, motor_time_constant(p))
+    front, rear = carry[0], carry[1]
+    for i in range(len(motion)):
+        k = first + i
+        v_front, v_rear = arriving(time, inputs, k, time[k], h, p)
+        u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
+        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+        mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
+        w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
+        out[i, 0], out[i, 1], out[i, 2] = accelerations(
+            time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3, w1, w2, w3,
+            mu_diff, mu_sum, 0.0, carry[2], switches, p,
+        )  # fmt: skip
+        front, rear = toward(front, u_front, share), toward(rear, u_rear, share)
+    carry[0], carry[1] = front, rear
+
+
+def run_filter(
+    record: Any, parameters: PlantParameters, gains: Array, local: Array, harmonics: Array, first: int, last: int,
+    carry: Array | None, innovations: Array, motion: Array,
+) -> Array:  # fmt: skip
+    """Run the filter over samples ``first`` to ``last`` of a record; ``carry`` is None at its beginning.
+
+    ``local`` are further torques [rad/s^2], shape (3,) or one row a sample, (N, 3). With gains of zero the plant runs
+    alone, and the innovations are what it errs.
+
+    Returns
+    -------
+    carry : Array, shape (21,)
+        State behind the last sample: the plant's, then d, its companion and n of all axes; changed in place.
+    """
+    if carry is None:
+        start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
+        carry = np.concatenate((np.array(start, dtype=float), np.zeros(9)))
+    time, inputs, angles, gains, harmonics = map(
+        read_only, (record.time, record.inputs, record.angles, gains, harmonics)
+    )
+    compiled_for(_filter, parameters)(
+        time, inputs, angles, first, last, carry, record.step, _record(parameters), gains,
+        read_only(np.atleast_2d(local)), harmonics, innovations, motion,
+    )  # fmt: skip
+    return carry
+
+
+_record = lru_cache(maxsize=1)(parameter_record)
+"""The parameter record of a set is kept, as many short runs follow on one another."""
+
+
+def run_alone(
+    inputs: Array, step: float, start: Array, parameters: PlantParameters, torque: Array | None = None
+) -> Array:
+    """Angles (N, 3) [rad] of the plant alone, under further torques (N, 3) [rad/s^2] if there are any."""
+    if torque is None:
+        return simulate(inputs, step, PlantState(*map(float, start)), parameters)[1]
+    count = len(inputs)
+    record = _Alone(step, np.arange(count, dtype=np.float64) * step, inputs, np.zeros((count, 3)), start)
+    still, errors = np.zeros((3, 10)), np.empty((count, 3))
+    run_filter(record, parameters, still, torque, np.empty((0, 4)), 0, count, None, errors, np.empty((0, 6)))
+    return 0.0 - errors
+
+
+def run_accelerations(
+    record: Any, parameters: PlantParameters, motion: Array, first: int, carry: Array | None, out: Array
+) -> Array:
+    """Accelerations along a motion; as :func:`run_filter`, ``carry`` is None at the record's beginning."""
+    if carry is None:
+        carry = np.array([record.start[6], record.start[7], record.start[11]])
+    compiled_for(_accelerations, parameters)(
+        record.time, record.inputs, motion, first, carry, record.step, parameter_record(parameters), out
+    )
+    return carry

@@ -5,7 +5,7 @@ from math import cos, pi
 import numpy as np
 
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
-from heli_plant.encoders import EncoderCounts
+from heli_plant.communication import EncoderCounts
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
@@ -35,6 +35,6 @@ def record(seconds, excitation, parameters=TABLE_2, encoders=True, h=H):
 
 
 def read(angles):
-    """``angles`` (N, 3) as the rig's encoders give them [rad], by the formula of ``heli_plant.encoders.quantise``."""
+    """``angles`` (N, 3) as encoders give them [rad], by the formula of ``heli_plant.communication.quantise``."""
     width = 2.0 * pi / np.array(EncoderCounts())
     return np.floor(angles / width + 0.5) * width

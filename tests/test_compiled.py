@@ -134,7 +134,7 @@ def test_folder_that_cannot_be_written_is_named_with_the_remedy(monkeypatch, tmp
 def test_package_imports_no_numba_before_something_is_compiled():
     """The plant's modules serve inside an FMU, whose host may have neither numba nor numpy."""
     script = """
-        import sys, heli_plant.plant, heli_plant.control, heli_plant.delay, heli_plant.encoders, heli_plant.parameters
+        import sys, heli_plant.plant, heli_plant.control, heli_plant.communication, heli_plant.parameters
         print("numba" in sys.modules, "numpy" in sys.modules)
     """
     done = subprocess.run([sys.executable, "-c", dedent(script)], capture_output=True, text=True, check=True)

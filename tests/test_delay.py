@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_plant.compiled import compiled, parameter_record
-from heli_plant.delay import mean_held, remember
+from heli_plant.motor import mean_held, remember
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import arriving
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heli_plant.encoders import EncoderCounts, quantise
+from heli_plant.communication import EncoderCounts, quantise
 
 angle = st.floats(-20.0, 20.0)
 counts = st.sampled_from([360, 4096, 8192])

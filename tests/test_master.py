@@ -10,8 +10,8 @@ from fmu_src import SCENARIOS, BuildError, MasterError, Scenario, WiringError
 from fmu_src.master import Result, run_apart, waiting_child
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
 from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_plant.communication import quantise
 from heli_plant.control import PidSettings, pid_step, start_pid
-from heli_plant.encoders import quantise
 from heli_plant.parameters import TABLE_2, from_names
 from heli_plant.plant import measured_angles
 from heli_plant.plant import step as plant_step

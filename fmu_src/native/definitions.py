@@ -33,8 +33,7 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, continuous, control, correction, laws, motor, observer, state, state_feedback
-from heli_plant.encoders import EncoderCounts
+from heli_plant import communication, continuous, control, laws, motor, observer, state, state_feedback
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
 
@@ -133,19 +132,19 @@ def plant_twin() -> Definition:
         state.start_state,
         (laws.motor_time_constant, PlantParameters),
         (laws.input_delay, PlantParameters),
-        correction.with_share,
+        observer.with_share,
         observer.observer_gains,
         observer.measured_against,
         observer.predicted,
     )
     corrections = {
         field: f"correction.{name}"
-        for field, (name, _) in zip(correction.Correction._fields, correction.CORRECTED, strict=True)
+        for field, (name, _) in zip(observer.Correction._fields, observer.CORRECTED, strict=True)
     }
     settings = {
         PlantParameters: {row.field: row.name for row in PARAMETERS},
-        EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in EncoderCounts._fields},
-        correction.Correction: corrections,
+        communication.EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in communication.EncoderCounts._fields},
+        observer.Correction: corrections,
     }
     memory = (communication.PlantMemory, observer.Torque)
     rows = " ".join(

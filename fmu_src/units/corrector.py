@@ -21,8 +21,8 @@ from heli_identifier.following import (
     start_correcting,
 )
 from heli_identifier.online import frozen_state, thawed_state
-from heli_plant.correction import CORRECTED
 from heli_plant.errors import ParameterError
+from heli_plant.observer import CORRECTED
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters, checked
 

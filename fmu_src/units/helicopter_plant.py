@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-from heli_plant.communication import PlantMemory, begin, communicate, is_finite, shown
-from heli_plant.correction import CORRECTED, Correction, with_correction, with_share
-from heli_plant.encoders import EncoderCounts
+from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
-from heli_plant.observer import TRAVEL_BANDWIDTH, Torque, measured_against, observer_gains, predicted
+from heli_plant.observer import (
+    CORRECTED,
+    TRAVEL_BANDWIDTH,
+    Correction,
+    Torque,
+    measured_against,
+    observer_gains,
+    predicted,
+    with_correction,
+    with_share,
+)
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import TABLE_2, PlantParameters, checked
 from heli_plant.state import PlantState, rest_state, start_state

@@ -43,9 +43,16 @@ from math import cos, log, sin, sqrt
 from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, begin, communicate
-from heli_plant.correction import with_share
 from heli_plant.laws import input_delay, thrust_voltages
-from heli_plant.observer import TRAVEL_BANDWIDTH, ObserverGains, Torque, measured_against, observer_gains, predicted
+from heli_plant.observer import (
+    TRAVEL_BANDWIDTH,
+    ObserverGains,
+    Torque,
+    measured_against,
+    observer_gains,
+    predicted,
+    with_share,
+)
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import arriving
 from heli_plant.state import PlantState

@@ -31,11 +31,11 @@ from heli_identifier.tracing import (
     helicopter,
     records_of,
 )
-from heli_plant.along import run_alone
+from heli_plant.communication import EncoderCounts
 from heli_plant.effects import CATALOGUE, Effect
-from heli_plant.encoders import EncoderCounts
 from heli_plant.errors import did_you_mean
 from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import run_alone
 from heli_plant.state import rest_state
 
 STEP = 0.01

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
 from heli_identifier.online import ModelParameters
-from heli_plant.along import run_accelerations, run_alone, run_filter
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, THRUST, VOLTAGE, effect_of
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.motor import kept
 from heli_plant.parameter_table import BY_FIELD
 from heli_plant.parameters import PlantParameters
+from heli_plant.simulation import run_accelerations, run_alone, run_filter
 from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
