@@ -81,8 +81,8 @@ static void advance(Model *model, Unit *unit, double time, double step)
             "shorter step",
             step, time, step / model->longest_step, model->longest_step, (long long)MOST_SUBSTEPS);
     const double limit = model->parameters.v_max, bandwidth = values[REF_observer_bandwidth].real;
-    const double front = correction_with_share(values[REF_v_front].real, 1.0 + correction.front, limit);
-    const double rear = correction_with_share(values[REF_v_rear].real, 1.0 + correction.rear, limit);
+    const double front = observer_with_share(values[REF_v_front].real, 1.0 + correction.front, limit);
+    const double rear = observer_with_share(values[REF_v_rear].real, 1.0 + correction.rear, limit);
     PlantMemory before = model->memory;
     Torque torque = model->torque;
     ObserverGains gains;
