@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 from fmu_src.master import compiled_loop as machine
 from fmu_src.master.instance import Instance, Place
 from fmu_src.native import build_native
+from fmu_src.state import thawed_state
 from fmu_src.variables import Value
-from heli_identifier.online import IdentifierState, Sampled, thawed_state
+from heli_identifier.online import IdentifierState, Sampled
 
 INPUTS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 

@@ -30,8 +30,7 @@ from .packaging import (
     zip_bytes,
 )
 from .slave_base import SlaveBase
-from .value_table import TYPES
-from .variables import Value, problem_with
+from .variables import TYPES, Value, problem_with
 from .wiring import Scenario
 
 UNITS: dict[str, str] = {

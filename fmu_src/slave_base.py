@@ -5,11 +5,15 @@
 * NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit cannot answer anything but
   fmi2OK or fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a
   good value.
-* Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored.
+* Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored. Outputs
+  are right from the start time on, also while the unit is initialising.
 * A step that does not begin where the one before ended is refused: the state would belong to another time. Units
   whose outputs follow from the time alone take it.
-* Saving and restoring takes the whole state (:meth:`fmu_src.lifecycle.Lifecycle.saved`). pythonfmu alone saves the
-  registered variables, so that a hidden integrator would roll back wrong.
+* Saving and restoring takes the whole state. pythonfmu alone saves the registered variables, so that a hidden
+  integrator would roll back wrong.
+
+A unit class gives its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden`` state.
+Its ``values`` lie in one flat list; a value reference is the position in ``variables`` and in ``values``.
 
 ``set_real``, ``do_step`` and ``get_real`` are called in every communication step. They have a short way for a unit
 that is stepping and has no refused value (``_steady``); everything else takes the thorough way.
@@ -19,7 +23,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
+from operator import itemgetter
 from traceback import format_exc
 from typing import Any, ClassVar
 
@@ -27,7 +33,10 @@ from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
 from .errors import Refusal
-from .lifecycle import INITIALISING, INSTANTIATED, STEPPING, TERMINATED, Lifecycle
+from .state import frozen_state, thawed_state
+from .variables import TYPES, Value, Variable, problem_with
+
+INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
 LONGEST_STEP = 1e9
 """Communication steps must be shorter [s]; this also keeps infinity out."""
@@ -39,28 +48,51 @@ mistaken step of days would keep the host waiting for as long."""
 CLOCK_TOLERANCE = 1e-3
 """Distance of a step's begin from the end of the step before, as a share of the step, that hosts' rounding explains."""
 
+_OPEN = {STEPPING: ("input", "tunable"), TERMINATED: ()}
+"""Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
+
 _WHOLE_UNIT = -1
 """Key of a refusal that belongs to no single variable."""
 
 _BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}
 """Value that is returned for a variable that does not exist."""
 
+_PICKERS_KEPT = 256
+"""A host reads the same few sets of variables again and again; the bound is for one that does not."""
 
-class SlaveBase(Lifecycle, Fmi2Slave):
+
+class SlaveBase(Fmi2Slave):
     """A co-simulation unit that never raises through the C boundary."""
 
+    variables: ClassVar[tuple[Variable, ...]] = ()
+    start_values: ClassVar[Mapping[str, Value]] = {}
+    references: ClassVar[dict[str, int]] = {}
+    hidden: ClassVar[Mapping[str, Any]] = {}
+    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
     summary: ClassVar[str] = ""
     equations: ClassVar[str] = ""
     source: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
     saves_state: ClassVar[bool] = True
-    """Whether the state can be saved and restored; if not, ``freeze`` refuses."""
+    """Whether the state can be saved and restored."""
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
 
     def __init__(self, **kwargs: Any) -> None:
-        Fmi2Slave.__init__(self, **kwargs)
-        Lifecycle.__init__(self)
-        self._pick_reals = self.table.pickers["Real"]
+        super().__init__(**kwargs)
+        self.start_time = 0.0
+        self.reached = 0.0  # end of the last step [s]
+        self.values: list[Any] = []
+        for variable in self.variables:
+            start, kind = self.start_values.get(variable.name, variable.start), TYPES[variable.type]
+            self.values.append(kind() if start is None else kind(start))
+        self.refused: dict[int, str] = {}  # the reason by reference, until the variable has a good value
+        self._initialised_with: list[Any] | None = None
+        self._pickers: dict[tuple[int, ...], Callable[[list[Any]], list[Any]]] = {}
+        self._enter(INSTANTIATED)
         self._remove_repeated_path_entries()
 
     def _remove_repeated_path_entries(self) -> None:
@@ -69,36 +101,48 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             first = sys.path.index(self.resources)
             sys.path[first + 1 :] = [entry for entry in sys.path[first + 1 :] if entry != self.resources]
 
+    # What a unit class gives
+
+    def initialise(self, time: float) -> None:
+        """Read the parameters, set the state and all outputs at the start ``time`` [s]; may be called repeatedly."""
+
+    def advance(self, time: float, step: float) -> None:
+        """Go from ``time`` to ``time + step`` [s] and set all outputs; raise Refusal and leave all as it was."""
+
     # From instantiation to the first step, and the end
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, tolerance: float | None = None):
         """Keep the start time [s]; once the initialisation has begun it stays what it is."""
-        if self.phase != INSTANTIATED or not isfinite(start_time):
-            self._report(
-                "setupExperiment",
-                Refusal(
-                    f"the start time {start_time!r} s was ignored: it must be finite, "
-                    "and set before the initialisation begins"
-                ),
-            )
+        if self.phase == INSTANTIATED and isfinite(start_time):
+            self.start_time = start_time
             return
-        self.start_time = start_time
+        self._report(
+            "setupExperiment",
+            Refusal(
+                f"the start time {start_time!r} s was ignored: it must be finite, "
+                "and set before the initialisation begins"
+            ),
+        )
 
     def enter_initialization_mode(self) -> None:
         """Start the initialisation; outputs may be read from now on."""
         if self._is_in(INSTANTIATED, "enterInitializationMode"):
-            self.enter(INITIALISING)
+            self._enter(INITIALISING)
 
     def exit_initialization_mode(self) -> None:
         """Fix the parameters and compute the outputs at the start time."""
         if not self._is_in(INITIALISING, "exitInitializationMode"):
             return
         try:
-            self.prepare()
+            self._prepare()
         except BaseException as problem:
             self._report("exitInitializationMode", problem)
-            self.table.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
-        self.enter(STEPPING)
+            self.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
+        self._enter(STEPPING)
+
+    def terminate(self) -> None:
+        """Refuse all further steps."""
+        self._enter(TERMINATED)
 
     def _is_in(self, phase: str, call: str) -> bool:
         """Whether the unit is in the phase that a call needs; log the call as ignored if it is not."""
@@ -106,16 +150,43 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             self._report(call, Refusal(f"it is not allowed while the unit is {self.phase}, and was ignored"))
         return self.phase == phase
 
-    def terminate(self) -> None:
-        """Refuse all further steps."""
-        self.enter(TERMINATED)
+    def _enter(self, phase: str) -> None:
+        """Enter a phase; it decides which variables may be set, and whether outputs are computed before they are read.
+
+        A unit whose initialisation failed has none: whoever reads them is told why, at every time.
+        """
+        self.phase = phase
+        if phase != TERMINATED:
+            self._outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
+        kinds = _OPEN.get(phase, ("input", "parameter"))
+        self._open = {k for k, v in enumerate(self.variables) if v.causality in kinds or v.variability in kinds}
+        self._limits = {k: self.variables[k].bounds for k in self._open if self.variables[k].type == "Real"}
+        self._steady = phase == STEPPING and not self.refused
+
+    def _prepare(self) -> None:
+        """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
+        self._initialised_with = None
+        self.initialise(self.start_time)
+        self.reached = self.start_time
+        self._initialised_with = self._initial_conditions()
+        self._outdated = False
+
+    def _initial_conditions(self) -> list[Any]:
+        """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again.
+
+        Tunable parameters and inputs are read in every step. A state may hold some that do not fit together: it is
+        restored all the same, and the next step is refused until they do.
+        """
+        pairs = zip(self.values, self.variables, strict=True)
+        fixed = (value for value, v in pairs if v.causality == "parameter" and v.variability == "fixed")
+        return [self.start_time, *fixed]
 
     # Every step
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         """Set Real variables; log and ignore values out of range."""
         try:
-            limits, mine = self.table.real_limits, self.values
+            limits, mine = self._limits, self.values
             for reference, value in zip(vrs, values, strict=True):
                 low, high = limits[reference]
                 if not low <= value <= high:  # true of a NaN as well
@@ -151,8 +222,10 @@ class SlaveBase(Lifecycle, Fmi2Slave):
         """Values of Real variables by reference."""
         try:
             if self._outdated:
-                self.prepare()
-            return self._pick_reals[tuple(vrs)](self.values)
+                self._prepare()
+            references = tuple(vrs)
+            pick = self._pickers.get(references)
+            return self._get("Real", vrs) if pick is None else pick(self.values)
         except BaseException as problem:
             return self._blanks("Real", vrs, problem)
 
@@ -161,10 +234,10 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             raise Refusal(
                 f"the unit is {self.phase} and cannot step from t = {time:g} s: finish its initialisation first"
             )
-        if self.table.refused:
+        if self.refused:
             raise Refusal(
                 f"the step from t = {time:g} s is refused until this is corrected: "
-                + "; ".join(text for _, text in sorted(self.table.refused.items()))
+                + "; ".join(text for _, text in sorted(self.refused.items()))
             )
         if not 0.0 < step < LONGEST_STEP:
             raise Refusal(
@@ -175,7 +248,7 @@ class SlaveBase(Lifecycle, Fmi2Slave):
             "nor jump; to go back, restore a state from then"
         )
 
-    # The other types
+    # Reading and setting, thoroughly
 
     def get_integer(self, vrs: list[int]) -> list[int]:
         """Values of Integer variables by reference."""
@@ -192,16 +265,24 @@ class SlaveBase(Lifecycle, Fmi2Slave):
     def _get(self, kind: str, vrs: list[int]) -> list[Any]:
         try:
             if self._outdated:
-                self.prepare()
-            return self.table.pickers[kind][tuple(vrs)](self.values)
+                self._prepare()
+            for reference in vrs:
+                if not self._is(kind, reference):
+                    raise KeyError(_unknown(kind, reference))
+            if kind == "Real" and len(self._pickers) < _PICKERS_KEPT:
+                self._pickers[tuple(vrs)] = _picker(vrs)
+            return [self.values[reference] for reference in vrs]
         except BaseException as problem:
             return self._blanks(kind, vrs, problem)
 
     def _blanks(self, kind: str, vrs: list[int], problem: BaseException) -> list[Any]:
         """Log the problem; return one value per reference all the same, because the binary reads that many."""
         self._report(f"get{kind}", problem)
-        known = self.table.of_type[kind]
-        return [self.values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
+        return [self.values[reference] if self._is(kind, reference) else _BLANKS[kind] for reference in vrs]
+
+    def _is(self, kind: str, reference: int) -> bool:
+        """Whether a variable of this type has this value reference, which the binary hands over as a signed number."""
+        return 0 <= reference < len(self.variables) and self.variables[reference].type == kind
 
     def set_integer(self, vrs: list[int], values: list[int]) -> None:
         """Set Integer variables; log and ignore values out of range."""
@@ -217,29 +298,82 @@ class SlaveBase(Lifecycle, Fmi2Slave):
 
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
         try:
-            for text in self.take(kind, vrs, values):
-                self._report(f"set{kind}", Refusal(text))
+            for reference, value in zip(vrs, values, strict=True):
+                problem = self._problem(kind, reference, value)
+                if problem is None:
+                    self.values[reference] = value
+                    self.refused.pop(reference, None)
+                else:
+                    self._report(f"set{kind}", Refusal(problem))
+            self._outdated = self._outdated or self.phase == INITIALISING
+            self._steady = self.phase == STEPPING and not self.refused
         except BaseException as problem:
             self._report(f"set{kind}", problem)
+
+    def _problem(self, kind: str, reference: int, value: Value) -> str | None:
+        """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
+        if not self._is(kind, reference):
+            return _unknown(kind, reference)
+        variable = self.variables[reference]
+        if reference not in self._open:
+            ended = "cannot be set, the unit is terminated"
+            reason = ended if self.phase == TERMINATED else "is fixed once initialisation has ended"
+            reason = "is an output" if variable.causality == "output" else reason
+            return f"{variable.name} {reason}; the value {value!r} was ignored"
+        problem = problem_with(variable, value)
+        if problem is not None:
+            self.refused[reference] = problem
+        return problem
 
     # The whole state
 
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
-            return self.saved()
+            if not self.saves_state:
+                raise Refusal(
+                    f"the state of a {type(self).__name__} cannot be saved: what it hears cannot be sent again"
+                )
+            if self._outdated:
+                self._prepare()
+            return {
+                "unit": self._signature(),
+                "phase": self.phase,
+                "start_time": self.start_time,
+                "reached": self.reached,
+                "values": list(self.values),
+                "refused": list(self.refused.items()),
+                "hidden": [frozen_state(getattr(self, name, None)) for name in self.hidden],
+            }
         except BaseException as problem:
             self._report("getFMUstate", problem)
             return {}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        """Restore a state of this instance or of another one of the same unit."""
         try:
-            self.restore(state)
+            if not state or state["unit"] != self._signature():
+                raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
+            self.values[:] = state["values"]
+            self.start_time = state["start_time"]
+            self.refused = dict(state["refused"])
+            self._enter(state["phase"])
+            if self.phase in (STEPPING, TERMINATED):
+                if self._initialised_with != self._initial_conditions():
+                    self._prepare()
+                    self.values[:] = state["values"]  # ``initialise`` has set the outputs of the start time
+                self.reached = state["reached"]
+                for (name, kind), saved in zip(self.hidden.items(), state["hidden"], strict=True):
+                    setattr(self, name, thawed_state(saved, kind))
+                self._outdated = False
         except BaseException as problem:
             self._report("setFMUstate", problem)
 
+    def _signature(self) -> list[Any]:
+        return [type(self).__name__, len(self.variables)]
+
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        """Read a serialised state; bytes that hold none give an empty state, which ``restore`` refuses."""
+        """Read a serialised state; bytes that hold none give an empty state, which is refused."""
         try:
             return json.loads(state.decode("utf-8"))
         except (ValueError, RecursionError):
@@ -258,3 +392,17 @@ class SlaveBase(Lifecycle, Fmi2Slave):
         """Queue a message for the host, which reads it as a printf format and as UTF-8."""
         text = msg.replace("%", "%%").encode("utf-8", "backslashreplace").decode("utf-8")
         super().log(text, status, category)
+
+
+def _unknown(kind: str, reference: int) -> str:
+    return f"no {kind} variable has value reference {reference}"
+
+
+def _picker(references: Sequence[int]) -> Callable[[list[Any]], list[Any]]:
+    """Return a function that picks these places of a list; neighbours are read by a slice."""
+    first = references[0] if references else 0
+    beyond = first + len(references)
+    if tuple(references) == (*range(first, beyond),):
+        return itemgetter(slice(first, beyond))
+    pick = itemgetter(*references)
+    return lambda values: list(pick(values))

@@ -12,6 +12,9 @@ from typing import NamedTuple, Union
 
 Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
+TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
+"""Python type of each FMI type."""
+
 LARGEST = float_info.max
 """Bound of a Real that declares no bound; infinities and NaN stay out of range."""
 

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
+from fmu_src.state import frozen_state, thawed_state
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
     HEARD,
@@ -49,7 +50,6 @@ from heli_identifier.following.observer import (
 from heli_identifier.following.prediction import compare_errors
 from heli_identifier.following.stream import is_discounted, is_doubtful, start_stream, update_stream
 from heli_identifier.following.trial import watch_change
-from heli_identifier.online import frozen_state, thawed_state
 from heli_plant.observer import Torque, observer_gains
 from heli_plant.parameters import TABLE_2
 from heli_plant.state import start_state

@@ -9,6 +9,7 @@ from math import inf, nan, radians
 import numpy as np
 import pytest
 
+from fmu_src.state import thawed_state
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     IdentifierSettings,
@@ -18,7 +19,6 @@ from heli_identifier.online import (
     prepare,
     start,
     step,
-    thawed_state,
 )
 from heli_identifier.online.excitation import paper_excitation
 from heli_plant.parameters import TABLE_2

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from fmu_src.state import frozen_state, thawed_state
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import (
     ADAPTATION,
@@ -18,13 +19,11 @@ from heli_identifier.online import (
     IdentifierState,
     Noise,
     determined,
-    frozen_state,
     gain_matrix,
     noise_of,
     prepare,
     start,
     step,
-    thawed_state,
 )
 from heli_identifier.online.adaptation import initial_axis, initial_factor, kept_early, loosen, measure
 from heli_identifier.online.prediction_error import first_predictor, predict_axis, with_noise

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from pythonfmu.enums import Fmi2Status
 
@@ -21,7 +21,6 @@ from heli_identifier.online import (
     is_closed,
     prepare,
     take_samples,
-    thawed_state,
     total,
 )
 from heli_plant.parameter_table import BY_FIELD
@@ -121,6 +120,7 @@ class AdaptiveIdentifier(SlaveBase):
     variables: ClassVar[tuple[Variable, ...]] = (
         *voltage_inputs(), *angle_inputs(), *reference_inputs(), *_OUTPUTS, *_SETTINGS,
     )  # fmt: skip
+    hidden = {"sampled": Sampled, "warned": bool}
     summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
     equations = """
 <pre>
@@ -245,14 +245,3 @@ an absent effect exceeds 3 in about 1 % of the cases.</p>"""
             for axis in AXES:
                 for slot, _ in enumerate(self.slots[axis], 1):
                     self.values[self.references[f"score.{axis}[{slot}]"]] = next(scores).score
-
-    def freeze(self) -> Any:
-        """State of the identifier, time of sample 0, time and inputs of the previous point; whether it warned."""
-        return None if self.sampled is None else [self.sampled, self.warned]
-
-    def thaw(self, frozen: Any) -> None:
-        """Restore it from tuples or, after serialisation, from lists."""
-        self.sampled = None
-        if frozen is not None:
-            saved, self.warned = frozen
-            self.sampled = thawed_state(saved, Sampled)

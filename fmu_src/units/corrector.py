@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.following import (
@@ -20,7 +20,6 @@ from heli_identifier.following import (
     prepare_following,
     start_correcting,
 )
-from heli_identifier.online import frozen_state, thawed_state
 from heli_plant.errors import ParameterError
 from heli_plant.observer import CORRECTED
 from heli_plant.parameter_table import PARAMETERS
@@ -101,6 +100,7 @@ class Corrector(SlaveBase):
     """Takes a sample every ``sample.time``; the pure step is that of the following twin."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_SETTINGS, *_PHYSICS)
+    hidden = {"first": float, "state": CorrectorState, "reports": int, "last": Event}
     summary = "Notices in flight that a twin no longer fits its rig, names the change and corrects the twin"
     equations = """
 <pre>
@@ -203,20 +203,6 @@ taken.</p>"""
             shown += [WHAT.index(event.what) + 1.0, number, WHY.index(event.why) + 1.0]
             shown += [event.value, event.standard_error, self.start_time + event.since]
         self.values[len(_INPUTS) : len(_INPUTS) + len(shown)] = shown
-
-    def freeze(self) -> Any:
-        """Return the following twin's state and the last report."""
-        if self.state is None:
-            return None
-        return [self.first, frozen_state(self.state), self.reports, None if self.last is None else list(self.last)]
-
-    def thaw(self, frozen: Any) -> None:
-        """Take them back."""
-        self.state, self.reports, self.last = None, 0, None
-        if frozen is not None:
-            self.first, saved, self.reports, last = frozen
-            self.state = thawed_state(saved, CorrectorState)
-            self.last = None if last is None else Event(*last)
 
 
 _ERROR = len(_INPUTS) + 2 * len(CORRECTED) + 2 * len(AXES)

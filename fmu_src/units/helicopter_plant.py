@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.errors import ParameterError
@@ -20,7 +20,7 @@ from heli_plant.observer import (
 )
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import TABLE_2, PlantParameters, checked
-from heli_plant.state import PlantState, rest_state, start_state
+from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
 from ..slave_base import MOST_SUBSTEPS, SlaveBase
@@ -108,6 +108,7 @@ class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS, *_KEEPING)
+    hidden = {"memory": PlantMemory, "torque": Torque}
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     equations = """
 <p>Simplified model, with &mu;<sub>d</sub> = &nu;<sub>f</sub> &minus; &nu;<sub>r</sub> and
@@ -203,15 +204,3 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
     def _publish(self) -> None:
         """Set the outputs to what the encoders and rates show of the state."""
         self.values[3:9] = shown(self.memory.state, self.counts)  # behind the inputs
-
-    def freeze(self) -> Any:
-        """State, delayed voltages, unmodelled torques; everything else follows from the parameters."""
-        state, since, held = self.memory
-        return [list(state), list(since), [list(pair) for pair in held], list(self.torque)]
-
-    def thaw(self, frozen: Any) -> None:
-        """Take them back."""
-        state, since, held, torque = frozen
-        pairs = [(v_front, v_rear) for v_front, v_rear in held]
-        self.memory = PlantMemory(PlantState(*state), list(since), pairs)
-        self.torque = Torque(*torque)

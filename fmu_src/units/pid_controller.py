@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_plant.control import PidSettings, PidState, clip, pid_step, risen, start_pid
 
@@ -53,6 +53,7 @@ class PidController(SlaveBase):
         real_parameter("rate.time_constant", "s", _DEFAULT.rate_time_constant, 1e-4, 10.0, "lag of the rate's filter"),
         real_parameter("voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
     )  # fmt: skip
+    hidden = {"state": PidState}
     summary = "PID control of pitch, elevation and travel through two motor voltages"
     equations = """
 <pre>
@@ -96,11 +97,3 @@ at the start both voltages are trim/2.</p>"""
     def _show(self, v_front: float, v_rear: float) -> None:
         limit = self.settings.voltage_limit
         self.values[5:7] = clip(v_front, limit), clip(v_rear, limit)
-
-    def freeze(self) -> Any:
-        """Integrals and filtered angles; None before the first step."""
-        return None if self.state is None else list(self.state)
-
-    def thaw(self, frozen: Any) -> None:
-        """Restore them."""
-        self.state = None if frozen is None else PidState(*frozen)

@@ -177,7 +177,3 @@ sent back.</p>"""
         if port.reason and not self.said:  # one is enough; the output ``refused`` counts them
             self.said = port.reason
             self.log(f"{port.reason}; further ones are counted only", Fmi2Status.warning)
-
-    def freeze(self) -> Any:
-        """Refuse: what a rig has sent cannot be sent again."""
-        raise Refusal("the state of a RigLink cannot be saved: its socket and the rig go on, they cannot be put back")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from heli_plant.control import risen
 from heli_plant.motor import saturate
@@ -11,10 +11,7 @@ from heli_plant.state_feedback import (
     MOST_DELAY,
     Angles,
     FeedbackSettings,
-    FeedbackState,
     Held,
-    Motion,
-    Pair,
     Rotors,
     entry_unit,
     hold,
@@ -86,6 +83,7 @@ class StateFeedback(SlaveBase):
             for row, column in _entries(matrix)
         ),
     )  # fmt: skip
+    hidden = {"held": Held}
     summary = "State feedback with a Kalman filter, of elevation and of travel or pitch: LQR, or LQI with integrals"
     equations = """
 <pre>
@@ -141,20 +139,3 @@ integral stops while it would drive a voltage beyond it. heli design-controller 
         angles, added = Angles(pitch, elevation, travel), Rotors(more_front, more_rear)
         self.held = hold(held, since, step_size, angles, references, added, s)
         self.values[5:7] = self.held.v_front, self.held.v_rear
-
-    def freeze(self) -> Any:
-        """Estimate, integrals, voltages under way, samples taken; None before the first step."""
-        if self.held is None:
-            return None
-        state, samples, v_front, v_rear = self.held
-        return [[list(part) for part in state], samples, v_front, v_rear]
-
-    def thaw(self, frozen: Any) -> None:
-        """Restore them."""
-        if frozen is None:
-            self.held = None
-            return
-        parts, samples, v_front, v_rear = frozen
-        estimate, integrals, *voltages = parts
-        state = FeedbackState(Motion(*estimate), Pair(*integrals), *(Rotors(*part) for part in voltages))
-        self.held = Held(state, samples, v_front, v_rear)

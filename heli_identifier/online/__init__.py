@@ -36,9 +36,7 @@ from .state import (
     IdentifierState,
     Lag,
     before_samples,
-    frozen_state,
     output_of,
-    thawed_state,
 )
 from .watch import WATCHABLE, Candidate, Motion, Score, candidate, candidate_value
 from .whitening import Noise
@@ -76,7 +74,6 @@ __all__ = [
     "determined",
     "elevation_regression",
     "gain_matrix",
-    "frozen_state",
     "is_closed",
     "is_due",
     "noise_of",
@@ -89,7 +86,6 @@ __all__ = [
     "step",
     "take_sample",
     "take_samples",
-    "thawed_state",
     "total",
     "travel_regression",
 ]

@@ -1,12 +1,7 @@
-"""What the identifier remembers between two samples, how that comes back from JSON, and what it says.
+"""What the identifier remembers between two samples, as nested tuples of numbers, and what it says."""
 
-The state is nested tuples of numbers. ``json.dumps`` writes it, and :func:`thawed_state` turns what ``json.loads``
-reads into the same state again, exact to the bit: the annotations of a NamedTuple are the schema.
-"""
-
-from functools import cache
 from math import atan2, copysign, sqrt
-from typing import Any, NamedTuple, Optional, Union, get_args, get_origin, get_type_hints
+from typing import NamedTuple, Optional
 
 from .adaptation import AxisState
 from .instruments import References, contradicts
@@ -82,32 +77,6 @@ class IdentifierOutput(NamedTuple):
     contradicted: bool
     adapting: bool
     scores: tuple[Score, ...] = ()
-
-
-def frozen_state(state: Any) -> Any:
-    """Return a state as lists of numbers, which ``json.dumps`` writes and ``json.loads`` reads back bit for bit."""
-    nested = isinstance(state, tuple | list) or hasattr(state, "_fields")
-    return [frozen_state(one) for one in state] if nested else state
-
-
-def thawed_state(saved: Any, kind: Any) -> Any:
-    """Return the state of type ``kind``, a NamedTuple, tuple or list, that was saved as lists."""
-    if get_origin(kind) is Union:  # with None
-        (kind,) = (one for one in get_args(kind) if one is not type(None))
-    if saved is None or not isinstance(saved, tuple | list):
-        return saved
-    if hasattr(kind, "_fields"):
-        hints, pairs = _hints(kind), zip(kind._fields, saved, strict=True)
-        return kind(**{name: thawed_state(one, hints.get(name, float)) for name, one in pairs})
-    kinds = get_args(kind)
-    if len(kinds) < 2 or kinds[1] is Ellipsis:
-        kinds = kinds[:1] * len(saved)
-    return get_origin(kind)(thawed_state(one, own) for one, own in zip(saved, kinds, strict=True))
-
-
-@cache
-def _hints(kind: Any) -> dict[str, Any]:
-    return get_type_hints(kind)
 
 
 def before_samples(plan: Plan) -> IdentifierOutput:
