@@ -1,42 +1,13 @@
-"""Benchmarks: what is computed of times, what stands in a page, and figures that are held against the truth."""
+"""Benchmarks: what a comparison finds, settings that a page documents, and figures held against the truth."""
 
-from math import nan
+
 from types import SimpleNamespace
 
 import pytest
 
-from benchmarks import __main__ as command
 from benchmarks import freeze
-from benchmarks.harness import Bar, Times, ratio
 from benchmarks.soak import CASES, GAIN_LIMIT
 from tests.faults.case import ROOT
-
-# --- times -------------------------------------------------------------------------------------------------------
-
-
-def test_one_slow_round_moves_neither_median_nor_ratio():
-    own, other = Times((1.0, 1.0, 90.0)), Times((5.0, 80.0, 5.0))
-    assert (own.median, own.least) == (1.0, 1.0)
-    assert ratio(other, own) == 5.0
-    with pytest.raises(ValueError, match="at least one"):
-        Times(())
-
-
-# --- tables ------------------------------------------------------------------------------------------------------
-
-
-def test_a_bar_on_its_bound_is_met_and_what_was_not_measured_is_not():
-    assert Bar("time", 1.5, 1.5, "s").met
-    assert not Bar("time", 1.51, 1.5, "s").met
-    assert Bar("ratio", 20.0, 20.0, "times", at_least=True).met
-    assert not Bar("ratio", nan, 20.0, "times", at_least=True).met
-
-
-def test_every_name_is_a_benchmark():
-    assert all(callable(command.function_of(name)) for name in (*command.SECTIONS, *command.PRINTED))
-
-
-# --- freeze ------------------------------------------------------------------------------------------------------
 
 
 def test_a_comparison_finds_bits_sizes_and_what_has_come_or_gone():
@@ -50,8 +21,6 @@ def test_a_comparison_finds_bits_sizes_and_what_has_come_or_gone():
         ".text: 'x' became 'y'", ".gone has gone", ".new is new",
     }  # fmt: skip
 
-
-# --- single benchmarks -------------------------------------------------------------------------------------------
 
 
 def test_the_soak_flies_with_the_settings_that_are_documented_for_rigs_that_change():

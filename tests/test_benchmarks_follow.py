@@ -32,24 +32,6 @@ def test_information_on_a_constant_change_is_that_of_the_torques_spectrum_at_zer
     assert far - near == pytest.approx((needed[1] - needed[0]) / rate, rel=0.01)
 
 
-def test_where_a_change_does_not_show_excited_flight_never_ends():
-    rows = np.tile([2.7, 2.7, 0.0, 0.0, 0.0], (4500, 1))
-    assert excited_until("k_y", rows, Coefficients(), 20.0, 3.6e4) == math.inf
-    assert excited_until("cable", rows, Coefficients(), 20.0, 3.6e4) is None
-
-
-def test_excited_flight_takes_four_times_as_long_at_half_the_pitch_angle():
-    """Information goes with the square of g, J = r (t + t_0): the torque is known at the beginning as well as ever.
-
-    t_0 is 2 tau = 2 s for the torque alone, which then has not wandered yet, and some more for the rate: 2 to 4 s.
-    """
-    rows = np.tile(HOVER, (30000, 1))
-    slower = rows * [1.0, 1.0, 0.5, 1.0, 1.0]
-    near, far = (excited_until("k_y", own, Coefficients(), 0.0, 3.6e4) for own in (rows, slower))
-    assert near > 20.0
-    assert 4.0 * near + 3.0 * 2.0 < far < 4.0 * near + 3.0 * 4.0
-
-
 @pytest.mark.slow
 def test_a_twin_with_the_values_in_use_errs_as_the_one_that_does_not_correct():
     rows = record(40.0, seed=4)

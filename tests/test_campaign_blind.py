@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.blind import Share, bars, is_miss, miss
-from benchmarks.rigs import blind_rig, blind_sources, measured, true_structure
+from benchmarks.blind import bars
+from benchmarks.rigs import blind_rig, measured, true_structure
 from heli_identifier.tools import TrueEffect, TrueUnknown, Truth
 from heli_identifier.tools.campaign_rows import complete, truth_columns
 from heli_plant.effects import effect
-from tests.blind.battery import BATTERY, Case
+from tests.blind.battery import Case
 from tests.blind.kinds import STRENGTHS, draw_rig
 
 
@@ -38,15 +38,6 @@ CLEAN = Truth("clean")
 
 
 # --- rigs --------------------------------------------------------------------------------------------------------
-
-
-def test_battery_as_a_campaign_holds_every_rig_under_a_name_of_its_own():
-    everything = blind_sources()
-    assert len(everything) == sum(case.count for case in BATTERY)
-    few = blind_sources(("single", "clean"), limits={"single": 2, "clean": 2})
-    assert {case.group for case, _ in few.values()} == {"single", "clean"}
-    assert set(few) < set(everything)
-    assert max(sum(case == other for case, _ in few.values()) for other, _ in few.values()) == 2
 
 
 def test_logs_of_a_rig_carry_no_word_of_its_truth():
@@ -88,14 +79,6 @@ def test_a_test_that_is_told_the_effect_sees_it_and_a_clean_rig_has_none():
 # --- figures -----------------------------------------------------------------------------------------------------
 
 
-def test_wilson_interval_is_that_of_the_closed_form():
-    # z = 1.96, 0 of 200: upper end z^2 / (n + z^2) = .01885; 10 of 20: symmetric about one half.
-    low, high = Share(0, 200).interval
-    assert (low, high) == pytest.approx((0.0, 0.01885), abs=5e-5)
-    low, high = Share(10, 20).interval
-    assert low + high == pytest.approx(1.0)
-
-
 GROUPED = {
     "clean": [row("c0", CLEAN, verdict="model adequate"), row("c1", CLEAN, found("motor_lag", "rotors"))],
     "single": [
@@ -131,11 +114,3 @@ def test_bars_count_what_they_say():
 
 def test_weak_effect_that_even_the_told_test_would_miss_is_not_held_against_the_tracer():
     assert shares()["weak effects (told: above 8) named first"] == (1, 1, True)
-
-
-def test_misses_are_the_rigs_that_break_their_groups_bar():
-    missed = [row["rig"] for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
-    assert missed == ["c1", "s1", "s2", "p0", "u1"]
-    lines = [miss(row) for group, rows in GROUPED.items() for row in rows if is_miss(group, row)]
-    assert lines[0] == "c1: true nothing (told nan) | found motor_lag rotors 0.02 (score 20.0)"
-    assert lines[2].endswith("true dry_friction pitch 0.02 (told 30.0) | found nothing")

@@ -1,14 +1,10 @@
 """Public logs are fetched as they were cited, whole or not at all, and become logs of the contract."""
 
 import os
-from contextlib import contextmanager
 from dataclasses import replace
 from hashlib import sha256
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from io import BytesIO
 from pathlib import Path
-from threading import Thread
-from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -26,39 +22,13 @@ needs_raw = pytest.mark.skipif(
 )
 
 
-@contextmanager
-def host(content):
-    """Serve content by path; gives the address template and the paths asked for."""
-    asked = []
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self):
-            asked.append(unquote(self.path))
-            found = content.get(asked[-1])
-            if found is None:
-                return self.send_error(404)
-            found = found.read_bytes() if isinstance(found, Path) else found
-            self.send_response(200)
-            self.send_header("Content-Length", str(len(found)))
-            self.end_headers()
-            return self.wfile.write(found)
-
-        def log_message(self, *_words):
-            """Say nothing."""
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    thread = Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_port}/{{repository}}/{{commit}}/{{path}}", asked
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
-
-
-def place(source):
-    return f"/{source.repository}/{source.commit}/{source.path}"
+def hosted(folder, content):
+    """Write what each source holds where it is published; gives the template of the addresses."""
+    for source, data in content.items():
+        path = folder / source.repository / source.commit / source.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(data)
+    return f"{folder.as_uri()}/{{repository}}/{{commit}}/{{path}}"
 
 
 def matrix(rows=11, samples=3000):
@@ -74,14 +44,11 @@ def cited(content, rig="ntnu-05", path="lab 3/log, final.mat"):
     return Source(len(content), rig, "01", "somebody/helicopter", "c" * 40, path, sha256(content).hexdigest())
 
 
-# --- fetching ----------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("changed", [b"<html>please log in</html>", b"longer than what was cited" * 9])
-def test_a_file_that_is_not_the_one_cited_is_refused(changed):
+def test_a_file_that_is_not_the_one_cited_is_refused(tmp_path, changed):
     source = cited(b"what was cited")
-    with host({place(source): changed}) as (address, _), pytest.raises(DownloadError, match=source.sha256):
-        fetched(source, address)
+    with pytest.raises(DownloadError, match=source.sha256):
+        fetched(source, hosted(tmp_path, {source: changed}))
 
 
 def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, monkeypatch):
@@ -89,23 +56,22 @@ def test_what_was_fetched_is_kept_and_what_is_wrong_leaves_nothing(tmp_path, mon
     good = cited(content)
     bad = replace(good, log="02", path="other.mat", sha256="0" * 64)
     monkeypatch.setattr(measured, "sources", lambda: (good, bad))
-    with host({place(good): content, place(bad): content}) as (address, asked):
-        for _ in range(2):
-            with pytest.raises(DownloadError, match=r"other\.mat is not the file"):
-                download(tmp_path, address)
-    assert asked == [place(good), place(bad), place(bad)]
-    assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()) == [
-        "ntnu-05/01.csv",
-        "raw/ntnu-05-01.mat",
-    ]
-    (tmp_path / "raw" / "ntnu-05-01.mat").write_bytes(content[:-1])  # spoilt on the disk: fetched again
-    with host({place(good): content}) as (address, asked), pytest.raises(DownloadError, match="404"):
-        download(tmp_path, address)
-    assert asked == [place(good), place(bad)]
-    assert (tmp_path / "raw" / "ntnu-05-01.mat").read_bytes() == content
-
-
-# --- conversion --------------------------------------------------------------------------------------------------
+    host, logs = tmp_path / "host", tmp_path / "logs"
+    address = hosted(host, {good: content, bad: content})
+    kept = logs / "raw" / "ntnu-05-01.mat"
+    with pytest.raises(DownloadError, match=r"other\.mat is not the file"):
+        download(logs, address)
+    assert sorted(path for path in logs.rglob("*") if path.is_file()) == [logs / "ntnu-05" / "01.csv", kept]
+    published = next(host.rglob("log, final.mat")).rename(host / "moved")
+    with pytest.raises(DownloadError, match=r"other\.mat is not the file"):  # the first is not fetched again
+        download(logs, address)
+    kept.write_bytes(content[:-1])
+    with pytest.raises(DownloadError, match="final.mat cannot be fetched"):  # spoilt on the disk: fetched again
+        download(logs, address)
+    hosted(host, {good: published.read_bytes()})
+    with pytest.raises(DownloadError, match=r"other\.mat is not the file"):
+        download(logs, address)
+    assert kept.read_bytes() == content
 
 
 @pytest.mark.parametrize("rig", LAYOUTS)
@@ -133,19 +99,15 @@ def test_rows_become_the_signals_of_the_contract(rig):
 
 @needs_raw
 def test_the_published_files_become_logs_of_the_contract(tmp_path):
-    files = {place(source): Path(RAW) / f"{source.rig}-{source.log}.mat" for source in sources()}
+    files = {source: Path(RAW) / f"{source.rig}-{source.log}.mat" for source in sources()}
     missing = [path.name for path in files.values() if not path.is_file()]
     if missing:
         pytest.skip(f"{RAW} lacks {', '.join(missing)}")
-    with host(files) as (address, asked):
-        folders = download(tmp_path, address)
-        assert len(asked) == len(files)
-        assert download(tmp_path, address) == folders
-        assert len(asked) == len(files)  # what is there is not fetched again
-    assert [folder.name for folder in folders] == list(LAYOUTS)
+    address = hosted(tmp_path / "host", {source: path.read_bytes() for source, path in files.items()})
+    assert [folder.name for folder in download(tmp_path, address)] == list(LAYOUTS)
     for source in sources():
         log = read_log(tmp_path / source.rig / f"{source.log}.csv")
-        (rows,) = (v for k, v in loadmat(files[place(source)]).items() if not k.startswith("__"))
+        (rows,) = (v for k, v in loadmat(files[source]).items() if not k.startswith("__"))
         assert (log.rate_hz, log.samples) == (500.0, rows.shape[1])
         assert np.abs(log.voltages).max() <= 5.0
         # a larger front voltage raises the pitch: its acceleration goes with the difference a motor's lag ago
