@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import spread
 from heli_identifier.cli.terminal import print_table
+from heli_identifier.results import Table
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -99,11 +100,11 @@ def test_a_configuration_of_this_folder_is_taken_and_that_is_said(tmp_path, monk
 def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "60")
     rows = [("pitch gain of the model as it was", "0.2930 ± 0.0057 rad/s²/V", "5.00 (4.50 to 5.50)")]
-    columns, title = ("parameter", "value >", "error >"), "Gains (± 1.96 standard errors)"
+    table = Table("Gains (± 1.96 standard errors)", ("parameter", "value", "error"), rows)
     printed = []
     for terminal, intervals in ((False, False), (True, True), (True, False)):
         monkeypatch.setattr(sys.stdout, "isatty", lambda told=terminal: told)
-        print_table(title, columns, rows, intervals)
+        print_table(table, intervals)
         printed.append(" ".join(capsys.readouterr().out.split()))
     assert "± 0.0057" in printed[0] and "to" in printed[1]
     assert "0.2930 rad/s²/V 5.00" in printed[2] and "±" not in printed[2]

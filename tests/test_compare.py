@@ -47,7 +47,7 @@ def test_a_diagnosis_beside_itself_moves_nothing_and_says_that_the_logs_are_shar
     found = hi.compare(diagnosis(), diagnosis())
     assert found.moved == ()
     assert found.remarks[-1].startswith("Both diagnoses use")
-    assert all(row[-1] in ("within its interval", "given", "as before") for row in found.rows)
+    assert all(row[-1] in ("within its interval", "given", "as before") for row in found.table.rows)
 
 
 def test_an_effect_of_one_plant_alone_is_named():

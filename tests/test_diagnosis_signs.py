@@ -79,8 +79,5 @@ def test_the_notes_of_a_diagnosis_are_printed_as_warnings(capsys):
 
 def test_on_the_terminal_an_unknown_curve_of_the_plant_is_said_and_a_periodic_torque_is_not(capsys):
     print_diagnosis(example())
-    said = [line for line in capsys.readouterr().out.splitlines() if "as a table" in line]
-    assert said == [
-        "The corrected plant has a torque on the travel that depends on the travel as a table: table.travel.* of its "
-        "parameters."
-    ]
+    said = [line for line in capsys.readouterr().out.splitlines() if "table." in line]
+    assert len(said) == 1 and "torque on the travel" in said[0] and "table.travel.*" in said[0]

@@ -54,9 +54,9 @@ def test_a_bare_rig_is_accused_of_nothing(looked):
 
 
 def test_the_table_says_what_every_gain_rests_on(looked):
-    assert [row[0] for row in looked.rows] == ["pitch", "elevation", "travel"]
+    assert [row[0] for row in looked.table.rows] == ["pitch", "elevation", "travel"]
     words = {"determined from outside", "rests on the noise model", "not determined", "contradicted"}
-    assert all(row[-1] in words for row in looked.rows)
+    assert all(row[-1] in words for row in looked.table.rows)
     assert len(looked.summary().splitlines()) >= 6
 
 

@@ -11,20 +11,19 @@ from hypothesis import strategies as st
 from scipy.signal import correlate
 
 from heli_identifier.online import Estimate
-from heli_identifier.results.report import autocorrelation, ranked_experiments, report_page, verdict_line
+from heli_identifier.results.report import autocorrelation, ranked_experiments, report_page
 from heli_identifier.results.svg import Axes, figure, thinned, ticks
-from heli_identifier.results.tables import error_rows, gain_rows
+from heli_identifier.results.tables import Table, effect_table, error_table, gain_table
 from heli_identifier.results.words import (
     held_out_sentence,
     law_text,
-    possible_sentence,
     power_text,
     significant,
     unit_text,
-    verdict_sentence,
+    verdict_line,
     with_interval,
 )
-from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault, Use, Verdict
+from heli_identifier.tracing import AxisError, Determination, ErrorFigure, LogFault, Use
 from tests.diagnosis_example import adequate, example, made_log
 
 LARGEST = 1_000_000
@@ -89,7 +88,7 @@ def test_the_verdict_has_two_lines_at_most_and_the_numbers_of_the_delivered_plan
     # a line holds some 95 letters at 1280 px
     assert max(len(verdict_line(own)) for own in (example(), adequate())) < 180
     assert "falls by 60 %" in verdict_line(example())
-    assert verdict_line(adequate()).startswith("These logs do not refute the model.")
+    assert verdict_line(adequate()).startswith("These logs do not refute the model; 2 of")
 
 
 @pytest.mark.parametrize(
@@ -148,39 +147,34 @@ def test_a_noise_floor_that_could_not_be_computed_is_a_dash_and_null():
     assert set(document["error"]["pitch"]["noise_floor"].values()) == {None}
 
 
-def test_the_sentence_of_the_terminal_names_the_effect_its_size_and_what_it_brings():
-    said = verdict_sentence(example())
-    assert said.startswith("The rig has dry friction on the pitch (c = 0.0250 ± 0.0012 rad/s²)")
-    assert "periodic torque on the elevation at 0.700 Hz" in said and "falls from 5.00 to 2.00 mrad" in said
-    said = verdict_sentence(adequate())
-    assert said.startswith("Nothing in the catalogue is shown: these logs do not refute the simplified model, but 2 of")
-
-
-def test_an_alternative_that_several_effects_share_is_said_once():
-    whole = example()
-    friction = replace(whole.effects[0], verdict=Verdict.AMBIGUOUS, alternatives=whole.effects[1].alternatives)
-    said = verdict_sentence(replace(whole, effects=(friction, *whole.effects[1:])))
-    assert said.count("ground effect on the elevation") == said.count("explains these logs about as well") == 1
-
-
-def test_what_is_possible_is_said_to_be_no_finding():
-    assert possible_sentence(example()).startswith("Possible, and no finding: motor lag of the rotors.")
-    assert possible_sentence(adequate()) == ""
+def test_the_terminal_names_the_effect_its_size_and_what_could_stand_in_for_it():
+    rows = {row[0]: row[1:] for row in effect_table(example()).rows}
+    assert rows["Dry friction on the pitch"][:2] == ("shown", "0.0250 ± 0.0012 rad/s²")
+    assert rows["Arm bending on the elevation"][-1] == "ground effect on the elevation"
+    assert rows["A periodic torque on the elevation at 0.700 Hz"][-2] == "no"
+    assert rows["Motor lag of the rotors"][0] == "possible"
+    assert effect_table(adequate()).rows == []
+    assert "2 of" in verdict_line(adequate())
 
 
 def test_under_a_controller_the_errors_that_its_voltages_answer_do_not_lead():
     flown = replace(example(), closed_loop=True)
-    assert error_rows(flown)[0]["what"] == ".1 s ahead [mrad]"
+    assert error_table(flown).rows[0][1] == ".1 s ahead [mrad]"
     assert "decide nothing here" in held_out_sentence(flown) and "error .2 s ahead" in report_page(flown, "rig")
 
 
 def test_a_gain_that_references_contradict_or_that_was_given_is_said_to_be():
     whole = example()
     against = replace(whole.parameters["k_x"], contradicted=True, determination=Determination.NOT_DETERMINED)
-    rows = gain_rows(replace(whole, parameters={**whole.parameters, "k_x": against}))
-    assert [row["rests"] for row in rows] == ["contradicted", "determined from outside", "not determined"]
+    rows = gain_table(replace(whole, parameters={**whole.parameters, "k_x": against})).rows
+    assert [row[3] for row in rows] == ["contradicted", "determined from outside", "not determined"]
     others = {name: report for name, report in whole.parameters.items() if name != "k_z"}
-    assert gain_rows(replace(whole, parameters=others))[1]["rests"] == "given"
+    assert gain_table(replace(whole, parameters=others)).rows[1][3] == "given"
+
+
+def test_a_column_of_figures_stands_at_the_right():
+    rows = [("1/s", "−0.1 ± 0.2 rad", "12 %", "a"), ("", "–", ".5", "2")]
+    assert Table("", ("unit", "value", "share", "mixed"), rows).figures == [False, True, True, False]
 
 
 finite = st.floats(-1e5, 1e5).map(lambda x: round(x, 4))

@@ -23,7 +23,7 @@ def parameters(**uses):
 def test_an_axis_that_is_not_usable_is_not_judged_by_a_check():
     found = check(made_log(), parameters(elevation=Use.NOTHING), factor=100.0)
     assert {outcome.axis for outcome in found.outcomes} == {"pitch", "travel"} and found.passed
-    assert found.rows[-1][1] == "elevation" and found.rows[-1][-1] == "not usable"
+    assert found.table.rows[-1][1] == "elevation" and found.table.rows[-1][-1] == "not usable"
     assert found.to_dict()["not_judged"] == ["elevation"]
 
 

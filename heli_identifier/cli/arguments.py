@@ -42,11 +42,9 @@ Config = Annotated[
 ]  # fmt: skip
 From = Annotated[float | None, option("First instant used, in the log's own time.", "--from", metavar="SECONDS")]
 To = Annotated[float | None, option("Last instant used, in the log's own time.", "--to", metavar="SECONDS")]
-Folder = Annotated[
-    Path, option("Folder of the results, complete or untouched.", "--output", "-o", metavar="DIR", show_default=True)
-]
+Folder = Annotated[Path, option("Folder of the results.", "--output", "-o", metavar="DIR", show_default=True)]
 Json = Annotated[bool, option("Print the result as JSON, and nothing else, on standard output.", "--json")]
-Verbose = Annotated[bool, option("Print more: reasons, conversions, what was tried.", "--verbose", "-v")]
+Verbose = Annotated[bool, option("Print more: intervals, reasons, what was tried.", "--verbose", "-v")]
 Settings = Annotated[
     list[str],
     option(
@@ -54,8 +52,11 @@ Settings = Annotated[
     ),
 ]
 Parameters = Annotated[
-    Path | None,
-    option("parameters.json of a diagnosis, for the unit it names.", "--parameters", "-p", metavar="FILE"),
+    Path | None, option("parameters.json of a diagnosis, for the unit it names.", "--parameters", "-p", metavar="FILE")
+]
+PlantFile = Annotated[Path, option("parameters.json of a diagnosis.", "--parameters", "-p", metavar="FILE")]
+PlantArgument = Annotated[
+    Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
 ]
 Layout = Annotated[
     str | None,
@@ -71,6 +72,12 @@ Controller = Annotated[
 Native = Annotated[
     bool, option("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 ]
+PLANT_FILE = Path("parameters.json")
+
+
+def to_file(text: str) -> Any:
+    """Give the option of a file to write."""
+    return Annotated[Path | None, option(text, "--output", "-o", metavar="FILE")]
 
 
 def scenario_names() -> list[str]:
@@ -187,15 +194,17 @@ def split_logs(
 Value = float | str
 
 
-def assignments(words: Sequence[str]) -> dict[str, str]:
-    """Give ``name=value`` words as a mapping; one without ``=``, or two of one parameter, are refused."""
+def assignments(
+    words: Sequence[str], name_of: str = "--set", form: str = "NAME=VALUE, as plant.effects.dry_friction.pitch=0.02"
+) -> dict[str, str]:
+    """Give ``name=value`` words as a mapping; one without ``=``, or two of one name, are refused."""
     values: dict[str, str] = {}
     for word in words:
         name, mark, text = (part.strip() for part in word.partition("="))
         if not mark or not name:
-            raise ConfigurationError(f"--set {word} must read NAME=VALUE, as plant.effects.dry_friction.pitch=0.02.")
+            raise ConfigurationError(f"{name_of} {word} must read {form}.")
         if name in values:
-            raise ConfigurationError(f"--set {name} is given twice; keep one.")
+            raise ConfigurationError(f"{name_of} {name} is given twice; keep one.")
         values[name] = text
     return values
 

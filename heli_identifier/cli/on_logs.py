@@ -7,17 +7,19 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from heli_identifier.cli.arguments import (
+    PLANT_FILE,
     Config,
     Folder,
     From,
     Json,
     Logs,
     Native,
+    PlantFile,
     To,
     Verbose,
     by_unit,
@@ -38,6 +40,7 @@ from heli_identifier.cli.terminal import (
     print_notes,
     print_table,
     progress_bar,
+    show,
     warn,
 )
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError, require_positive
@@ -45,11 +48,10 @@ from heli_identifier.files import write_atomically
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.results import ParameterSet
+    from heli_identifier.results import Check
+    from heli_identifier.tools import ClosedLoopErrors, Row, Source
     from heli_identifier.tools import Progress as CampaignProgress
-    from heli_identifier.tools import Row, Source
     from heli_identifier.tracing import Diagnosis
-    from heli_plant.control import PidSettings
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -63,11 +65,8 @@ def diagnose(
     output: Folder = Path("diagnosis"),
     validate: Annotated[
         list[Path],
-        option(
-            "Held-out logs; by default the last log, or the last third of a single one.",
-            metavar="LOG...",
-            show_default=False,
-        ),
+        option("Held-out logs; by default the last log, or the last third of a single one.", metavar="LOG...",
+               show_default=False),
     ] = [],
     keep_events: Annotated[
         bool, option("Keep passages in which a hand or an obstacle acts on the rig.", "--keep-events")
@@ -78,13 +77,13 @@ def diagnose(
     native: Native = False,
     json: Json = False,
     verbose: Verbose = False,
-) -> None:
+) -> None:  # fmt: skip
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
-    HelicopterPlant-native.fmu.
+    HelicopterPlant-native.fmu: all of them, or none.
     """
-    from heli_identifier.results import whole_folder
+    from heli_identifier.results import RESULTS, diagnosis_lines, whole_folder
 
     with whole_folder(output) as draft:
         configuration = found_configuration(config)
@@ -98,8 +97,6 @@ def diagnose(
         for text in diagnosis.notes:
             warn(text)
         return
-    from heli_identifier.results import RESULTS, diagnosis_lines
-
     for line in diagnosis_lines(diagnosis, training):
         typer.echo(line)
     print_diagnosis(diagnosis, reasons=verbose)
@@ -158,13 +155,7 @@ def look(logs: Logs, start: From = None, end: To = None, config: Config = None, 
     from heli_identifier import look as look_at
 
     recorded, configuration = logs_of(logs, config, start, end)
-    found = look_at(recorded, configuration=configuration)
-    if json:
-        print_json(found.to_dict())
-        return
-    print_table(found.title, found.columns, found.rows)
-    for text in found.remarks:
-        note(text)
+    show(look_at(recorded, configuration=configuration), json)
 
 
 def identify(
@@ -173,8 +164,7 @@ def identify(
     filter_frequency: Annotated[float, option("Bandwidth of the state filters.", metavar="RAD/S")] = 1.0,
     forgetting: Annotated[float, option("Forgetting alpha of the adaptation.", metavar="1/S")] = 0.001,
     method: Annotated[
-        str | None,
-        option("adaptation or prediction_error; by default the one that suits the logs.", metavar="NAME"),
+        str | None, option("adaptation or prediction_error; by default the one that suits the logs.", metavar="NAME")
     ] = None,
     start: From = None,
     end: To = None,
@@ -205,24 +195,14 @@ def identify(
             progress("drawing", 1.0)
             found = replace(found, parameters=replace(found.parameters, provenance=from_command_line()))
             found.write(draft)
-    if json:
-        print_json(found.to_dict())
-    else:
-        parameter, meaning, *values, unit = found.columns
-        print_table(found.title, (parameter, meaning, *(f"{name} >" for name in values), unit), found.rows)
-        for text in found.notes:
-            note(text)
-    for text in found.warnings:
-        warn(text)
+    show(found, json)
     if not json:
         note_written(output, found.files)
 
 
 def check(
     logs: Logs,
-    parameters: Annotated[
-        Path, option("parameters.json of the diagnosis.", "--parameters", "-p", metavar="FILE")
-    ] = Path("parameters.json"),
+    parameters: PlantFile = PLANT_FILE,
     factor: Annotated[float, option("Error allowed, as a multiple of the expected one.", metavar="FACTOR")] = 1.3,
     junit: Annotated[Path | None, option("Write the outcome as JUnit XML.", metavar="FILE")] = None,
     controller: Annotated[
@@ -247,46 +227,28 @@ def check(
     from heli_identifier import check as check_logs
 
     expected = read_with_doubts(parameters)
-    read, configuration = logs_of(logs, config, start, end)
+    recorded, configuration = logs_of(logs, config, start, end)
+    outcome: ClosedLoopErrors | Check
     if limit is not None:
+        from heli_identifier.tools import closed_loop_errors
+
+        require_positive("--limit", limit, "mrad")
         if junit is not None:
             raise ConfigurationError("--junit is of the 1 s prediction; give it without --limit.")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
-        _check_closed_loop(read, expected, flown, limit, json)
-        return
-    if controller is not None:
-        raise ConfigurationError("--controller needs --limit MRAD, to which the closed loop's error is held.")
-    outcome = check_logs(read, expected, factor)
-    if junit is not None:
-        write_atomically(junit, outcome.junit())
-    if json:
-        print_json(outcome.to_dict())
+        outcome = loop = closed_loop_errors(recorded, expected, flown, 1e-3 * limit)
+        failed = f"the closed loop errs by {1e3 * loop.largest:.3g} mrad, more than {limit:g} mrad"
     else:
-        print_table(
-            "Error of the 1 s prediction [mrad]", ("log", "axis", "error >", "limit >", "outcome"), outcome.rows
-        )
+        if controller is not None:
+            raise ConfigurationError("--controller needs --limit MRAD, to which the closed loop's error is held.")
+        outcome = check_logs(recorded, expected, factor)
+        if junit is not None:
+            write_atomically(junit, outcome.junit())
+        failed = "the model no longer explains these logs: run `heli diagnose` on them"
+    show(outcome, json)
     if not outcome.passed:
-        note("the model no longer explains these logs: run `heli diagnose` on them")
-        raise typer.Exit(FAILED)
-
-
-def _check_closed_loop(
-    logs: "Sequence[Log]", plant: "ParameterSet", controller: "Path | PidSettings", limit: float, json: bool
-) -> None:
-    """Hold the closed loop's error over 3 s to a limit [mrad]."""
-    from heli_identifier.tools import closed_loop_errors
-
-    require_positive("--limit", limit, "mrad")
-    found = closed_loop_errors(logs, plant, controller)
-    passed = found.largest <= 1e-3 * limit
-    if json:
-        print_json({**found.to_dict(), "limit_rad": 1e-3 * limit, "passed": passed})
-    else:
-        log, axis, *figures = found.columns
-        print_table(found.title, (log, axis, *(f"{name} >" for name in figures)), found.rows)
-    if not passed:
-        note(f"the closed loop errs by {1e3 * found.largest:.3g} mrad, more than {limit:g} mrad")
+        note(failed)
         raise typer.Exit(FAILED)
 
 
@@ -310,14 +272,7 @@ def compare(
     from heli_identifier import compare as compare_diagnoses
 
     recorded = logs_of(log, config, start, end)[0] if log else ()
-    found = compare_diagnoses(first, second, recorded)
-    if json:
-        print_json(found.to_dict())
-        return
-    what, *names, outcome = found.columns
-    print_table(found.title, (what, *(f"{name} >" for name in names), outcome), found.rows, verbose)
-    for text in found.remarks:
-        note(text)
+    show(compare_diagnoses(first, second, recorded), json, verbose)
 
 
 # --- many rigs -------------------------------------------------------------------------------------------------------
@@ -371,7 +326,7 @@ def fleet(
     else:
         typer.secho(fleet_sentence(found), bold=True)
         for table in fleet_tables(found):
-            print_table(*table)
+            print_table(table)
         note_written(output, ("fleet.json", "fleet.html"))
     if found.failures:
         raise typer.Exit(FAILED)
@@ -384,15 +339,11 @@ def campaign(
             metavar="FOLDER", help="Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
         ),
     ] = None,
-    output: Annotated[
-        Path, option("Folder of the results; it is continued if it has any.", "--output", "-o", metavar="DIR")
-    ] = Path("campaign"),
+    output: Folder = Path("campaign"),
     generator: Annotated[
         str,
-        option(
-            "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER.",
-            metavar="MODULE:FUNCTION",
-        ),
+        option("Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER.",
+               metavar="MODULE:FUNCTION"),
     ] = "",
     rigs: Annotated[int | None, option("Rigs that the generator makes.", metavar="N")] = None,
     first_seed: Annotated[int | None, option("Seed of the first of them; 0 by default.", metavar="SEED")] = None,
@@ -402,7 +353,7 @@ def campaign(
     ] = None,
     config: Config = None,
     json: Json = False,
-) -> None:
+) -> None:  # fmt: skip
     """Diagnose many rigs, on all cores of this machine or on a cluster; started again, it continues where it stopped.
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
@@ -412,7 +363,7 @@ def campaign(
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
     # These take a second or two to import: the words of the command are checked before.
-    from heli_identifier.tools import CONSOLIDATED, run_campaign, summarised
+    from heli_identifier.tools import CONSOLIDATED, campaign_tables, run_campaign, summarised
 
     settings = DiagnosisSettings.from_rig(configuration)
     with rigs_done() as progress:
@@ -421,7 +372,11 @@ def campaign(
     if json:
         print_json(summary)
     else:
-        _print_campaign(summary)
+        tables, remarks = campaign_tables(summary)
+        for table in tables:
+            print_table(table)
+        for text in remarks:
+            typer.echo(text)
         note_written(output, [CONSOLIDATED])
     if summary["failures"]:
         raise typer.Exit(FAILED)
@@ -433,14 +388,14 @@ def rigs_done() -> "Iterator[CampaignProgress]":
     failed = 0
     with progress_bar() as bar:
 
-        def show(done: int, total: int, row: "Row | None") -> None:
+        def count(done: int, total: int, row: "Row | None") -> None:
             nonlocal failed
             failed += bool(row and row.get("error"))
             bar(f"{done} of {total} rigs done" + (f", {failed} failed" if failed else ""), done / total)
             if not sys.stderr.isatty() and (row is None or done == total or done % max(1, total // 20) == 0):
                 typer.echo(f"{done} of {total} rigs done", err=True)
 
-        yield show
+        yield count
 
 
 def _sources(
@@ -464,48 +419,6 @@ def _sources(
     return [*generated_rigs(generator, rigs, first_seed or 0)]
 
 
-def _print_campaign(summary: "dict[str, Any]") -> None:
-    """Print what was found and how much of it is true where that is known, coverage, times and failures."""
-    columns = {
-        "rigs": "rigs >",
-        "shown": "effects shown >",
-        "adequate": "model adequate >",
-        "unknown": "unknown effect >",
-    }
-    judged = {
-        "named_first": "named first >",
-        "false": "with a false one >",
-        "recognised": "unknown recognised >",
-        "right": "found as it is >",
-    }
-    if any(kind["kind"] for kind in summary["kinds"]):
-        head = ("kind", *columns.values(), *judged.values())
-        rows = [
-            (
-                kind["kind"] or "truth not known",
-                *(str(kind[name]) for name in columns),
-                *(str(kind[name]) if kind["kind"] else "" for name in judged),
-            )
-            for kind in summary["kinds"]
-        ]
-        print_table("Campaign", head, rows)
-    else:
-        rows = [tuple(str(kind[name]) for name in columns) for kind in summary["kinds"]]
-        print_table("Campaign", tuple(columns.values()), rows)
-    if summary["effects"]:
-        print_table("Effects found", ("effect", "rigs >"), [(name, str(count)) for name, count in summary["effects"]])
-    if summary["coverage"] is not None:
-        share, count = 100.0 * summary["coverage"], counted(summary["intervals"], "interval")
-        typer.echo(f"{share:.1f} % of {count} of 95 % hold the true value")
-    if summary["seconds"] is not None:
-        median, high, most = summary["seconds"]
-        typer.echo(
-            f"one diagnosis on one core: median {median:.1f} s, 95 % quantile {high:.1f} s, longest {most:.1f} s"
-        )
-    for rig, error in summary["failures"]:
-        typer.echo(f"failed: {rig}: {error}")
-
-
 # --- to begin with ---------------------------------------------------------------------------------------------------
 
 
@@ -516,10 +429,10 @@ def init(
             metavar="[FILE | LOG]", help="Configuration to write (.toml), or a log to look into.", show_default=False
         ),
     ] = Path("heli.toml"),
-    output: Annotated[Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")] = Path(
-        "heli.toml"
-    ),
-) -> None:
+    output: Annotated[
+        Path, option("Configuration to write for a log.", "--output", "-o", metavar="FILE")
+    ] = Path("heli.toml"),
+) -> None:  # fmt: skip
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
@@ -534,6 +447,7 @@ def init(
 def _guess_configuration(log: Path, output: Path) -> Path:
     """Guess the configuration that reads a log, write it, and print the guesses."""
     from heli_identifier.records import guess, read_log, suspicions, write_template
+    from heli_identifier.results import Table
 
     if output.is_file() or output.is_dir():
         raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
@@ -545,25 +459,21 @@ def _guess_configuration(log: Path, output: Path) -> Path:
         because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
         sign = str(form.sign(signal)) if signal != "time" else ""
         rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
-    print_table(f"Guessed from {log}; confirm each", ("signal", "column", "unit", "sign >", "because"), rows)
+    print_table(Table(f"Guessed from {log}; confirm each", ("signal", "column", "unit", "sign", "because"), rows))
     for key in ("swap_rotors", "clip", "start", "decimal"):
         if key in reasons:
             note(f"{key}: {reasons[key]}")
-    for text in found.doubts:
-        warn(text)
+    doubts = list(found.doubts)
     try:
-        for text in suspicions(read_log(log, form)):
-            warn(text)
+        doubts += suspicions(read_log(log, form))
     except LogError as error:
-        warn(f"with these guesses the log is refused: {error}")
+        doubts.append(f"with these guesses the log is refused: {error}")
+    for text in doubts:
+        warn(text)
     return path
 
 
-def demo(
-    output: Annotated[Path, option("Folder of the units and results.", "--output", "-o", metavar="DIR")] = Path(
-        "build"
-    ),
-) -> None:
+def demo(output: Folder = Path("build")) -> None:
     """Build the units, then diagnose two rigs whose logs come with the package."""
     from fmu_src import UNITS
     from heli_identifier import RigConfiguration, build, demo_logs, read_data_set

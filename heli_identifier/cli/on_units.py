@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from heli_identifier.cli.arguments import (
+    PLANT_FILE,
     Config,
     Controller,
     Folder,
@@ -18,6 +19,7 @@ from heli_identifier.cli.arguments import (
     Json,
     Native,
     Parameters,
+    PlantArgument,
     ScenarioName,
     Settings,
     To,
@@ -30,6 +32,7 @@ from heli_identifier.cli.arguments import (
     of_unit,
     option,
     read_with_doubts,
+    to_file,
 )
 from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
@@ -42,24 +45,19 @@ if TYPE_CHECKING:
 PLANT = "HelicopterPlant"
 
 
-def _units(native: bool = False) -> list[str]:
+def _units() -> list[str]:
+    """Names of the units, for completion."""
     from fmu_src import UNITS
 
-    if not native:
-        return list(UNITS)
-    from fmu_src.native import NATIVE_UNITS
-
-    return list(NATIVE_UNITS)
+    return list(UNITS)
 
 
 def build(
     units: Annotated[
         list[str],
-        typer.Argument(
-            metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=lambda: _units()
-        ),
+        typer.Argument(metavar="[UNIT]...", help="Units to build; all if none is named.", autocompletion=_units),
     ] = [],
-    output: Annotated[Path, option("Folder of the FMUs.", "--output", "-o", metavar="DIR")] = Path("build"),
+    output: Folder = Path("build"),
     parameters: Parameters = None,
     settings: Settings = [],
     native: Native = False,
@@ -77,18 +75,18 @@ def build(
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
     from fmu_src import unit_class
+    from fmu_src.native import NATIVE_UNITS
     from heli_identifier import build as build_unit
     from heli_identifier.results import whole_folder
 
-    if fmi != 2 and not native:
-        raise ConfigurationError(f"--fmi {fmi} belongs to native units; add --native.")
-    if all_platforms and not native:
-        raise ConfigurationError("--all-platforms belongs to native units; add --native.")
+    for asked, words in ((fmi != 2, f"--fmi {fmi}"), (all_platforms, "--all-platforms")):
+        if asked and not native:
+            raise ConfigurationError(f"{words} belongs to native units; add --native.")
     if model_exchange and not (native and units == [PLANT]):
         raise ConfigurationError(
             "--model-exchange belongs to the native plant alone: heli build HelicopterPlant --native --model-exchange."
         )
-    names = units or _units(native)
+    names = units or (list(NATIVE_UNITS) if native else _units())
     given = by_unit(parameters)
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
@@ -130,9 +128,7 @@ def warn_of_missing_compilers(all_platforms: bool = False) -> None:
 
 def ssp(
     scenario: ScenarioName,
-    output: Annotated[
-        Path | None, option("The .ssp file; SCENARIO.ssp by default.", "--output", "-o", metavar="FILE")
-    ] = None,
+    output: to_file("The .ssp file; SCENARIO.ssp by default.") = None,  # type: ignore[valid-type]
     parameters: Parameters = None,
     settings: Settings = [],
     duration: Annotated[float, option("Stop time of the default experiment.", metavar="SECONDS")] = 90.0,
@@ -170,9 +166,7 @@ def simulate(
     start: From = None,
     end: To = None,
     config: Config = None,
-    output: Annotated[
-        Path | None, option("Every output of every unit as CSV.", "--output", "-o", metavar="FILE")
-    ] = None,
+    output: to_file("Every output of every unit as CSV.") = None,  # type: ignore[valid-type]
     plot: Annotated[Path | None, option("The run as a figure, .svg.", metavar="FILE")] = None,
     native: Native = False,
     runs: Annotated[
@@ -193,7 +187,7 @@ def simulate(
         raise ConfigurationError(f"--plot {plot} must end in .svg; a browser prints that as PDF.")
     if runs is not None and not native:
         raise ConfigurationError("--runs needs units in C; add --native.")
-    files = _fmu_files(fmu)
+    files = assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = in_scenario(scenario, controller, ()) | in_scenario(scenario, parameters, settings, files)
     with _played(scenario, log, start, end, config) as (recorded, played):
         if step is None:
@@ -215,18 +209,15 @@ def simulate(
         result.write_csv(output)
     _draw(result, recorded, plot)
     errors = _off_the_log(result, recorded)
-    if errors and not json:
+    first, last, low, high = result.values[0], result.values[-1], result.values.min(0), result.values.max(0)
+    rows = _outputs(result, {"first": first, "last": last, "smallest": low, "largest": high})
+    if json:
+        print_json([row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in rows])
+        return
+    if errors:
         said = ", ".join(f"{name.removeprefix('plant.')} {1e3 * value:.3g} mrad" for name, value in errors.items())
         typer.echo(f"RMS error of the plant against {log}: {said}")
-    last = result.values[-1]
-    _print_outputs(
-        f"{result.time[-1]:g} s in steps of {result.time[1]:g} s",
-        result,
-        {"first": result.values[0], "last": last, "smallest": result.values.min(0), "largest": result.values.max(0)},
-        json,
-        verbose,
-        errors,
-    )
+    _print_outputs(f"{result.time[-1]:g} s in steps of {result.time[1]:g} s", rows, verbose)
 
 
 def _off_the_log(result: Any, log: "Log | None") -> dict[str, float]:
@@ -240,19 +231,6 @@ def _off_the_log(result: Any, log: "Log | None") -> dict[str, float]:
     measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
     errors = result.columns(*names)[within] - measured
     return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
-
-
-def _fmu_files(words: list[str]) -> dict[str, str]:
-    """Give ``UNIT=FILE`` words as a mapping."""
-    files: dict[str, str] = {}
-    for word in words:
-        unit, mark, path = word.partition("=")
-        if not mark:
-            raise ConfigurationError(f"--fmu {word} must read UNIT=FILE, as plant=result/HelicopterPlant.fmu.")
-        if unit in files:
-            raise ConfigurationError(f"--fmu {unit} is given twice; keep one.")
-        files[unit] = path
-    return files
 
 
 def _length(log: "Log", step: float) -> float:
@@ -336,51 +314,32 @@ def _print_bands(bands: Any, json: bool, everything: bool) -> None:
     """Print last values of the nominal run and the range of 95 % of the runs."""
     if bands.refused:
         warn(f"{len(bands.refused)} of {bands.runs + len(bands.refused)} runs were refused; first: {bands.refused[0]}")
-    figures = {
-        "last": bands.values[-1],
-        "low": bands.low[-1],
-        "high": bands.high[-1],
-        "widest band": (bands.high - bands.low).max(axis=0),
-    }
+    widest = (bands.high - bands.low).max(axis=0)
+    figures = {"last": bands.values[-1], "last_low": bands.low[-1], "last_high": bands.high[-1], "widest": widest}
+    rows = _outputs(bands, figures)
     if json:
-        keys = ("last", "last_low", "last_high", "widest")
-        outputs = _outputs(bands, dict(zip(keys, figures.values(), strict=True)))
-        print_json({"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs})
-        return
-    title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
-    _print_outputs(title, bands, figures, json, everything)
+        print_json({"runs": bands.runs, "refused": len(bands.refused), "outputs": rows})
+    else:
+        title = f"{bands.runs} runs of {bands.time[-1]:g} s; 95 % of them lie between low and high"
+        _print_outputs(title, rows, everything)
 
 
 def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
-    columns = {name: column.tolist() for name, column in figures.items()}
-    rows = zip(result.names, result.units, *columns.values(), strict=True)
-    return [dict(zip(("name", "unit", *columns), row, strict=True)) for row in rows]
+    columns = {"name": result.names, "unit": result.units, **{name: own.tolist() for name, own in figures.items()}}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
-def _print_outputs(
-    title: str,
-    result: Any,
-    figures: Mapping[str, Any],
-    json: bool,
-    everything: bool,
-    errors: Mapping[str, float] = {},
-) -> None:
+def _print_outputs(title: str, outputs: list[dict[str, Any]], everything: bool) -> None:
     """Print figures of every output, of the finer ones if ``everything`` is wanted."""
-    from heli_identifier.results import significant, unit_text
+    from heli_identifier.results import Table, significant, unit_text
 
-    outputs = _outputs(result, figures)
-    if json:
-        print_json([row | ({"rms_error": errors[row["name"]]} if row["name"] in errors else {}) for row in outputs])
-        return
-    print_table(
-        title,
-        ("output", *(f"{name} >" for name in figures), "unit"),
-        [
-            (row["name"], *(significant(row[key], 4) for key in figures), unit_text(row["unit"]))
-            for row in outputs
-            if everything or row["name"].count(".") == 1
-        ],
-    )
+    _, _, *figures = outputs[0]
+    rows = [
+        (row["name"], *(significant(row[key], 4) for key in figures), unit_text(row["unit"]))
+        for row in outputs
+        if everything or row["name"].count(".") == 1
+    ]
+    print_table(Table(title, ("output", *(name.replace("_", " ") for name in figures), "unit"), rows))
 
 
 # --- the plant -------------------------------------------------------------------------------------------------------
@@ -392,38 +351,35 @@ def effects(
     verbose: Verbose = False,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
-    from heli_identifier.results import law_text, unit_text
+    from heli_identifier.results import Table, law_text, unit_text
     from heli_plant.effects import CATALOGUE
 
     axes = sorted({entry.axis for entry in CATALOGUE})
     if axis and axis not in axes:
         raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
-    listed = [entry for entry in CATALOGUE if axis in ("", entry.axis)]
-    if json:
-        print_json(
-            [
-                {
-                    "name": entry.name,
-                    "axis": entry.axis,
-                    "parameter": f"effects.{entry.name}.{entry.axis}",
-                    "law": entry.law,
-                    "unit": entry.unit,
-                    "range": [entry.lower, entry.upper],
-                    "source": entry.source,
-                    "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
-                }
-                for entry in listed
-            ]
-        )
-        return
-    rows = []
-    for entry in listed:
-        bounds = f"{entry.lower:g} to {entry.upper:g}"
-        row = [entry.name, entry.axis, law_text(entry.law), unit_text(entry.unit), bounds]
+    rows, documents = [], []
+    for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
         shapes = ", ".join(f"{shape.name} [{unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
-        rows.append([*row, shapes, entry.source] if verbose else row)
-    columns = ["effect", "axis", "law", "unit of c", "range of c", *(["shapes", "source"] if verbose else [])]
-    print_table("Effects", columns, rows)
+        bounds = f"{entry.lower:g} to {entry.upper:g}"
+        row = (entry.name, entry.axis, law_text(entry.law), unit_text(entry.unit), bounds)
+        rows.append((*row, shapes, entry.source) if verbose else row)
+        documents.append(
+            {
+                "name": entry.name,
+                "axis": entry.axis,
+                "parameter": f"effects.{entry.name}.{entry.axis}",
+                "law": entry.law,
+                "unit": entry.unit,
+                "range": [entry.lower, entry.upper],
+                "source": entry.source,
+                "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in entry.shapes],
+            }
+        )
+    if json:
+        print_json(documents)
+        return
+    columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
+    print_table(Table("Effects", columns, rows))
 
 
 def design(
@@ -436,9 +392,7 @@ def design(
     pitch_limit: Annotated[float, option("Largest pitch either way.", metavar="RAD")] = 1.2,
     elevation_limit: Annotated[float, option("Largest elevation either way.", metavar="RAD")] = 0.8,
     voltage_limit: Annotated[float, option("Largest voltage either way.", metavar="VOLT")] = 5.0,
-    output: Annotated[
-        Path | None, option("Write the best experiment's voltages as CSV.", "--output", "-o", metavar="FILE")
-    ] = None,
+    output: to_file("Write the best experiment's voltages as CSV.") = None,  # type: ignore[valid-type]
     closed_loop: Annotated[
         bool, option("What to add to a flight under the controller, for its parameters.", "--closed-loop")
     ] = False,
@@ -479,7 +433,7 @@ def design(
     if json:
         print_json([one.document(entries) for one in listed])
     else:
-        print_table("Experiments, best first", *experiment_table(listed, entries))
+        print_table(experiment_table(listed, entries))
         typer.echo(
             "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
         )
@@ -529,15 +483,13 @@ def _design_flight(
     if json:
         print_json([one.document for one in ranked])
         return
-    print_table("Standard errors of what the loop hides, best first", *flight_table(ranked))
+    print_table(flight_table(ranked))
     if not gains:
         note("no --controller given: the PID of the units flies with its default gains")
 
 
 def linearise(
-    parameters: Annotated[
-        Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
-    ] = Path("parameters.json"),
+    parameters: PlantArgument = PLANT_FILE,
     pitch: Annotated[float, option("Pitch of the operating point.", metavar="RAD")] = 0.0,
     elevation: Annotated[float, option("Elevation of the operating point.", metavar="RAD")] = 0.0,
     output: Folder = Path("control"),
@@ -548,8 +500,8 @@ def linearise(
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
     from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import document_text, significant, whole_folder, write_figure
-    from heli_identifier.tools import design_pid, step_figure
+    from heli_identifier.results import document_text, whole_folder, write_figure
+    from heli_identifier.tools import design_pid, margin_table, step_figure
 
     with whole_folder(output) as draft:
         given = read_with_doubts(parameters)
@@ -564,31 +516,14 @@ def linearise(
     if json:
         print_json(document)
         return
-    rows = []
-    for name, loop in (("present", made.before), ("retuned", made.after)):
-        for (axis, found), step in zip(loop.margins.items(), loop.steps, strict=True):
-            low, high = loop.low[axis], loop.high[axis]
-            gains = ", ".join(significant(gain, 4) for gain in getattr(loop.settings, axis))
-            margins = (
-                f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
-                f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
-                f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",
-            )
-            rows.append(
-                (axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", significant(step.settling_time, 2))
-            )
-    figures = ("gain margin >", "phase [deg] >", "sensitivity >", "overshoot [%] >", "settles [s] >")
-    title = "Margins with their 95 % intervals over the plants that the data allow"
-    print_table(title, ("loop", "PID", "P, I, D", *figures), rows)
+    print_table(margin_table(made))
     for text in made.notes:
         note(text)
     note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
 
 
 def design_controller(
-    parameters: Annotated[
-        Path, typer.Argument(metavar="[FILE]", help="parameters.json of a diagnosis or identification.")
-    ] = Path("parameters.json"),
+    parameters: PlantArgument = PLANT_FILE,
     kind: Annotated[str, option("pid, lqr or lqi.", "--kind", "-k", metavar="KIND")] = "lqi",
     axis: Annotated[
         str, option("Angle controlled beside the elevation: pitch or travel.", "--axis", metavar="AXIS")
@@ -642,7 +577,7 @@ def design_controller(
     if json:
         print_json(document)
         return
-    print_table(f"{kind.upper()} of elevation and {axis}: what 95 % of {made.plants} plants keep", *design_table(made))
+    print_table(design_table(made))
     for text in made.notes:
         note(text)
     note_written(output, tuple(texts))

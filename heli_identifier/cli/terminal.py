@@ -22,6 +22,7 @@ from heli_identifier.signals import undone
 
 if TYPE_CHECKING:
     from heli_identifier.records import Log
+    from heli_identifier.results import Table, Tabular
     from heli_identifier.tracing import Diagnosis
 
 Progress = Callable[[str, float], None]
@@ -123,34 +124,46 @@ def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
 
 
-def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]], intervals: bool = False) -> None:
-    """Print a table; a column whose name ends in ``>`` is aligned to the right.
+def print_table(table: "Table", intervals: bool = False) -> None:
+    """Print a table; a column of figures stands at the right.
 
     On a terminal too narrow for it, figures stand without their intervals, unless these are asked for.
     """
     from rich import box
     from rich.console import Console
     from rich.measure import Measurement
-    from rich.table import Table
+    from rich.table import Table as Printed
 
-    def table(shorten: Callable[[str], str]) -> Table:
-        made = Table(
-            title=shorten(title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+    def printed(shorten: Callable[[str], str]) -> Printed:
+        made = Printed(
+            title=shorten(table.title), title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
         )
-        for name in columns:
-            made.add_column(name.removesuffix(">"), justify="right" if name.endswith(">") else "left")
-        for row in rows:
+        for name, figures in zip(table.columns, table.figures, strict=True):
+            made.add_column(name, justify="right" if figures else "left")
+        for row in table.rows:
             made.add_row(*map(shorten, row))
         return made
 
     # Without a terminal nobody's window bounds the width, and a cell broken in two would spoil a search in it.
     terminal = sys.stdout.isatty()
     console = Console(highlight=False, markup=False, width=None if terminal else 160)
-    shown = table(str)
+    shown = printed(str)
     width = Measurement.get(console, console.options.update(max_width=1000), shown).maximum
     if terminal and width > console.width and not intervals:
-        shown = table(lambda cell: _INTERVAL.sub("", cell))
+        shown = printed(lambda cell: _INTERVAL.sub("", cell))
     console.print(shown)
+
+
+def show(found: "Tabular", json: bool = False, intervals: bool = False) -> None:
+    """Print a result as JSON, or as its table with remarks."""
+    if json:
+        print_json(found.to_dict())
+    else:
+        print_table(found.table, intervals)
+        for text in found.remarks:
+            note(text)
+    for text in found.warnings:
+        warn(text)
 
 
 @contextmanager
@@ -171,72 +184,12 @@ def progress_bar() -> Iterator[Progress]:
 
 def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
-    from heli_identifier.results import (
-        ERROR_COLUMNS,
-        GAIN_COLUMNS,
-        effect_title,
-        error_rows,
-        floor_missing,
-        gain_rows,
-        held_out_sentence,
-        parameter_rows,
-        possible_rows,
-        significant,
-        tabled_sentence,
-        verdict_sentence,
-        with_interval,
-    )
-    from heli_identifier.tracing import Verdict
+    from heli_identifier.results import diagnosis_tables, verdict_line
 
-    def print_rows(title: str, columns: Sequence[str], rows: Iterable[Mapping[str, str]]) -> None:
-        print_table(title, columns, [tuple(row.values()) for row in rows], reasons)
-
-    typer.secho(verdict_sentence(diagnosis), bold=True)
-    if diagnosis.effects:
-        print_table(
-            "Effects that the model lacks (± 1.96 standard errors)",
-            ("effect", "coefficient >", "verdict", "score [nats] >", "as likely"),
-            [
-                (
-                    effect_title(found),
-                    with_interval(found.coefficient) if found.coefficient else "",
-                    found.verdict,
-                    significant(found.score),
-                    ", ".join(f"{name} {axis}" for name, axis in found.alternatives),
-                )
-                for found in diagnosis.effects
-            ],
-            reasons,
-        )
-    for found in diagnosis.effects:
-        if found.verdict == Verdict.UNKNOWN and found.in_plant:
-            typer.echo(tabled_sentence(found))
-    if any(found.alternatives for found in diagnosis.effects):
-        typer.echo("as likely: explains these logs about as well; the report says what to measure to decide")
-    if diagnosis.possible:
-        columns = ("effect", "coefficient >", "score [nats] >", "left-out logs gain >", "in the plant", "or, as well")
-        print_rows("Possible effects: no findings", columns, possible_rows(diagnosis))
-    volts = significant(diagnosis.settings["operating_point"])
-    print_rows(f"Gains as slopes at {volts} V", GAIN_COLUMNS, gain_rows(diagnosis))
-    print_table(
-        "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)",
-        ("parameter", "meaning", "before >", "after >", "unit"),
-        [[row[name] for name in ("name", "meaning", "before", "after", "unit")] for row in parameter_rows(diagnosis)],
-    )
-    typer.echo(held_out_sentence(diagnosis))
-    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in ERROR_COLUMNS)
-    print_rows("Error on held-out logs", heads, error_rows(diagnosis))
-    if floor_missing(diagnosis.axes):
-        typer.echo("no noise floor: the model is unstable, even on its own data")
-    if reasons:
-        print_table(
-            "Catalogue",
-            ("effect", "axis", "verdict", "coefficient >", "visibility >", "why"),
-            [
-                (e.name, e.axis, e.verdict, with_interval(e.estimate), f"{100.0 * e.visibility:.0f} %", e.why)
-                for e in diagnosis.catalogue
-            ],
-        )
-        typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
+    typer.secho(verdict_line(diagnosis), bold=True)
+    for table, remarks in diagnosis_tables(diagnosis, reasons):
+        print_table(table, reasons)
+        for text in remarks:
+            typer.echo(text)
     for text in diagnosis.notes:  # last, as what stands last on a terminal is seen
         warn(text)

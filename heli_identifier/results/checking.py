@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from heli_identifier.results.parameters import ParameterSet, parameter_set
 from heli_identifier.results.simulation import LogSource, several
-from heli_identifier.results.tables import Tabular
+from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, significant
 from heli_identifier.tracing import Diagnosis, Outcome, Use, hold_to
 
@@ -34,23 +34,15 @@ class Check(Tabular):
         return all(outcome.passed for outcome in self.outcomes)
 
     @property
-    def rows(self) -> list[tuple[str, ...]]:
+    def table(self) -> Table:
         """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
-        judged = [
+        rows = [
             (o.log, o.axis, angle_text(o.error), significant(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
         ]
-        return [*judged, *(("every log", axis, "", "", "not usable") for axis in self.not_judged)]
-
-    @property
-    def title(self) -> str:
-        """What :attr:`rows` holds."""
-        return "Error of the 1 s prediction with its 95 % interval"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-        return ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
+        rows += [("every log", axis, "", "", "not usable") for axis in self.not_judged]
+        columns = ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
+        return Table("Error of the 1 s prediction with its 95 % interval", columns, rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the outcome as `heli check --json` prints it; angles in rad."""

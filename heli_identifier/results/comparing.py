@@ -17,7 +17,7 @@ from heli_identifier.records import Log
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.schema import DiagnosisFile, diagnosis_file, estimate_entry, plain, read_document
 from heli_identifier.results.simulation import LogSource, several
-from heli_identifier.results.tables import Tabular
+from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, effect_name, with_interval
 from heli_identifier.tracing import Diagnosis, ErrorFigure, hold_to
 from heli_plant.effects import AXES
@@ -96,19 +96,10 @@ class Comparison(Tabular):
         return tuple(one.name for one in (*self.parameters, *self.effects) if one.outcome not in unmoved)
 
     @property
-    def title(self) -> str:
-        """How many parameters and effects moved."""
-        count = len(self.parameters) + len(self.effects)
-        return f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-        return ("what", *self.names, "outcome")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
+    def table(self) -> Table:
         """One row a parameter, an effect, the use of an axis, and an error."""
+        count = len(self.parameters) + len(self.effects)
+        title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
         found = [
             (one.name, *(with_interval(e) if e else absent for e in one.estimates), one.outcome)
             for group, absent in ((self.parameters, "–"), (self.effects, NOT_IN_PLANT))
@@ -121,7 +112,7 @@ class Comparison(Tabular):
         for one in self.errors:
             first, second = map(angle_text, one.errors)
             found.append((f"{one.log}, {one.axis} 1 s ahead [mrad]", first, second, one.outcome))
-        return found
+        return Table(title, ("what", *self.names, "outcome"), found)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -157,7 +148,7 @@ class Comparison(Tabular):
         return plain({**_pair(self.names), **groups, "use": uses, "errors": errors, "notes": self.remarks})
 
     def __repr__(self) -> str:
-        return f"<Comparison: {self.title}>"
+        return f"<Comparison: {self.table.title}>"
 
 
 def compare(

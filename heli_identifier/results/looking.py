@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from heli_identifier.online import GAINS
 from heli_identifier.records import Log, RigConfiguration, common_configuration
-from heli_identifier.results.parameters import GAINS
 from heli_identifier.results.simulation import LogSource, several
-from heli_identifier.results.tables import Tabular
+from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import listed, significant, with_interval
 from heli_identifier.tracing import (
     Determination,
@@ -44,21 +44,9 @@ class Look(Tabular):
         return {name: reports[name] for name in self.identification.plant.likelihood.rig.gains if name in reports}
 
     @property
-    def title(self) -> str:
-        """Who flew, and where the instruments come from."""
-        references = self.identification.references
-        flown = "a controller flew" if references.closed_loop else "open loop"
-        return f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table :attr:`rows`."""
-        return ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
-        """Cells of the table, one row an axis; intervals are of 95 %."""
-        rig = self.identification.plant.likelihood.rig
+    def table(self) -> Table:
+        """Who flew, and one row an axis; intervals are of 95 %."""
+        rig, references = self.identification.plant.likelihood.rig, self.identification.references
         found: list[tuple[str, ...]] = []
         for axis, name in zip(rig.axes, rig.gains, strict=True):
             report = self.gains.get(name)
@@ -69,7 +57,9 @@ class Look(Tabular):
             outside = "–" if report.instrument is None else with_interval(report.instrument, unit=False)
             word = "contradicted" if report.contradicted else str(report.determination)
             found.append((axis, moves, name, with_interval(report.estimate), outside, word))
-        return found
+        flown = "a controller flew" if references.closed_loop else "open loop"
+        title = f"{flown}; moved from outside: {', '.join(references.names) or 'nothing that these logs show'}"
+        return Table(title, ("axis", "moves by", "gain", "likelihood", "references alone", "it is"), found)
 
     @property
     def effects(self) -> tuple[tuple[str, str, float, bool], ...]:

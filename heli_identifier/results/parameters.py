@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
-from heli_identifier.online import Estimate, ModelParameters
+from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.results.schema import (
     CovarianceEntry,
     Expected,
@@ -27,7 +27,7 @@ from heli_identifier.results.schema import (
     plain,
     read_document,
 )
-from heli_identifier.results.tables import Tabular
+from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import unit_text, with_interval
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, ErrorFigure, Use, helicopter
 from heli_plant.effects import AXES, CATALOGUE
@@ -36,9 +36,6 @@ from heli_plant.parameter_table import BY_FIELD, BY_NAME, PARAMETERS
 from heli_plant.parameters import PlantParameters, from_names
 
 PLANT = "HelicopterPlant"
-
-GAINS = ("k_x", "k_z", "k_y")
-"""Gains of the axes by the paper's symbols."""
 
 LAG = "motor_lag_rotors"
 """Field of the motors' lag beyond the time constant that was given."""
@@ -194,19 +191,11 @@ class ParameterSet(Tabular):
         }
 
     @property
-    def title(self) -> str:
-        """What :attr:`rows` holds."""
-        return f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-        return ("parameter", "value", "unit")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
+    def table(self) -> Table:
         """Name, value with its 95 % interval, and unit of every parameter."""
-        return [(name, with_interval(value, unit=False), unit_text(value.unit)) for name, value in self.values.items()]
+        title = f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
+        rows = [(name, with_interval(own, unit=False), unit_text(own.unit)) for name, own in self.values.items()]
+        return Table(title, ("parameter", "value", "unit"), rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""

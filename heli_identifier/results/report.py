@@ -6,6 +6,7 @@ experiment that would settle most. The same parts, without their page, are what 
 
 from collections.abc import Iterator, Mapping
 from functools import cache
+from html import escape
 from importlib.resources import files
 from typing import Any
 
@@ -15,33 +16,35 @@ from scipy.signal import welch
 
 from heli_identifier.results.svg import Axes, figure
 from heli_identifier.results.tables import (
-    ERROR_COLUMNS,
-    GAIN_COLUMNS,
-    KINDS,
-    catalogue_rows,
-    error_rows,
-    event_rows,
-    gain_rows,
-    html_table,
-    parameter_rows,
-    possible_rows,
-    setting_rows,
+    GAIN_OF,
+    Table,
+    catalogue_table,
+    effect_table,
+    error_table,
+    event_table,
+    gain_table,
+    log_table,
+    parameter_table,
+    setting_table,
+    untestable,
 )
 from heli_identifier.results.words import (
+    AHEAD,
     agreement_sentence,
     effect_name,
     effect_title,
-    has_sign,
+    effect_words,
     held_out_sentence,
     law_text,
     leading,
     listed,
     meaning,
     p_text,
-    real_changes,
+    percent,
     significant,
     unit_text,
     variable_name,
+    verdict_line,
     with_interval,
 )
 from heli_identifier.tracing import (
@@ -49,7 +52,6 @@ from heli_identifier.tracing import (
     Determination,
     Diagnosis,
     EffectCurve,
-    FoundEffect,
     HeldOutSeries,
     NamedShape,
     PeriodicShape,
@@ -63,21 +65,12 @@ from heli_plant.parameter_table import BY_FIELD
 CONFUSED = 0.7
 """Correlation of two signatures from which the logs hardly tell the effects apart."""
 
-NAMED_IN_VERDICT = 2
-"""Effects that the verdict names; of more it says how many."""
-
 USES = {
     Use.CONTROL: "usable for prediction and control",
     Use.PREDICTION: "usable for prediction only",
     Use.NOTHING: "not usable",
 }
 """Fit for use, as the card of an axis says it."""
-
-AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s"}
-"""Errors that lead, in words."""
-
-GAINS = dict(zip(AXES, ("k_x", "k_z", "k_y"), strict=True))
-"""Gain of every axis by the paper's symbol."""
 
 WEIGHTS = {"gain": 4, "effect": 2, "bound": 1}
 """What an experiment is worth that settles a gain, a found or possible effect, an effect that is not testable."""
@@ -140,59 +133,19 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "experiment": experiments[0] if experiments else "",
         "faults": [f"{fault.words} {fault.advice}".strip() for fault in diagnosis.faults],
         "notes": list(diagnosis.notes),
-        "details": [detail for detail in _details(diagnosis, experiments[1:]) if detail["html"]],
+        "details": [pair for pair in _details(diagnosis, experiments[1:]).items() if pair[1]],
     }
-
-
-def verdict_line(diagnosis: Diagnosis) -> str:
-    """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
-    if not diagnosis.effects:
-        return f"These logs do not refute the model. {_best_change(diagnosis)}"
-    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
-    if not named:
-        first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
-        but = "whose interval holds zero" if first.in_plant else "which the plant does not have"
-        said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
-        return f"The logs speak for {said}. {_best_change(diagnosis)}"
-    more = len(named) - NAMED_IN_VERDICT
-    shown = [*named[:NAMED_IN_VERDICT], *([f"{more} more"] if more > 0 else [])]
-    return f"The model lacks {listed(shown)}. {_best_change(diagnosis)}"
-
-
-def _best_change(diagnosis: Diagnosis) -> str:
-    """Say of the axis whose error really changes most by how much; and that none does."""
-    what, real = AHEAD[leading(diagnosis)[1]], real_changes(diagnosis)
-    if not real:
-        return f"On held-out logs no axis's error {what} changes by more than its interval."
-    axis = max(real, key=lambda name: abs(real[name].value))
-    falls = "falls" if real[axis].value < 0.0 else "rises"
-    return f"On held-out logs the {axis}'s error {what} {falls} by {_percent(abs(real[axis].value))[1:]}."
-
-
-def _with_rival(effect: FoundEffect) -> str:
-    """Name an effect, and what explains the logs as well."""
-    if not effect.alternatives:
-        return _thing(effect)
-    name, axis = effect.alternatives[0]
-    if axis == effect.axis:
-        return effect_name(f"{effect.name} or {name}", axis)
-    return f"{_thing(effect)} or {effect_name(name, axis)}"
-
-
-def _thing(effect: FoundEffect) -> str:
-    title = effect_title(effect)
-    return title[:1].lower() + title[1:]
 
 
 def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Give the card of an axis: its use in one word, the change of its error, its gain."""
-    name, (_, field) = GAINS[axis], leading(diagnosis)
+    name, field = GAIN_OF[axis], leading(diagnosis)
     change, kind, word = report.change.get(field), "same", "unchanged"
     if change is not None and change.high < 0.0:
         kind, word = "better", "better"
     elif change is not None and change.low > 0.0:
         kind, word = "worse", "worse"
-    percent = "" if change is None else f"{_percent(change.value)} ({_percent(change.low)} to {_percent(change.high)})"
+    said = "{} ({} to {})".format(*map(percent, (change.value, change.low, change.high))) if change else ""
     found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
     if found is None:
         gain = f"{symbol} = {with_interval(diagnosis.parameters_after[name])}, given"
@@ -203,14 +156,9 @@ def _card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]
     errors = [significant(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
     return {
         "axis": axis, "use": USES[report.use], "fit": report.use.name.lower(), "kind": kind,
-        "change": f"{word}: {percent}" if percent else word,
+        "change": f"{word}: {said}" if change else word,
         "errors": f"error {AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
     }  # fmt: skip
-
-
-def _percent(share: float) -> str:
-    """Give a share in per cent, below ten with a decimal: +0.7 % is not +1 % and not nothing."""
-    return f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %".replace("-", "−")
 
 
 def _overlay(diagnosis: Diagnosis) -> str:
@@ -241,7 +189,7 @@ def _caption(diagnosis: Diagnosis) -> str:
     """Say what the models of the overlay were told."""
     begin, length = "The held-out log, which decided nothing: measured, and", diagnosis.series[0].stretch
     again = f"every {length:g} s they begin again at the measured motion"
-    if leading(diagnosis)[1] == "closed_loop_3s":
+    if leading(diagnosis) == "closed_loop_3s":
         return f"{begin} simulated together with the controller that was recovered from it; {again}."
     if length:
         return f"{begin} simulated under its voltages, which answer the air; {again}."
@@ -266,17 +214,13 @@ def _found(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     if effect.alternatives:
         rivals = listed([effect_name(*other) for other in effect.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
-    earlier = sum(_key(own) == _key(effect) for own in diagnosis.effects[:number])
+    earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
     curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
     drawn = _law_figure(curves[earlier], effect_title(effect)) if earlier < len(curves) else ""
     return {
-        "title": effect_title(effect), "verdict": effect.verdict, "kind": KINDS[effect.verdict], "facts": facts,
+        "title": effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(), "facts": facts,
         "figure": drawn,
     }  # fmt: skip
-
-
-def _key(effect: FoundEffect) -> tuple[str, str]:
-    return effect.name, effect.axis
 
 
 def _law_figure(curve: EffectCurve, title: str) -> str:
@@ -318,63 +262,36 @@ def ranked_experiments(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
 
     for name, report in diagnosis.parameters.items():
         if report.determination is not Determination.OUTSIDE:
-            ask(report.experiment, "gain" if name in GAINS.values() else "effect", meaning(name))
+            ask(report.experiment, "gain" if name in GAIN_OF.values() else "effect", meaning(name))
     for effect in (*diagnosis.effects, *diagnosis.possible):
-        ask(effect.experiment, "effect", _thing(effect))
+        ask(effect.experiment, "effect", effect_words(effect))
     for entry in diagnosis.catalogue:
         if entry.verdict == Verdict.NOT_TESTABLE:
             ask(entry.experiment, "bound", effect_name(entry.name, entry.axis))
     return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
 
 
-def _details(diagnosis: Diagnosis, experiments: list[str]) -> Iterator[dict[str, str]]:
-    """Give what is folded behind the page: a title and HTML each, empty where there is nothing to say."""
-
-    def detail(title: str, *html: str) -> dict[str, str]:
-        return {"title": title, "html": "".join(html)}
-
-    heads = tuple(name if name in ("axis", "error") else f"{name} >" for name in ERROR_COLUMNS)
-    yield detail("Errors on held-out logs", _paragraph(held_out_sentence(diagnosis)),
-                 _table(heads, error_rows(diagnosis)), _paragraph(agreement_sentence(diagnosis)))  # fmt: skip
-    yield detail("Gains and what they rest on", _table(GAIN_COLUMNS, gain_rows(diagnosis)),
-                 _items([f"{axis}: {report.why}" for axis, report in diagnosis.axes.items()]))  # fmt: skip
-    yield detail("Parameters", html_table(
-        ("parameter", "meaning", "before >", "after >", "unit"),
-        [[row[k] for k in ("symbol", "meaning", "before", "after", "unit")] for row in parameter_rows(diagnosis)],
-    ))  # fmt: skip
-    yield detail("Residuals", *(_residuals(diagnosis, series) for series in diagnosis.series))
-    yield detail("Possible effects", _table(
-        ("effect", "coefficient >", "score [nats] >", "left-out logs gain [nats] >", "in the plant", "or"),
-        possible_rows(diagnosis),
-    ) if diagnosis.possible else "")  # fmt: skip
-    yield detail("Every effect of the catalogue", html_table(
-        ("effect", "verdict", "coefficient >", "unit", "bound >", "score >", "visibility >"),
-        [
-            (f"{row['name']}, {row['axis']}", row["verdict"], row["estimate"], row["unit"], row["bound"], row["score"],
-             f"{row['visible']} %")
-            for row in catalogue_rows(diagnosis)
-        ],
-    ), _items([
-        f"{effect_name(entry.name, entry.axis)}: {entry.why}"
-        for entry in diagnosis.catalogue
-        if entry.verdict == Verdict.NOT_TESTABLE
-    ]))  # fmt: skip
-    yield detail("Effects that these logs hardly tell apart", _items(list(_confused(diagnosis))))
-    yield detail("Further experiments", _items(experiments))
-    yield detail("Events", html_table(
-        ("log", "axis", "from [s] >", "to [s] >", "what", "size >"),
-        [list(row.values()) for row in event_rows(diagnosis)],
-    ) if diagnosis.events else "")  # fmt: skip
-    yield detail("Logs, settings and versions", html_table(
-        ("file", "used for", "samples >", "rate [Hz] >", "SHA-256"),
-        [(e.file, e.used_for, str(e.samples), significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data],
-    ), _items([f"{entry.file}: {'; '.join(entry.notes)}" for entry in diagnosis.data if entry.notes]),
-        html_table(("setting", "value"), [
-            *setting_rows(diagnosis), ("command", str(diagnosis.provenance.get("command", ""))),
-            ("date", f"{diagnosis.provenance.get('date', '')}, {significant(diagnosis.seconds, 2)} s"),
-            *diagnosis.provenance.get("versions", {}).items(),
-        ]))  # fmt: skip
-    yield detail("Words of this page", html_table(("word", "meaning"), GLOSSARY))
+def _details(diagnosis: Diagnosis, experiments: list[str]) -> dict[str, str]:
+    """Give what is folded behind the page: HTML by title, empty where there is nothing to say."""
+    notes = [f"{entry.file}: {'; '.join(entry.notes)}" for entry in diagnosis.data if entry.notes]
+    settings = log_table(diagnosis).html() + _items(notes) + setting_table(diagnosis).html()
+    found, events = effect_table(diagnosis), event_table(diagnosis)
+    return {
+        "Errors on held-out logs": _paragraph(held_out_sentence(diagnosis))
+        + error_table(diagnosis).html()
+        + _paragraph(agreement_sentence(diagnosis)),
+        "Gains and what they rest on": gain_table(diagnosis).html()
+        + _items([f"{axis}: {report.why}" for axis, report in diagnosis.axes.items()]),
+        "Parameters": parameter_table(diagnosis).html(),
+        "Residuals": "".join(_residuals(diagnosis, series) for series in diagnosis.series),
+        "Effects, found and possible": found.html() if found.rows else "",
+        "Every effect of the catalogue": catalogue_table(diagnosis).html() + _items(untestable(diagnosis)),
+        "Effects that these logs hardly tell apart": _items(list(_confused(diagnosis))),
+        "Further experiments": _items(experiments),
+        "Events": events.html() if events.rows else "",
+        "Logs, settings and versions": settings,
+        "Words of this page": Table("", ("word", "meaning"), GLOSSARY).html(),
+    }
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> str:
@@ -413,19 +330,9 @@ def _confused(diagnosis: Diagnosis) -> Iterator[str]:
         yield f"{names[i]} and {names[j]}: correlation {significant(float(diagnosis.correlation[i, j]), 2)}"
 
 
-def _table(columns: tuple[str, ...], rows: list[dict[str, str]]) -> str:
-    return html_table(columns, [list(row.values()) for row in rows])
-
-
 def _paragraph(text: str) -> str:
-    return _template_of("<p>{{ text }}</p>").render(text=text) if text else ""
+    return f"<p>{escape(text)}</p>" if text else ""
 
 
 def _items(texts: list[str]) -> str:
-    items = _template_of("<ul>{% for text in texts %}<li>{{ text }}</li>{% endfor %}</ul>")
-    return items.render(texts=texts) if texts else ""
-
-
-@cache
-def _template_of(text: str) -> Template:
-    return Environment(autoescape=True).from_string(text)
+    return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>" if texts else ""

@@ -12,7 +12,7 @@ from heli_identifier.errors import ConfigurationError, LogError, require_positiv
 from heli_identifier.records import Log, named_apart, read_log
 from heli_identifier.results.parameters import PlantSource, plant_of
 from heli_identifier.results.schema import plain
-from heli_identifier.results.tables import Tabular
+from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
 from heli_identifier.tracing import record_start
 from heli_plant.simulation import simulate as simulate_plant
@@ -68,27 +68,19 @@ class Simulation(Tabular):
         return plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
 
     @property
-    def title(self) -> str:
-        """Duration and number of samples."""
-        return f"{significant(self.time[-1])} s in {len(self.time)} samples"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-        return ("signal", "smallest", "largest", "last")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
+    def table(self) -> Table:
         """Range and last value of every voltage and angle."""
         values = np.column_stack((self.voltages, self.angles)).T
         units = ("V", "V", "rad", "rad", "rad")
-        return [
+        rows = [
             (f"{name} [{unit}]", *(significant(float(value)) for value in (column.min(), column.max(), column[-1])))
             for name, unit, column in zip(SIGNALS, units, values, strict=True)
         ]
+        title = f"{significant(self.time[-1])} s in {len(self.time)} samples"
+        return Table(title, ("signal", "smallest", "largest", "last"), rows)
 
     def __repr__(self) -> str:
-        return f"<Simulation: {self.title}>"
+        return f"<Simulation: {self.table.title}>"
 
 
 def simulate(

@@ -1,92 +1,98 @@
-"""Tables: values that show themselves as one, plain text and HTML of any, and the rows of a diagnosis."""
+"""Tables: as plain text, HTML or on a terminal, values that show themselves as one, and the tables of a diagnosis."""
 
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
+from heli_identifier.online import GAINS
 from heli_identifier.results.words import (
     angle_text,
     effect_name,
+    effect_title,
     held_out_sentence,
-    is_known,
     listed,
     meaning_of,
-    possible_sentence,
     significant,
     unit_text,
-    value_text,
-    verdict_sentence,
+    verdict_line,
     with_interval,
 )
-from heli_identifier.tracing import AxisReport, Diagnosis, FoundEffect, Verdict
+from heli_identifier.tracing import CurveShape, Diagnosis, FoundEffect, Verdict
+from heli_plant.effects import AXES
 from heli_plant.parameter_table import BY_FIELD
 
-Rows = Sequence[Sequence[str]]
+_FIGURE = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
+"""What stands in a column of figures: a number, what belongs to it after a space, a dash, or nothing."""
+
+
+class Table(NamedTuple):
+    """A title, the heads of columns, and cells."""
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    @property
+    def figures(self) -> list[bool]:
+        """Which columns hold figures, and stand at the right."""
+        return [all(_FIGURE.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
+
+    def text(self) -> str:
+        """Give heads and cells as lines of plain text, aligned at the left."""
+        lines = [self.columns, *self.rows]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        padded = (map(str.ljust, line, widths) for line in lines)
+        return "\n".join("  ".join(cells).rstrip() for cells in padded)
+
+    def html(self) -> str:
+        """Give a ``<table>`` element.
+
+        Every cell says which column it is in, so that a narrow screen can show a row as a list.
+        """
+        kinds = [' class="number"' if figure else "" for figure in self.figures]
+        heads = [escape(name) for name in self.columns]
+        head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in zip(heads, kinds, strict=True))
+        body = ""
+        for row in self.rows:
+            cells = zip(map(escape, row), heads, kinds, strict=True)
+            told = "".join(f'<td{kind} data-label="{name}">{cell}</td>' for cell, name, kind in cells)
+            body += f"<tr>{told}</tr>"
+        return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
 class Tabular(ABC):
-    """A value with a title, a table and remarks below it."""
+    """A value that shows itself as a table with remarks below it."""
 
     @property
     @abstractmethod
-    def title(self) -> str:
-        """One line above the table."""
-
-    @property
-    @abstractmethod
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-
-    @property
-    @abstractmethod
-    def rows(self) -> Rows:
-        """Cells of the table, one sequence per row."""
+    def table(self) -> Table:
+        """Title, heads and cells."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """Sentences below the table."""
         return ()
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences that put it in doubt."""
+        return ()
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Give the same as values for JSON."""
+
     def summary(self) -> str:
         """Give the table as plain text."""
-        return "\n".join([self.title, text_table(self.columns, self.rows), *self.remarks])
+        return "\n".join([self.table.title, self.table.text(), *self.remarks, *self.warnings])
 
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
-        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
-        return f"<p>{escape(self.title)}</p>{html_table(self.columns, self.rows)}{remarks}"
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in (*self.remarks, *self.warnings))
+        return f"<p>{escape(self.table.title)}</p>{self.table.html()}{remarks}"
 
-
-def text_table(columns: Sequence[str], rows: Rows) -> str:
-    """Give a table as lines of plain text, its columns aligned at the left."""
-    table = [columns, *rows]
-    widths = [max(len(row[index]) for row in table) for index in range(len(columns))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
-    )
-
-
-def html_table(columns: Sequence[str], rows: Rows) -> str:
-    """Give a table as a ``<table>`` element; columns whose head ends in ``>`` hold numbers.
-
-    Every cell says which column it is in, so that a narrow screen can show a row as a list.
-    """
-    heads = [(escape(name.removesuffix(" >")), ' class="number"' if name.endswith(" >") else "") for name in columns]
-    head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in heads)
-    body = ""
-    for row in rows:
-        named = zip(row, heads, strict=True)
-        cells = (f'<td{kind} data-label="{name}">{escape(cell)}</td>' for cell, (name, kind) in named)
-        body += f"<tr>{''.join(cells)}</tr>"
-    return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
-
-
-KINDS = {
-    Verdict.SHOWN: "shown", Verdict.AMBIGUOUS: "ambiguous", Verdict.UNKNOWN: "unknown", Verdict.POSSIBLE: "open",
-    Verdict.NOT_SHOWN: "open", Verdict.NOT_TESTABLE: "open",
-}  # fmt: skip
-"""Style of a verdict."""
 
 _AHEAD = (("ahead_100ms", ".1 s ahead [mrad]"), ("ahead_200ms", ".2 s ahead [mrad]"))
 _UNDER_VOLTAGES = (
@@ -101,11 +107,8 @@ ERRORS = {
 }
 """Fields of an error and what they are called, those that tell most first, by whether a controller flew."""
 
-ERROR_COLUMNS = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
-"""Head of a table of :func:`error_rows`."""
-
-GAIN_COLUMNS = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
-"""Head of a table of :func:`gain_rows`."""
+GAIN_OF = dict(zip(AXES, GAINS, strict=True))
+"""Gain of every axis by the paper's symbol."""
 
 SETTINGS = {"score_needed": "score to be shown", "counts": "encoder counts per turn"}
 """What settings are called whose names alone are not clear."""
@@ -117,121 +120,113 @@ UNITS = {
 """Units of settings."""
 
 
-def error_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per axis and kind of error; predictions without a model are those over 1 s."""
-    return [
-        {
-            "axis": axis,
-            "what": what,
-            "angle_stays": value_text(report.angle_stays) if field == "prediction_1s" else "–",
-            "rate_stays": value_text(report.rate_stays) if field == "prediction_1s" else "–",
-            "before": angle_text(getattr(report.before, field)),
-            "after": angle_text(getattr(report.after, field)),
-            "floor": angle_text(getattr(report.noise_floor, field)),
-        }
-        for axis, report in diagnosis.axes.items()
-        for field, what in ERRORS[diagnosis.closed_loop]
-        if getattr(report.before, field) or getattr(report.after, field)
-    ]
-
-
-def gain_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
+def error_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per axis and kind of error; predictions without a model are those over 1 s."""
     rows = []
-    for (axis, report), name in zip(diagnosis.axes.items(), ("k_x", "k_z", "k_y"), strict=True):
-        found = diagnosis.parameters.get(name)
+    for axis, report in diagnosis.axes.items():
+        for field, what in ERRORS[diagnosis.closed_loop]:
+            before, after, floor = (getattr(own, field) for own in (report.before, report.after, report.noise_floor))
+            if before or after:
+                plain = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
+                marks = (significant(1e3 * own.value) if own and own.is_known else "–" for own in plain)
+                rows.append((axis, what, *marks, *map(angle_text, (before, after, floor))))
+    columns = ("axis", "error", "angle stays", "rate stays", "before", "after", "noise floor")
+    return Table("Error on held-out logs", columns, rows)
+
+
+def gain_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
+    rows = []
+    for axis, report in diagnosis.axes.items():
+        found = diagnosis.parameters.get(GAIN_OF[axis])
         outside = found.instrument if found else None
         rests = "given" if found is None else "contradicted" if found.contradicted else str(found.determination)
-        value = found.estimate if found else diagnosis.parameters_after[name]
-        rows.append(
-            {
-                "axis": axis,
-                "gain": BY_FIELD[name].symbol,
-                "value": with_interval(value),
-                "rests": rests,
-                "outside": with_interval(outside, unit=False) if outside else "–",
-                "use": str(report.use),
-            }
+        value = with_interval(found.estimate if found else diagnosis.parameters_after[GAIN_OF[axis]])
+        alone = with_interval(outside, unit=False) if outside else "–"
+        rows.append((axis, BY_FIELD[GAIN_OF[axis]].symbol, value, rests, alone, str(report.use)))
+    columns = ("axis", "gain", "value", "it is", "references alone", "use the axis for")
+    return Table(f"Gains as slopes at {significant(diagnosis.settings['operating_point'])} V", columns, rows)
+
+
+def parameter_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per parameter of the simplified model."""
+    before, rows = diagnosis.parameters_before, []
+    for name, value in diagnosis.parameters_after.items():
+        was = with_interval(before[name], unit=False) if name in before else "–"
+        now = with_interval(value, unit=False)
+        rows.append((name, meaning_of(name, value), was, now, unit_text(value.unit)))
+    columns = ("parameter", "meaning", "before", "after", "unit")
+    return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
+
+
+def effect_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per effect that was found or is possible."""
+    columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
+    rows = [_effect_row(effect) for effect in (*diagnosis.effects, *diagnosis.possible)]
+    return Table("Effects that the model lacks (± 1.96 standard errors)", columns, rows)
+
+
+def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
+    gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+.1f}".replace("-", "−")
+    place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
+    return (
+        effect_title(effect),
+        effect.verdict,
+        with_interval(effect.coefficient) if effect.coefficient else "–",
+        significant(effect.score),
+        gain,
+        place if effect.in_plant else "no",
+        listed([effect_name(*other) for other in effect.alternatives], "or"),
+    )
+
+
+def catalogue_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per entry of the catalogue."""
+    columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility")
+    rows = [
+        (
+            f"{entry.name.replace('_', ' ')}, {entry.axis}",
+            entry.verdict,
+            with_interval(entry.estimate, unit=False),
+            unit_text(entry.estimate.unit),
+            "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
+            significant(entry.score, 2),
+            f"{100.0 * min(max(entry.visibility, 0.0), 1.0):.0f} %",
         )
-    return rows
-
-
-def parameter_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per parameter of the simplified model."""
-    before, after = diagnosis.parameters_before, diagnosis.parameters_after
-    return [
-        {
-            "name": name,
-            "symbol": BY_FIELD[name].symbol,
-            "meaning": meaning_of(name, value),
-            "unit": unit_text(value.unit),
-            "before": with_interval(before[name], unit=False) if name in before else "–",
-            "after": with_interval(value, unit=False),
-        }
-        for name, value in after.items()
-    ]
-
-
-def floor_missing(axes: Mapping[str, AxisReport]) -> bool:
-    """Whether the noise floor of an axis could not be computed."""
-    return not all(is_known(report.noise_floor.prediction_1s) for report in axes.values())
-
-
-def possible_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per effect that the likelihood favours without establishing it."""
-    return [_possible_row(found) for found in diagnosis.possible]
-
-
-def _possible_row(found: FoundEffect) -> dict[str, str]:
-    gain = "–" if found.left_out_gain is None else f"{found.left_out_gain:+.1f}"
-    return {
-        "effect": effect_name(found.name, found.axis),
-        "coefficient": with_interval(found.coefficient) if found.coefficient else "",
-        "score": significant(found.score, 2),
-        "left_out": gain,
-        "in_plant": "yes" if found.in_plant else "no",
-        "or": listed([effect_name(*other) for other in found.alternatives], "or"),
-    }
-
-
-def catalogue_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Give one row per entry of the catalogue."""
-    return [
-        {
-            "name": entry.name.replace("_", " "),
-            "axis": entry.axis,
-            "verdict": entry.verdict,
-            "kind": KINDS[entry.verdict],
-            "off": entry.verdict == Verdict.NOT_TESTABLE,
-            "estimate": with_interval(entry.estimate, unit=False),
-            "unit": unit_text(entry.estimate.unit),
-            "bound": "" if entry.upper_bound is None else significant(entry.upper_bound, 2),
-            "score": significant(entry.score, 2),
-            "visible": round(100.0 * min(max(entry.visibility, 0.0), 1.0)),
-        }
         for entry in diagnosis.catalogue
     ]
+    return Table("Every effect of the catalogue", columns, rows)
 
 
-def event_rows(diagnosis: Diagnosis) -> list[dict[str, str]]:
-    """Give one row per event."""
-    sizes = {"force": "rad/s²", "slip": "rad"}
-    kinds = {"force": "a force from outside", "slip": "a slip of the encoder"}
+def untestable(diagnosis: Diagnosis) -> list[str]:
+    """Say of every effect that could not be tested why."""
     return [
-        {
-            "log": event.log,
-            "axis": event.axis,
-            "start": f"{event.start_in_file:.2f}",
-            "end": f"{event.end_in_file:.2f}",
-            "what": kinds[event.kind],
-            "size": f"{significant(abs(event.size), 2)} {sizes[event.kind]}",
-        }
-        for event in diagnosis.events
+        f"{effect_name(entry.name, entry.axis)}: {entry.why}"
+        for entry in diagnosis.catalogue
+        if entry.verdict == Verdict.NOT_TESTABLE
     ]
 
 
-def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Give every setting that has a value, with its unit."""
+def event_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per event."""
+    kinds = {"force": ("a force from outside", "rad/s²"), "slip": ("a slip of the encoder", "rad")}
+    rows = []
+    for event in diagnosis.events:
+        what, unit = kinds[event.kind]
+        times = (f"{time:.2f}" for time in (event.start_in_file, event.end_in_file))
+        rows.append((event.log, event.axis, *times, what, f"{significant(abs(event.size), 2)} {unit}"))
+    return Table("Events", ("log", "axis", "from [s]", "to [s]", "what", "size"), rows)
+
+
+def log_table(diagnosis: Diagnosis) -> Table:
+    """Give a row per log."""
+    columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
+    rows = [(e.file, e.used_for, str(e.samples), significant(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
+    return Table("Logs", columns, rows)
+
+
+def setting_table(diagnosis: Diagnosis) -> Table:
+    """Give every setting that has a value, with its unit, and what was run when, with which versions."""
     rows = []
     for name, value in diagnosis.settings.items():
         if value is None or value == {}:
@@ -239,18 +234,28 @@ def setting_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         values = value if isinstance(value, list | tuple) else [value]
         text = listed([significant(v) if isinstance(v, float) else str(v) for v in values])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
-    return rows
+    ran = diagnosis.provenance
+    rows.append(("command", str(ran.get("command", ""))))
+    rows.append(("date", f"{ran.get('date', '')}, {significant(diagnosis.seconds, 2)} s"))
+    return Table("Settings", ("setting", "value"), [*rows, *ran.get("versions", {}).items()])
+
+
+def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterable[tuple[Table, list[str]]]:
+    """Give the tables of a diagnosis with their remarks, with ``everything`` that of the catalogue as well."""
+    found = effect_table(diagnosis)
+    if found.rows:
+        told = "or: explains these logs about as well; the report says what to measure to decide"
+        yield found, [told] if any(row[-1] for row in found.rows) else []
+    yield gain_table(diagnosis), []
+    yield parameter_table(diagnosis), [held_out_sentence(diagnosis)]
+    yield error_table(diagnosis), []
+    if everything:
+        share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
+        yield catalogue_table(diagnosis), [share, *untestable(diagnosis)]
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
-    """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
-    return "\n".join(
-        [
-            verdict_sentence(diagnosis),
-            *filter(None, [possible_sentence(diagnosis)]),
-            text_table(GAIN_COLUMNS, [tuple(row.values()) for row in gain_rows(diagnosis)]),
-            held_out_sentence(diagnosis),
-            text_table(ERROR_COLUMNS, [tuple(row.values()) for row in error_rows(diagnosis)]),
-            *diagnosis.notes,
-        ]
-    )
+    """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
+    gains, errors = gain_table(diagnosis), error_table(diagnosis)
+    said = [verdict_line(diagnosis), gains.text(), held_out_sentence(diagnosis), errors.text(), *diagnosis.notes]
+    return "\n".join(said)

@@ -1,18 +1,16 @@
 """How results are put into words: numbers with as many digits as their uncertainty leaves, names as people say them."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from math import floor, isfinite, log10
 
 from heli_identifier.online import Estimate
 from heli_identifier.tracing import (
-    AxisReport,
     Diagnosis,
     ErrorFigure,
     FoundEffect,
     NamedShape,
     PeriodicShape,
-    RigVerdict,
     Verdict,
 )
 from heli_plant.effects import CATALOGUE
@@ -20,17 +18,18 @@ from heli_plant.parameter_table import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
+NAMED_IN_VERDICT = 2
+"""Effects that the verdict names; of more it says how many."""
+
+AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s"}
+"""Errors that lead, in words."""
+
 
 def unit_text(unit: str) -> str:
     """Give a unit with superscripts: ``rad/s^2`` as rad/s²; the unit 1 is not written."""
     if unit in ("", "1"):
         return ""
-    head, *powers = unit.split("^")
-    text = head
-    for power in powers:
-        digits = len(power) - len(power.lstrip("-0123456789"))
-        text += power[:digits].translate(_SUPERSCRIPTS) + power[digits:]
-    return text.replace(".", "·")
+    return re.sub(r"\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit).replace(".", "·")
 
 
 def power_text(value: float, _position: float | None = None) -> str:
@@ -51,11 +50,6 @@ def significant(value: float, digits: int = 3) -> str:
     return text.replace("-", "−")
 
 
-def decimals_of(error: float) -> int:
-    """Decimals that show two significant digits of an uncertainty."""
-    return max(1 - floor(log10(error)), 0)
-
-
 def with_interval(estimate: Estimate, unit: bool = True) -> str:
     """Give an estimate as value ± half of its 95 % interval; an exact one as it was given."""
     suffix = f" {unit_text(estimate.unit)}".rstrip() if unit else ""
@@ -64,7 +58,7 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
         return "–"
     if half == 0.0 or not isfinite(half):
         return significant(estimate.value) + suffix
-    decimals = decimals_of(half)
+    decimals = max(1 - floor(log10(half)), 0)
     if decimals > 7:
         return f"{estimate.value:.2e} ± {half:.1e}{suffix}".replace("-", "−")
     return f"{estimate.value:.{decimals}f} ± {half:.{decimals}f}{suffix}".replace("-", "−")
@@ -79,25 +73,11 @@ def p_text(p: float) -> str:
     return f"p = {significant(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
-def is_known(figure: ErrorFigure | None) -> bool:
-    """Whether there is a figure; an error of zero stands for a noise floor that could not be computed."""
-    return figure is not None and figure.high > 0.0
-
-
 def angle_text(figure: ErrorFigure | None) -> str:
     """Give an angular error in mrad with its interval; a dash where there is none."""
-    return _figure_text(figure, 1e3)
-
-
-def value_text(figure: ErrorFigure | None) -> str:
-    """Give an angular error in mrad without its interval, as a mark to compare with; a dash where there is none."""
-    return "–" if figure is None or not is_known(figure) else significant(1e3 * figure.value)
-
-
-def _figure_text(figure: ErrorFigure | None, factor: float) -> str:
-    if figure is None or not is_known(figure):
+    if figure is None or not figure.is_known:
         return "–"
-    value, low, high = (significant(factor * x) for x in (figure.value, figure.low, figure.high))
+    value, low, high = (significant(1e3 * x) for x in (figure.value, figure.low, figure.high))
     return f"{value} ({low} to {high})"
 
 
@@ -129,13 +109,12 @@ def _letter(word: str) -> str:
     return f"{_GREEK.get(head, head)}{mark}{subscript}"
 
 
-def leading(diagnosis: Diagnosis) -> tuple[str, str]:
-    """Give the error that leads, in words, and its field: the closed loop's where the controller is known."""
+def leading(diagnosis: Diagnosis) -> str:
+    """Give the field of the error that leads: in closed loop that of the loop, where the controller is known."""
     if not diagnosis.closed_loop:
-        return "of a 1 s prediction", "prediction_1s"
-    if all(report.after.closed_loop_3s for report in diagnosis.axes.values()):
-        return "of the closed loop over 3 s", "closed_loop_3s"
-    return ".2 s ahead", "ahead_200ms"
+        return "prediction_1s"
+    known = all(report.after.closed_loop_3s for report in diagnosis.axes.values())
+    return "closed_loop_3s" if known else "ahead_200ms"
 
 
 def effect_name(name: str, axis: str) -> str:
@@ -170,26 +149,48 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def verdict_sentence(diagnosis: Diagnosis) -> str:
-    """Give the verdict on the rig in one sentence."""
-    if diagnosis.verdict == RigVerdict.MODEL_ADEQUATE:
-        return _nothing_shown(diagnosis)
-    known = [effect for effect in diagnosis.effects if effect.verdict != Verdict.UNKNOWN]
-    named, unsure = [own for own in known if has_sign(own)], [own for own in known if not has_sign(own)]
-    unknown = [effect for effect in diagnosis.effects if effect.verdict == Verdict.UNKNOWN]
-    shared, parts = _shared(named), []
-    if named:
-        texts = [
-            _with_coefficient(effect) if effect.alternatives in shared else found_effect(effect) for effect in named
-        ]
-        parts.append(f"The rig has {listed(texts)}, which the model lacks")
-    if unknown:
-        said = listed([unknown_effect(effect) for effect in unknown])
-        parts.append(f"{'beside that' if named else 'The rig has'} {said}, which no entry of the catalogue explains")
-    sentences = [f"{', and '.join(parts)}{_gain(diagnosis)}.{_instead(shared)}"] if parts else []
-    if unsure:
-        sentences.append(f"The logs speak for {listed(list(map(found_effect, unsure)))}: the interval holds zero.")
-    return " ".join(sentences)
+def verdict_line(diagnosis: Diagnosis) -> str:
+    """Say in two lines what the model lacks and what the plant's error does on the held-out logs."""
+    if not diagnosis.effects:
+        untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
+        but = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
+        return f"These logs do not refute the model{but}. {_best_change(diagnosis)}"
+    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
+    if not named:
+        first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
+        but = "whose interval holds zero" if first.in_plant else "which the plant does not have"
+        said = f"{_with_rival(first)}, {but}{f', and {more} more' if more else ''}"
+        return f"The logs speak for {said}. {_best_change(diagnosis)}"
+    more = len(named) - NAMED_IN_VERDICT
+    shown = [*named[:NAMED_IN_VERDICT], *([f"{more} more"] if more > 0 else [])]
+    return f"The model lacks {listed(shown)}. {_best_change(diagnosis)}"
+
+
+def _best_change(diagnosis: Diagnosis) -> str:
+    """Say of the axis whose error really changes most by how much; and that none does."""
+    field = leading(diagnosis)
+    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
+    real = {axis: own.value for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
+    if not real:
+        return f"On held-out logs no axis's error {AHEAD[field]} changes by more than its interval."
+    axis = max(real, key=lambda name: abs(real[name]))
+    does = "falls" if real[axis] < 0.0 else "rises"
+    return f"On held-out logs the {axis}'s error {AHEAD[field]} {does} by {percent(abs(real[axis]))[1:]}."
+
+
+def percent(share: float) -> str:
+    """Give a share in per cent, below ten with a decimal: +0.7 % is not +1 % and not nothing."""
+    return f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %".replace("-", "−")
+
+
+def _with_rival(effect: FoundEffect) -> str:
+    """Name an effect, and what explains the logs as well."""
+    if not effect.alternatives:
+        return effect_words(effect)
+    name, axis = effect.alternatives[0]
+    if axis == effect.axis:
+        return effect_name(f"{effect.name} or {name}", axis)
+    return f"{effect_words(effect)} or {effect_name(name, axis)}"
 
 
 def has_sign(effect: FoundEffect) -> bool:
@@ -198,58 +199,6 @@ def has_sign(effect: FoundEffect) -> bool:
         return True
     low, high = effect.coefficient.interval
     return low > 0.0 or high < 0.0
-
-
-def real_changes(diagnosis: Diagnosis) -> dict[str, ErrorFigure]:
-    """Give the changes of the leading error whose interval does without zero, by axis."""
-    _, field = leading(diagnosis)
-    changes = {axis: report.change[field] for axis, report in diagnosis.axes.items() if field in report.change}
-    return {axis: own for axis, own in changes.items() if own.high < 0.0 or own.low > 0.0}
-
-
-def _shared(effects: Sequence[FoundEffect]) -> dict[tuple[tuple[str, str], ...], list[FoundEffect]]:
-    """Give the ambiguous effects by their alternatives, where several effects have the same ones."""
-    by_rivals: dict[tuple[tuple[str, str], ...], list[FoundEffect]] = {}
-    for effect in effects:
-        if effect.verdict == Verdict.AMBIGUOUS and effect.alternatives:
-            by_rivals.setdefault(effect.alternatives, []).append(effect)
-    return {rivals: found for rivals, found in by_rivals.items() if len(found) > 1}
-
-
-def _instead(shared: Mapping[tuple[tuple[str, str], ...], Sequence[FoundEffect]]) -> str:
-    """Say once what could stand in for each of several effects."""
-    said = ""
-    for rivals, effects in shared.items():
-        instead = listed([effect_name(*rival) for rival in rivals], "or")
-        names = listed([effect_name(effect.name, effect.axis) for effect in effects], "or")
-        said += f" In place of {names}, {instead} explains these logs about as well."
-    return said
-
-
-def _nothing_shown(diagnosis: Diagnosis) -> str:
-    """Say that no effect was found, how many could not be tested, and how well the model predicts."""
-    untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
-    count = len(diagnosis.catalogue)
-    rest = f", but {untested} of the {count} entries could not be tested with this excitation" if untested else ""
-    what, field = leading(diagnosis)
-    errors = listed([significant(1e3 * getattr(report.before, field).value) for report in diagnosis.axes.values()])
-    return (
-        f"Nothing in the catalogue is shown: these logs do not refute the simplified model{rest}. Its error {what} on "
-        f"held-out data is {errors} mrad ({', '.join(diagnosis.axes)})."
-    )
-
-
-def possible_sentence(diagnosis: Diagnosis) -> str:
-    """Name what is possible and no finding; empty if nothing is."""
-    if not diagnosis.possible:
-        return ""
-    names = listed([effect_name(effect.name, effect.axis) for effect in diagnosis.possible])
-    used = [effect_name(effect.name, effect.axis) for effect in diagnosis.possible if effect.in_plant]
-    has = f"has {listed(used)} of them" if used else "has none of them"
-    return (
-        f"Possible, and no finding: {names}. The corrected plant {has}: what makes logs likelier that were left out of "
-        "the fit."
-    )
 
 
 def held_out_sentence(diagnosis: Diagnosis) -> str:
@@ -278,52 +227,17 @@ def agreement_sentence(diagnosis: Diagnosis) -> str:
     )
 
 
-def found_effect(effect: FoundEffect) -> str:
-    """Give a found effect with its coefficient and what could stand in for it."""
-    text = _with_coefficient(effect)
-    if effect.verdict == Verdict.AMBIGUOUS:
-        rivals = [effect_name(name, axis) for name, axis in effect.alternatives]
-        text += f" or {listed(rivals, 'or')}, which explains these logs about as well" if rivals else ""
-    return text
-
-
-def _with_coefficient(effect: FoundEffect) -> str:
-    text = effect_name(effect.name, effect.axis)
-    return text if effect.coefficient is None else f"{text} (c = {with_interval(effect.coefficient)})"
-
-
-def unknown_effect(effect: FoundEffect) -> str:
-    """Give an unknown effect by its axis and what it depends on."""
+def effect_words(effect: FoundEffect) -> str:
+    """Give a found effect by its name; an unknown one by its axis and what it depends on."""
     shape = effect.shape
+    if effect.verdict != Verdict.UNKNOWN or isinstance(shape, NamedShape):
+        return effect_name(effect.name, effect.axis)
     if isinstance(shape, PeriodicShape):
         return f"a periodic torque on the {effect.axis} at {significant(shape.frequency_hz)} Hz"
-    variable = "" if isinstance(shape, NamedShape) else variable_name(shape.variable)
-    return f"a torque on the {effect.axis} that depends on the {variable}"
-
-
-def tabled_sentence(effect: FoundEffect) -> str:
-    """Say that the corrected plant has an unknown torque as a table."""
-    return f"The corrected plant has {unknown_effect(effect)} as a table: table.{effect.axis}.* of its parameters."
+    return f"a torque on the {effect.axis} that depends on the {variable_name(shape.variable)}"
 
 
 def effect_title(effect: FoundEffect) -> str:
     """Give the heading of a found effect."""
-    text = unknown_effect(effect) if effect.verdict == Verdict.UNKNOWN else effect_name(effect.name, effect.axis)
+    text = effect_words(effect)
     return text[:1].upper() + text[1:]
-
-
-def _gain(diagnosis: Diagnosis) -> str:
-    """Say how far the error fell on the axis that gained most; nothing where no axis really gains."""
-    what, field = leading(diagnosis)
-    falls = {axis: own.value for axis, own in real_changes(diagnosis).items() if own.value < 0.0}
-    if not falls:
-        return ""
-    axis = min(falls, key=lambda name: falls[name])
-    it = "it" if len(diagnosis.effects) == 1 else "them"
-    before, after = (significant(1e3 * _error(diagnosis.axes[axis], s, field).value) for s in ("before", "after"))
-    return f"; with {it} the {axis}'s error {what} on held-out data falls from {before} to {after} mrad"
-
-
-def _error(report: AxisReport, stage: str, field: str) -> ErrorFigure:
-    figure: ErrorFigure = getattr(getattr(report, stage), field)
-    return figure

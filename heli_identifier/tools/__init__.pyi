@@ -1,4 +1,5 @@
 __all__ = [
+    "ClosedLoopErrors",
     "CONSOLIDATED",
     "CONTROLLER",
     "ClosedLoopErrors",
@@ -25,6 +26,7 @@ __all__ = [
     "TrueEffect",
     "TrueUnknown",
     "Truth",
+    "campaign_tables",
     "closed_loop_errors",
     "control_advice",
     "controller_settings",
@@ -49,6 +51,7 @@ __all__ = [
     "generated_rigs",
     "identify",
     "linearise",
+    "margin_table",
     "read_rows",
     "read_split",
     "rig_folder",
@@ -62,10 +65,10 @@ __all__ = [
 ]
 
 from .campaign import CONSOLIDATED, Progress, run_campaign
-from .campaign_rows import Row, read_rows, summarised, write_rows
+from .campaign_rows import Row, campaign_tables, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid
-from .controller_page import controller_html, design_table
+from .controller_page import controller_html, design_table, margin_table
 from .course import controller_m, corrected_init, course_values, geometry_of
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
 from .figures import step_figure

@@ -22,6 +22,7 @@ import pyarrow.parquet as pq
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.online import Estimate, ModelParameters
+from heli_identifier.results import Table
 from heli_identifier.tools.rigs import Truth
 from heli_identifier.tracing import Diagnosis, FoundEffect, NamedShape, PeriodicShape, RigVerdict
 from heli_plant.effects import AXES
@@ -265,3 +266,40 @@ def _counts(kind: str | None, rows: Sequence[Row]) -> dict[str, Any]:
         "recognised": sum(unknown_recognised(row) for row in judged),
         "right": sum(right(row) for row in judged),
     }
+
+
+_VERDICTS = {
+    "rigs": "rigs",
+    "shown": "effects shown",
+    "adequate": "model adequate",
+    "unknown": "unknown effect",
+}
+_JUDGED = {
+    "named_first": "named first",
+    "false": "with a false one",
+    "recognised": "unknown recognised",
+    "right": "found as it is",
+}
+
+
+def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
+    """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
+    kinds, said = summary["kinds"], []
+    judged = any(kind["kind"] for kind in kinds)
+    keys = _VERDICTS | (_JUDGED if judged else {})
+    rows = [
+        (kind["kind"] or "truth not known", *(str(kind[k]) if kind["kind"] or k in _VERDICTS else "–" for k in keys))
+        for kind in kinds
+    ]
+    first = 0 if judged else 1
+    tables = [Table("Campaign", ("kind", *keys.values())[first:], [row[first:] for row in rows])]
+    if summary["effects"]:
+        rows = [(name, str(count)) for name, count in summary["effects"]]
+        tables.append(Table("Effects found", ("effect", "rigs"), rows))
+    if summary["coverage"] is not None:
+        share = f"{100.0 * summary['coverage']:.1f} %"
+        said.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")
+    if summary["seconds"] is not None:
+        times = "one diagnosis on one core: median {:.1f} s, 95 % quantile {:.1f} s, longest {:.1f} s"
+        said.append(times.format(*summary["seconds"]))
+    return tables, [*said, *(f"failed: {rig}: {error}" for rig, error in summary["failures"])]

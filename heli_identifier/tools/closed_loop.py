@@ -7,6 +7,7 @@ simulated less measured angles. Feedback cannot flatter it: the simulated voltag
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf, isfinite
 from os import PathLike
 from typing import Any
 
@@ -16,7 +17,16 @@ from scipy.signal import lfilter
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import Log
-from heli_identifier.results import LogSource, PlantSource, Tabular, plant_of, read_parameters, several, significant
+from heli_identifier.results import (
+    LogSource,
+    PlantSource,
+    Table,
+    Tabular,
+    plant_of,
+    read_parameters,
+    several,
+    significant,
+)
 from heli_identifier.tools.loop import CONTROLLER, FEEDBACK, Memory, Settings, answered, begun, controller_settings, fly
 from heli_identifier.tracing import record_start
 from heli_plant.control import PidSettings
@@ -45,43 +55,48 @@ class ClosedLoopErrors(Tabular):
         By log, what the controller asks for along the measured angles less what was logged [V]: root mean square.
     followed : tuple of str
         Axes that the controller follows.
+    limit : float
+        Largest error of these that passes [rad].
     """
 
     errors: dict[str, dict[str, float]]
     voltages: dict[str, float]
     followed: tuple[str, ...]
+    limit: float = inf
 
     @property
-    def title(self) -> str:
-        """What :attr:`rows` holds."""
-        return f"Error of the closed loop over {AHEAD:g} s"
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table."""
-        return ("log", "axis", "error [mrad]", "voltages differ by [V]")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
+    def table(self) -> Table:
         """Log, axis, error, and how far the controller is from the one that flew."""
-        return [
+        rows = [
             (log, axis, significant(1e3 * error), significant(self.voltages[log], 2))
             for log, of_axes in self.errors.items()
             for axis, error in of_axes.items()
         ]
+        columns = ("log", "axis", "error [mrad]", "voltages differ by [V]")
+        return Table(f"Error of the closed loop over {AHEAD:g} s", columns, rows)
 
     @property
     def largest(self) -> float:
         """Largest error of a followed axis [rad]."""
         return max(of_axes[axis] for of_axes in self.errors.values() for axis in self.followed)
 
+    @property
+    def passed(self) -> bool:
+        """Whether the limit is kept."""
+        return self.largest <= self.limit
+
     def to_dict(self) -> dict[str, Any]:
         """Give the figures as a JSON file has them."""
-        return {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
+        limit = self.limit if isfinite(self.limit) else None
+        errors = {"closed_loop_3s_rad": self.errors, "voltages_V": self.voltages}
+        return {**errors, "limit_rad": limit, "passed": self.passed}
 
 
 def closed_loop_errors(
-    logs: LogSource | Sequence[LogSource], parameters: PlantSource, controller: str | PathLike[str] | Settings
+    logs: LogSource | Sequence[LogSource],
+    parameters: PlantSource,
+    controller: str | PathLike[str] | Settings,
+    limit: float = inf,
 ) -> ClosedLoopErrors:
     """Fly logs again from their references.
 
@@ -92,6 +107,8 @@ def closed_loop_errors(
     parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
     controller : path of a controller.json, or settings
         Of the PidController or the StateFeedback that flew.
+    limit : float
+        Largest error that passes [rad].
 
     Raises
     ------
@@ -105,7 +122,7 @@ def closed_loop_errors(
         found, differ = _flown_again(log, plant, settings)
         errors[log.name] = dict(zip(AXES, found.tolist(), strict=True))
         voltages[log.name] = differ
-    return ClosedLoopErrors(errors, voltages, _followed(settings))
+    return ClosedLoopErrors(errors, voltages, _followed(settings), limit)
 
 
 def read_controller(path: str | PathLike[str], voltage_limit: float) -> Settings:

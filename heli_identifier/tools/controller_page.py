@@ -6,18 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from heli_identifier.results import Axes, figure, listed, page, significant
-from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged
-
-COLUMNS = ("figure", "nominal >", "kept >", "robust >", "kept >")
-"""Columns of the table: of both designs the estimated plant's figure, and what 95 % of the plants keep."""
+from heli_identifier.results import Axes, Table, figure, listed, page, significant
+from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged, PidDesign
 
 _SHOWN = 40.0
 """Largest pole [1/s] that is drawn: faster ones say nothing of the flight."""
 
 
-def design_table(design: ControllerDesign) -> tuple[Sequence[str], list[tuple[str, ...]]]:
-    """Give columns and rows: margins, settling, and the share of the plants whose loop is stable."""
+def design_table(design: ControllerDesign) -> Table:
+    """Give margins, settling and stable loops of both designs: of the estimated plant, and what the plants keep."""
     both = (design.nominal, design.robust)
     rows = [_row("disk margin, both rotors", [(own.disk, own.promised_disk) for own in both])]
     for loop in design.nominal.margins:
@@ -29,7 +26,26 @@ def design_table(design: ControllerDesign) -> tuple[Sequence[str], list[tuple[st
         rows.append(_row(f"{axis}: settles in [s]", times))
         rows.append(_row(f"{axis}: slowest plant settles in [s]", [(None, own.worst_settling[axis]) for own in both]))
     rows.append(_row("plants with a stable loop [%]", [(None, 100.0 * own.stable) for own in both]))
-    return COLUMNS, rows
+    title = f"{design.kind.upper()} of {listed(design.axes)}: what {CONFIDENCE:.0%} of {design.plants} plants keep"
+    return Table(title, ("figure", "nominal", "kept", "robust", "kept"), rows)
+
+
+def margin_table(made: PidDesign) -> Table:
+    """Give the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
+    rows = []
+    for name, loop in (("present", made.before), ("retuned", made.after)):
+        for (axis, found), step in zip(loop.margins.items(), loop.steps, strict=True):
+            low, high = loop.low[axis], loop.high[axis]
+            gains = ", ".join(significant(gain, 4) for gain in getattr(loop.settings, axis))
+            margins = (
+                f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
+                f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
+                f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",
+            )
+            settled = significant(step.settling_time, 2)
+            rows.append((axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
+    columns = ("loop", "PID", "P, I, D", "gain margin", "phase [deg]", "sensitivity", "overshoot [%]", "settles [s]")
+    return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
 
 
 def _row(name: str, pairs: Sequence[tuple[float | None, float]]) -> tuple[str, ...]:
@@ -39,7 +55,6 @@ def _row(name: str, pairs: Sequence[tuple[float | None, float]]) -> tuple[str, .
 
 def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> str:
     """Give the text of design.html."""
-    columns, rows = design_table(design)
     point = design.model.point
     robust = design.robust
     sentence = (
@@ -53,8 +68,7 @@ def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> 
         sentence=sentence,
         point=f"pitch {point.pitch:.3f} rad, elevation {point.elevation:.3f} rad, v_front {point.v_front:.2f} V, "
         f"v_rear {point.v_rear:.2f} V, every {1e3 * design.model.sampled.dt:g} ms",
-        columns=[name.removesuffix(" >") for name in columns],
-        rows=rows,
+        table=design_table(design).html(),
         steps=_steps(design),
         margins=_margins(design),
         poles=_poles(design),

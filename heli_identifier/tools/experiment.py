@@ -21,6 +21,7 @@ from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_identifier.records import Log
+from heli_identifier.results import Table
 from heli_identifier.tracing import (
     DiagnosisSettings,
     Likelihood,
@@ -288,11 +289,11 @@ def separation_warning(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -
     )
 
 
-def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> tuple[list[str], list[list[str]]]:
-    """Return columns and rows of a table: visibility, separated standard error, correlation, largest angles."""
+def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> Table:
+    """Give visibility, separated standard error, correlation, largest angles."""
     columns = ["experiment"]
     for entry in effects:
-        columns += [f"visibility of {entry.name}>", f"its error [{entry.unit}]>"]
+        columns += [f"visibility of {entry.name}", f"its error [{entry.unit}]"]
     rows = []
     for one in outlooks:
         row = [one.proposal.name]
@@ -301,4 +302,4 @@ def experiment_table(outlooks: Sequence[Outlook], effects: Sequence[Effect]) -> 
         rows.append(
             [*row, f"{one.correlation:.2f}", f"{one.largest_pitch:.2f} rad", f"{one.largest_elevation:.2f} rad"]
         )
-    return [*columns, "correlation>", "pitch to>", "elevation to>"], rows
+    return Table("Experiments, best first", [*columns, "correlation", "pitch to", "elevation to"], rows)

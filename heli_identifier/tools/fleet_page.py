@@ -3,10 +3,9 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from heli_identifier.results import effect_name, listed, meaning, p_text, page, significant, unit_text
+from heli_identifier.results import Table, effect_name, listed, meaning, p_text, page, significant, unit_text
 from heli_identifier.tools.figures import forest_figure
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
-from heli_identifier.tracing import Diagnosis
 
 SECTIONS = (
     (Finding.REPEATS, "repeats", "What repeats, with like coefficients", "No effect repeats with like coefficients."),
@@ -31,11 +30,9 @@ def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
         provenance,
         sentence=fleet_sentence(fleet),
         found=found,
-        columns=COLUMNS,
-        effects=[effect_row(effect) for effect in fleet.effects],
+        effects=effect_table(fleet.effects).html(),
         parameters=[_plotted(parameter) for parameter in fleet.parameters],
-        failures=fleet.failures,
-        rigs=[_rig_row(rig, diagnosis) for rig, diagnosis in fleet.diagnoses.items()],
+        rigs=_rig_table(fleet).html(),
         rate=f"{100.0 * FALSE_DISCOVERY_RATE:g} %",
     )
 
@@ -52,40 +49,25 @@ def fleet_sentence(fleet: Fleet) -> str:
     return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."
 
 
-COLUMNS = ("effect", "finding", "named by >", "tested on >", "mean >", "unit", "spread >", "I² >")
-"""Columns of the table of effects; those that end in ``>`` hold numbers."""
+def effect_table(effects: Sequence[Coefficient]) -> Table:
+    """Give a row per effect."""
+    columns = ("effect", "finding", "named by", "tested on", "mean", "unit", "spread", "I²")
+    rows = [(title(own), str(own.finding), str(len(own.named)), *_figures(own)) for own in effects]
+    return Table("Effects over the rigs", columns, rows)
 
 
-def effect_row(effect: Coefficient) -> tuple[str, ...]:
-    """Give an effect as a row under :data:`COLUMNS`."""
-    mean = effect.mean
-    return (
-        title(effect),
-        str(effect.finding),
-        str(len(effect.named)),
-        str(len(effect.counted)),
-        mean_text(effect),
-        unit_text(effect.unit),
-        significant(mean.spread, 2) if mean else "",
-        f"{100.0 * mean.I2:.0f} %" if mean else "",
-    )
+def _figures(own: Coefficient) -> tuple[str, ...]:
+    mean = own.mean
+    spread = (significant(mean.spread, 2), f"{100.0 * mean.I2:.0f} %") if mean else ("", "")
+    return (str(len(own.counted)), mean_text(own), unit_text(own.unit), *spread)
 
 
-PARAMETER_COLUMNS = ("parameter", "meaning", "rigs >", "mean >", "unit", "spread >", "I² >")
-
-
-def parameter_row(parameter: Coefficient) -> tuple[str, ...]:
-    """Give a parameter as a row under :data:`PARAMETER_COLUMNS`."""
-    _, _, _, counted, *figures = effect_row(parameter)
-    return (parameter.name, title(parameter), counted, *figures)
-
-
-def fleet_tables(fleet: Fleet) -> list[tuple[str, Sequence[str], list[tuple[str, ...]]]]:
-    """Give title, columns and rows of the tables of a terminal: effects that were found, if any, and parameters."""
-    shown = [effect_row(effect) for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
-    tables = [("Effects over the rigs", COLUMNS, shown)] if shown else []
-    parameters = [parameter_row(parameter) for parameter in fleet.parameters]
-    return [*tables, ("Parameters over the rigs", PARAMETER_COLUMNS, parameters)]
+def fleet_tables(fleet: Fleet) -> list[Table]:
+    """Give the tables of a terminal: effects that were found, if any, and parameters."""
+    shown = [effect for effect in fleet.effects if effect.finding != Finding.NOT_SHOWN]
+    rows = [(own.name, title(own), *_figures(own)) for own in fleet.parameters]
+    columns = ("parameter", "meaning", "rigs", "mean", "unit", "spread", "I²")
+    return [*([effect_table(shown)] if shown else []), Table("Parameters over the rigs", columns, rows)]
 
 
 def mean_text(coefficient: Coefficient) -> str:
@@ -128,18 +110,28 @@ def _facts(coefficient: Coefficient) -> list[tuple[str, str]]:
     return facts
 
 
-def _rig_row(rig: str, diagnosis: Diagnosis) -> dict[str, str]:
-    errors = {
-        axis: [significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after)]
-        for axis, report in diagnosis.axes.items()
-    }
-    return {
-        "rig": rig,
-        "logs": ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
-        "verdict": diagnosis.verdict.value,
-        "named": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.effects]) or "nothing",
-        "possible": listed([effect_name(effect.name, effect.axis) for effect in diagnosis.possible]) or "nothing",
-        "use": "; ".join(f"{axis}: {report.use}" for axis, report in diagnosis.axes.items()),
-        "nats": f"{diagnosis.held_out.gain.value:+.0f}",
-        "errors": "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
-    }
+def _rig_table(fleet: Fleet) -> Table:
+    rows = []
+    for rig, diagnosis in fleet.diagnoses.items():
+        errors = {
+            axis: [significant(1e3 * error.prediction_1s.value) for error in (report.before, report.after)]
+            for axis, report in diagnosis.axes.items()
+        }
+        found = ([effect_name(own.name, own.axis) for own in of] for of in (diagnosis.effects, diagnosis.possible))
+        rows.append(
+            (
+                rig,
+                str(diagnosis.verdict),
+                *(listed(names) or "nothing" for names in found),
+                "; ".join(f"{axis}: {report.use}" for axis, report in diagnosis.axes.items()),
+                f"{diagnosis.held_out.gain.value:+.0f}",
+                "; ".join(f"{axis} {before} to {after}" for axis, (before, after) in errors.items()),
+                ", ".join(f"{entry.file} ({entry.used_for})" for entry in diagnosis.data),
+            )
+        )
+    rows += [(rig, f"left out: {error}", *[""] * 6) for rig, error in fleet.failures.items()]
+    columns = (
+        "rig", "verdict", "named", "possible, no finding", "use of the axes", "held-out logs gain [nats]",
+        "error of the 1 s prediction, before to after [mrad]", "logs",
+    )  # fmt: skip
+    return Table("Rigs", columns, rows)

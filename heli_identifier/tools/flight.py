@@ -16,6 +16,7 @@ from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
 from heli_identifier.online.excitation import Excitation, Multisine, voltages
 from heli_identifier.records import Log
+from heli_identifier.results import Table
 from heli_identifier.tools.experiment import STEP, air_torque, on_encoders
 from heli_identifier.tools.identification import identify_log
 from heli_plant.control import PidSettings, pid_step, start_pid
@@ -151,9 +152,9 @@ def flight_outlooks(
     return sorted(found, key=lambda one: max(one.relative_errors.values()))
 
 
-def flight_table(outlooks: list[FlightOutlook]) -> tuple[list[str], list[list[str]]]:
-    """Return columns and rows of a table: relative errors and departures."""
-    columns = ["added to the flight", *(f"{name}>" for name in JUDGED), "pitch to>", "elevation by>"]
+def flight_table(outlooks: list[FlightOutlook]) -> Table:
+    """Give relative errors and departures."""
+    columns = ["added to the flight", *JUDGED, "pitch to", "elevation by"]
     rows = [
         [
             one.addition.name,
@@ -163,7 +164,7 @@ def flight_table(outlooks: list[FlightOutlook]) -> tuple[list[str], list[list[st
         ]
         for one in outlooks
     ]
-    return columns, rows
+    return Table("Standard errors of what the loop hides, best first", columns, rows)
 
 
 def _percent(share: float) -> str:

@@ -58,6 +58,7 @@ from heli_identifier.records import (
 from heli_identifier.results import (
     PLANT,
     ParameterSet,
+    Table,
     Tabular,
     meaning_of,
     plant_values,
@@ -228,14 +229,9 @@ class Identification(Tabular):
         )
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Head of the table :attr:`rows`."""
-        return ("parameter", "meaning", *(history.name for history in self.histories), "together", "unit")
-
-    @property
-    def rows(self) -> list[tuple[str, ...]]:
-        """Cells of a table: every parameter, per log and of all logs together, ± 1.96 standard errors."""
-        return [
+    def table(self) -> Table:
+        """Every parameter, per log and of all logs together, ± 1.96 standard errors."""
+        rows = [
             (
                 name,
                 meaning_of(name, value),
@@ -245,16 +241,13 @@ class Identification(Tabular):
             )
             for name, value in self.estimates.items()
         ]
-
-    @property
-    def title(self) -> str:
-        """What :attr:`rows` holds."""
-        return "Parameters with half of their 95 % intervals"
+        columns = ("parameter", "meaning", *(history.name for history in self.histories), "together", "unit")
+        return Table("Parameters with half of their 95 % intervals", columns, rows)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Notes and warnings."""
-        return (*self.notes, *self.warnings)
+        """Give :attr:`notes`."""
+        return self.notes
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
