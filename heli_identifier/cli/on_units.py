@@ -339,7 +339,7 @@ def _print_outputs(title: str, outputs: list[dict[str, Any]], everything: bool) 
         for row in outputs
         if everything or row["name"].count(".") == 1
     ]
-    print_table(Table(title, ("output", *(name.replace("_", " ") for name in figures), "unit"), rows))
+    print_table(Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows))
 
 
 # --- the plant -------------------------------------------------------------------------------------------------------

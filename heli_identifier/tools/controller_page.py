@@ -26,7 +26,8 @@ def design_table(design: ControllerDesign) -> Table:
         rows.append(_row(f"{axis}: settles in [s]", times))
         rows.append(_row(f"{axis}: slowest plant settles in [s]", [(None, own.worst_settling[axis]) for own in both]))
     rows.append(_row("plants with a stable loop [%]", [(None, 100.0 * own.stable) for own in both]))
-    title = f"{design.kind.upper()} of {listed(design.axes)}: what {CONFIDENCE:.0%} of {design.plants} plants keep"
+    kept = f"what {100.0 * CONFIDENCE:.0f} % of {design.plants} plants keep"
+    title = f"{design.kind.upper()} of {listed(design.axes)}: {kept}"
     return Table(title, ("figure", "nominal", "kept", "robust", "kept"), rows)
 
 
