@@ -155,33 +155,9 @@ def measure(factor, omega, phi, y, noise, forgetting, direction):
     return sigma, s
 
 
-def measure_one(factor, omega, index, y, noise):
-    """Take one measurement y of the parameter ``index`` itself, with the variance ``noise`` r, in place.
-
-    This is :func:`measure` with a unit vector for phi and no forgetting: columns before ``index`` do not change.
-    """
-    n = len(omega)
-    direction = [0.0] * n
-    sigma, s = y - omega[index], noise
-    start = index * (index + 1) // 2
-    for j in range(index, n):
-        f = factor[start + index] if j > index else 1.0
-        d = factor[start + j]
-        g = d * f
-        s_next = s + f * g
-        factor[start + j] = d * (s / s_next)
-        p = f / s
-        for i in range(j):
-            u = factor[start + i]
-            b = direction[i]
-            factor[start + i] = u - b * p
-            direction[i] = b + u * g
-        direction[j] = g
-        s = s_next
-        start += j + 1
-    step = sigma / s
-    for j in range(n):
-        omega[j] += direction[j] * step
+def unit_vector(index, size):
+    """Return phi of a measurement of the parameter ``index`` itself."""
+    return [1.0 if j == index else 0.0 for j in range(size)]
 
 
 def adapt(factor, omega, phi, y, count, coefficients, direction):
@@ -194,7 +170,7 @@ def adapt(factor, omega, phi, y, count, coefficients, direction):
     sigma, _ = measure(factor, omega, phi, y, noise, beta, direction)
     index = count % interval
     if index < len(phi) and restoring_noise < inf:
-        measure_one(factor, omega, index, omega[index], restoring_noise)
+        measure(factor, omega, unit_vector(index, len(phi)), omega[index], restoring_noise, 1.0, direction)
     return sigma
 
 

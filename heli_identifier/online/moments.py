@@ -42,7 +42,7 @@ from collections.abc import Sequence
 from math import exp, inf, sqrt
 from typing import NamedTuple
 
-from .linear_algebra import bilinear_form, dot, hypotenuse, total
+from .linear_algebra import bilinear_form, dot, eliminated, is_singular, row_indices, total
 
 CAPACITY = 32
 """Blocks kept at most; a standard error from 16 to 32 of them is itself known to some 15 to 20 %."""
@@ -202,53 +202,29 @@ def _size(packed: int) -> int:
 _SILENCE = 1e-2
 """f: regressors below it [rad/s, rad, V, 1] count as silent: half a degree; encoder noise after F is 1e-4 rad/s."""
 
-_SWEEPS = 12
-"""Cyclic Jacobi converges quadratically; five rows need four or five sweeps."""
-
-_CONVERGED = 1e-14
-"""Off-diagonal norm at which an eigenvalue of a matrix of unit diagonal is known to rounding."""
+_HALVINGS = 50
+"""An eigenvalue between 0 and 1 is then known to rounding."""
 
 
 def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
     """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
-    rows = [[0.0] * parameters for _ in range(parameters)]
-    k = 0
-    for i in range(size):
-        for j in range(i, size):
-            if j < parameters:
-                rows[i][j] = rows[j][i] = window[k]
-            k += 1
-    scale = [1.0 / sqrt(rows[i][i] + _SILENCE * _SILENCE) for i in range(parameters)]
-    scaled = [[rows[i][j] * scale[i] * scale[j] for j in range(parameters)] for i in range(parameters)]
-    return max(0.0, smallest_eigenvalue(scaled))
+    rows = row_indices(size)
+    scale = [1.0 / sqrt(window[rows[i][i]] + _SILENCE * _SILENCE) for i in range(parameters)]
+    scaled = [window[rows[i][j]] * scale[i] * scale[j] for i in range(parameters) for j in range(i, parameters)]
+    return smallest_eigenvalue(scaled, parameters)
 
 
-def smallest_eigenvalue(a: list[list[float]]) -> float:
-    """Return the smallest eigenvalue of a symmetric matrix, which is overwritten.
-
-    Cyclic Jacobi rotations: Golub and Van Loan, Matrix Computations, 4th ed., section 8.5.
-    """
-    n = len(a)
-    for _ in range(_SWEEPS):
-        if sqrt(total([a[i][j] * a[i][j] for i in range(n) for j in range(i)])) < _CONVERGED:
-            break
-        for p in range(n - 1):
-            for q in range(p + 1, n):
-                _rotate(a, p, q)
-    return min(a[i][i] for i in range(n))
-
-
-def _rotate(a, p, q):
-    """Annihilate a[p][q] by a rotation in the plane of p and q."""
-    if a[p][q] == 0.0:
-        return
-    tau = (a[q][q] - a[p][p]) / (2.0 * a[p][q])
-    t = 1.0 / (tau + hypotenuse(1.0, tau)) if tau >= 0.0 else 1.0 / (tau - hypotenuse(1.0, tau))
-    c = 1.0 / hypotenuse(1.0, t)
-    s = t * c
-    for row in a:
-        x, y = row[p], row[q]
-        row[p], row[q] = c * x - s * y, s * x + c * y
-    row_p, row_q = a[p], a[q]
-    a[p] = [c * x - s * y for x, y in zip(row_p, row_q, strict=True)]
-    a[q] = [s * x + c * y for x, y in zip(row_p, row_q, strict=True)]
+def smallest_eigenvalue(packed: Sequence[float], size: int) -> float:
+    """Return the smallest eigenvalue of a packed matrix that is between 0 and 1: the largest x with A - x I regular."""
+    diagonal = [i == j for i in range(size) for j in range(i, size)]
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        x = 0.5 * (low + high)
+        U, _ = eliminated(
+            [a - x if own else a for a, own in zip(packed, diagonal, strict=True)], [[0.0] for _ in range(size)]
+        )
+        if is_singular(U):
+            high = x
+        else:
+            low = x
+    return low

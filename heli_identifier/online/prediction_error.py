@@ -29,7 +29,7 @@ from math import exp, log, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AdaptationCoefficients, AxisState, kept_early, loosen, measure, measure_one
+from .adaptation import AdaptationCoefficients, AxisState, kept_early, loosen, measure, unit_vector
 from .instruments import Instruments, add_signals, no_instruments
 from .loop import Outside, OutsideCoefficients, add_regressors, nothing_outside
 from .moments import no_moments
@@ -233,4 +233,5 @@ def _renew(
         loosen(factor, index, change)
     share = change / prior + forgotten
     if share > 0.0:
-        measure_one(factor, omega, index, first, prior / share)
+        n = len(omega)
+        measure(factor, omega, unit_vector(index, n), first, prior / share, 1.0, [0.0] * n)
