@@ -216,7 +216,7 @@ def _jump(short: str, old: float, new: float, estimate: NDArray[np.float64]) -> 
 def _eigenvalues(unit: Instance) -> tuple[float, float]:
     """Return the extreme eigenvalues of the three Gammas."""
     state = identifier_state(unit)
-    axes = (state.pitch, state.elevation, state.travel)
+    axes = [axis.estimate for axis in state.axes]
     spectra = np.concatenate([np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega))) for axis in axes])
     return float(spectra.min()), float(spectra.max())
 

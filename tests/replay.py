@@ -70,7 +70,7 @@ def replay(
         )
     plan = prepare(settings)
     state = start(plan, *voltages[0].tolist(), *angles[0].tolist())
-    axes = (state.pitch, state.elevation, state.travel)
+    axes = [axis.estimate for axis in state.axes]
     factors = tuple(np.array(axis.factor, dtype=float) for axis in axes)
     omegas = tuple(np.array(axis.omega, dtype=float) for axis in axes)
     directions = tuple(np.zeros(len(axis.omega)) for axis in axes)

@@ -102,7 +102,7 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
         state, output = identifier_step(
             state, 0.5 + 3.0 * pitch, 0.5 - 3.0 * pitch, pitch, 0.1 + elevation, travel, plan
         )
-    for axis in (state.pitch, state.elevation):
+    for axis in (state.axes[0].estimate, state.axes[1].estimate):
         spectrum = np.linalg.eigvalsh(np.array(gain_matrix(axis.factor, len(axis.omega)))[:-2, :-2])
         assert spectrum[0] > 0.0
         # Between two returns of a direction it may grow by exp(.3 N h), N = 6.
@@ -129,7 +129,7 @@ def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_
     assert not output.contradicted
     assert determined(output.parameters.k_x, output.standard_errors.k_x, "")
     assert abs(output.parameters.k_x - TABLE_2.k_x) < 3.5 * output.standard_errors.k_x
-    assert shares(state.predictors[0].outside, ((0.0, 0.0, 0.0, 1.0, 0.0),))[0] > 0.5
+    assert shares(state.axes[0].predictor.outside, ((0.0, 0.0, 0.0, 1.0, 0.0),))[0] > 0.5
 
 
 def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():

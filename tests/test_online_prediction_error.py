@@ -223,15 +223,17 @@ def test_without_noise_and_excitation_gamma_stays_positive_and_a_forgotten_gain_
     state = start(plan, 0.5, 0.5, -0.1, 0.1, 0.0)
     for _ in range(2000):
         state, output = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
-    for axis in (state.pitch, state.elevation, state.travel):
+    for axis in (axis.estimate for axis in state.axes):
         assert np.linalg.eigvalsh(gain_matrix(axis.factor, len(axis.omega)))[0] > 0.0
     assert np.isfinite(output.parameters).all()
     # an hour at rest with a memory of ten seconds: exp(-360) of the gain, whose square no floating-point number holds
-    tiny = tuple(1e-170 for _ in state.pitch.omega[:-2])
-    state = state._replace(pitch=state.pitch._replace(omega=(*tiny, *state.pitch.omega[-2:])))
+    pitch, *others = state.axes
+    omega = (*(1e-170 for _ in pitch.estimate.omega[:-2]), *pitch.estimate.omega[-2:])
+    forgotten = pitch._replace(estimate=pitch.estimate._replace(omega=omega))
+    state = state._replace(axes=(forgotten, *others))
     for _ in range(2 * plan.report_samples):
         state, _ = step(state, 0.5, 0.5, -0.1, 0.1, 0.0, plan)
-    assert all(isfinite(value) for value in state.pitch.omega)
+    assert all(isfinite(value) for value in state.axes[0].estimate.omega)
 
 
 def test_a_method_that_does_not_exist_is_refused():

@@ -21,7 +21,7 @@ from heli_plant.motor import saturate
 from .adaptation import AxisState, adapt_axis, evaluate_axis, initial_axis, kept_early, observe_axis, observe_products
 from .instruments import NO_REFERENCES, References, advance_references, evaluated, first_references, have_moved
 from .linear_algebra import hypotenuse
-from .loop import Feedback, first_feedback, watch_error, watch_innovation, widened
+from .loop import first_feedback, watch_error, watch_innovation, widened
 from .moments import fade
 from .prediction_error import (
     ELEVATION,
@@ -50,7 +50,7 @@ from .signals import (
     settled_signals,
     travel_regression,
 )
-from .state import IdentifierOutput, IdentifierState, Predictors, lag_of, output_of
+from .state import Axis, IdentifierOutput, IdentifierState, lag_of, output_of
 from .watch import WatchState, advance_watch, settled_watch
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2
@@ -77,54 +77,47 @@ def start(
     references: tuple[float, float, float] = NO_REFERENCES,
 ) -> IdentifierState:
     """Return the state at sample 0, filters and motors settled at it; voltages [V], angles and references [rad]."""
-    at, gain = plan.settings.initial, plan.settings.initial_gain
+    at = plan.settings.initial
     if plan.rest_angle_is_known:
         pitch_omega: tuple[float, ...] = (at.a_wx, at.a_th, at.k_x)
     else:
         pitch_omega = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-    of_pitch, of_elevation, of_travel = (len(columns) for columns in plan.watched_columns)
     elevation_omega: tuple[float, ...] = (at.a_wz, at.a_e, at.a_1, at.a_lt, at.k_z)
+    pitch_widths: tuple[float, ...] = PITCH if plan.rest_angle_is_known else PITCH_FREE
+    elevation_widths: tuple[float, ...] = ELEVATION
     if plan.lag is not None:
         pitch_omega, elevation_omega = (*pitch_omega, 0.0), (*elevation_omega, 0.0)
-    pitch_axis = initial_axis(pitch_omega, gain, of_pitch)
-    elevation_axis = initial_axis(elevation_omega, gain, of_elevation)
-    travel_axis = initial_axis((at.a_wy, at.k_y), gain, of_travel)
+        pitch_widths, elevation_widths = (*pitch_widths, PITCH_LAG), (*elevation_widths, ELEVATION_LAG)
     signals = settled_signals(v_front, v_rear, pitch, elevation, travel, plan.signals)
     watch = settled_watch(signals, plan.watch) if plan.watch.candidates else None
     lag = settled_lag(signals, plan.lag) if plan.lag is not None else None
-    predictors: Predictors = (None, None, None)
-    if plan.predictor is not None:
-        c, (first, second, third) = plan.predictor, plan.settings.noise
-        of_pitch_known: tuple[float, ...] = PITCH if plan.rest_angle_is_known else PITCH_FREE
-        of_elevation_known: tuple[float, ...] = ELEVATION
-        if plan.lag is not None:
-            of_pitch_known, of_elevation_known = (*of_pitch_known, PITCH_LAG), (*of_elevation_known, ELEVATION_LAG)
-        pitch_axis = with_noise(pitch_axis, first, of_pitch_known, c)
-        elevation_axis = with_noise(elevation_axis, second, of_elevation_known, c)
-        travel_axis = with_noise(travel_axis, third, TRAVEL, c)
-        z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
-        predictors = (
-            first_predictor(z_1, pitch_axis, c),
-            first_predictor(z_2, elevation_axis, c),
-            first_predictor(z_3, travel_axis, c),
-        )
-    return IdentifierState(
-        0,
-        (signals.v_front, signals.v_rear),
-        signals,
-        lag,
-        watch,
-        pitch_axis,
-        elevation_axis,
-        travel_axis,
-        predictors,
-        (
-            first_feedback(signals.v_front - signals.v_rear, plan.feedback),
-            first_feedback(signals.v_front + signals.v_rear, plan.feedback),
-            first_feedback(signals.v_front - signals.v_rear, plan.feedback),
-        ),
-        first_references(references),
+    z_1, z_2, z_3 = _regressions(signals, lag, watch, plan)
+    difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
+    axes = (
+        _first_axis(_PITCH, pitch_omega, pitch_widths, z_1, difference, plan),
+        _first_axis(_ELEVATION, elevation_omega, elevation_widths, z_2, total, plan),
+        _first_axis(_TRAVEL, (at.a_wy, at.k_y), TRAVEL, z_3, difference, plan),
     )
+    return IdentifierState(
+        0, (signals.v_front, signals.v_rear), signals, lag, watch, axes, first_references(references)
+    )
+
+
+def _first_axis(
+    which: int,
+    omega: tuple[float, ...],
+    widths: tuple[float, ...],
+    z: tuple[float, ...],
+    voltage: float,
+    plan: Plan,
+) -> Axis:
+    """Return one axis at sample 0, ``widths`` the standard deviations of ``omega`` beforehand."""
+    estimate = initial_axis(omega, plan.settings.initial_gain, len(plan.watched_columns[which]))
+    p: PredictorState | None = None
+    if plan.predictor is not None:
+        estimate = with_noise(estimate, plan.settings.noise[which], widths, plan.predictor)
+        p = first_predictor(z, estimate, plan.predictor)
+    return Axis(estimate, p, first_feedback(voltage, plan.feedback))
 
 
 def _regressions(signals: Signals, lag: LagState | None, watch: WatchState | None, plan: Plan) -> Regressions:
@@ -185,69 +178,70 @@ def step(
         held = have_moved(held, references)
         asked = advance_references(held, references, count, plan.predictor.sample_time, plan.predictor.outside)
     difference, total = signals.v_front - signals.v_rear, signals.v_front + signals.v_rear
-    (p_1, p_2, p_3), (loop_1, loop_2, loop_3) = state.predictors, state.loops
     b: tuple[float, ...] = held.b if held.moved else ()
-    axis_1, p_1, loop_1 = _advance(_PITCH, state.pitch, p_1, loop_1, z_1, difference, count, b, asked, plan)
-    axis_2, p_2, loop_2 = _advance(_ELEVATION, state.elevation, p_2, loop_2, z_2, total, count, b, asked, plan)
-    axis_3, p_3, loop_3 = _advance(_TRAVEL, state.travel, p_3, loop_3, z_3, difference, count, b, asked, plan)
+    pitch_axis, elevation_axis, travel_axis = state.axes
+    axes = (
+        _advance(_PITCH, pitch_axis, z_1, difference, count, b, asked, plan),
+        _advance(_ELEVATION, elevation_axis, z_2, total, count, b, asked, plan),
+        _advance(_TRAVEL, travel_axis, z_3, difference, count, b, asked, plan),
+    )
     if lag is not None and plan.lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
-        found = lag_of(axis_1, axis_2, plan.lag.time_constant)
+        found = lag_of(axes[0].estimate, axes[1].estimate, plan.lag.time_constant)
         lag = follow_lag(lag, found.value, found.standard_error, plan.lag)
-    voltages, loops, predictors = (signals.v_front, signals.v_rear), (loop_1, loop_2, loop_3), (p_1, p_2, p_3)
-    state = IdentifierState(samples, voltages, signals, lag, watch, axis_1, axis_2, axis_3, predictors, loops, asked)
+    voltages = (signals.v_front, signals.v_rear)
+    state = IdentifierState(samples, voltages, signals, lag, watch, axes, asked)
     return state, output_of(state, plan)
 
 
 def _advance(
     which: int,
-    axis: AxisState,
-    p: PredictorState | None,
-    loop: Feedback,
+    axis: Axis,
     z: tuple[float, ...],
     voltage: float,
     count: int,
     b: tuple[float, ...],
     references: References,
     plan: Plan,
-) -> tuple[AxisState, PredictorState | None, Feedback]:
+) -> Axis:
     """Return one axis after a sample, with its moments and, in its turn, its standard errors, excitation and scores."""
+    own, p, loop = axis
     c, alpha, interval = plan.predictor, plan.settings.forgetting, plan.moments.interval
     observed, evaluating = (count + 1) % plan.moment_samples == 0, count % plan.report_samples == which
     if p is not None and c is not None:
         if count < 0:
-            return axis, rest_predictor(p, z), loop
-        axis, after = predict_axis(axis, p, z, count, c, plan.adaptation, b)
-        loop = watch_innovation(loop, axis.sigma, voltage, count, plan.feedback)
+            return Axis(own, rest_predictor(p, z), loop)
+        own, after = predict_axis(own, p, z, count, c, plan.adaptation, b)
+        loop = watch_innovation(loop, own.sigma, voltage, count, plan.feedback)
         if observed:
             kept = kept_early(count, plan.moment_samples, c.sample_time)
             if kept < 1.0:
-                axis = axis._replace(moments=fade(axis.moments, kept))
-            axis = observe_products(axis, plan.moment_samples, plan.moments)
+                own = own._replace(moments=fade(own.moments, kept))
+            own = observe_products(own, plan.moment_samples, plan.moments)
         if evaluating:
-            rows = _rows(which, axis, plan)
-            axis = evaluate_axis(axis, rows, alpha, interval, True)
-            axis = axis._replace(standard_errors=widened(axis.standard_errors, after.outside, rows))
+            rows = _rows(which, own, plan)
+            own = evaluate_axis(own, rows, alpha, interval, True)
+            own = own._replace(standard_errors=widened(own.standard_errors, after.outside, rows))
             if references.moved:
-                gain = len(axis.omega) - (4 if plan.lag is not None and which != _TRAVEL else 3)  # k Delta, nu behind
-                found = evaluated(after.instruments, references, axis.omega, p.prior, gain, c.sample_time)
+                gain = len(own.omega) - (4 if plan.lag is not None and which != _TRAVEL else 3)  # k Delta, nu behind
+                found = evaluated(after.instruments, references, own.omega, p.prior, gain, c.sample_time)
                 after = after._replace(instruments=found)
-        return axis, after, loop
+        return Axis(own, after, loop)
     if count >= 0:
-        axis = adapt_axis(axis, z, count, plan.adaptation)
-        loop = watch_error(loop, axis.sigma, voltage, count, plan.feedback)
+        own = adapt_axis(own, z, count, plan.adaptation)
+        loop = watch_error(loop, own.sigma, voltage, count, plan.feedback)
         if observed:
-            axis = observe_axis(axis, plan.moment_samples, plan.moments)
+            own = observe_axis(own, plan.moment_samples, plan.moments)
         if evaluating:
-            axis = evaluate_axis(axis, _rows(which, axis, plan), alpha, interval)
-    return axis, p, loop
+            own = evaluate_axis(own, _rows(which, own, plan), alpha, interval)
+    return Axis(own, p, loop)
 
 
 def combinations(state: IdentifierState, plan: Plan) -> tuple[Rows, Rows, Rows]:
     """Return, for pitch, elevation and travel, the rows j whose j^T Omega are what is reported, to first order."""
     return (
-        _rows(_PITCH, state.pitch, plan),
-        _rows(_ELEVATION, state.elevation, plan),
-        _rows(_TRAVEL, state.travel, plan),
+        _rows(_PITCH, state.axes[0].estimate, plan),
+        _rows(_ELEVATION, state.axes[1].estimate, plan),
+        _rows(_TRAVEL, state.axes[2].estimate, plan),
     )
 
 

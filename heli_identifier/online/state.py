@@ -12,9 +12,13 @@ from .settings import ModelParameters, Plan
 from .signals import LagState, Signals
 from .watch import NOTHING, Score, WatchState
 
-_Predictor = Optional[PredictorState]  # noqa: UP045 - a host's Python may be 3.9, where types have no |
-Predictors = tuple[_Predictor, _Predictor, _Predictor]
-"""Of pitch, elevation and travel; None where the method is the adaptation."""
+
+class Axis(NamedTuple):
+    """One axis: its estimate, its predictor (None where the method is the adaptation), what is known of its loop."""
+
+    estimate: AxisState
+    predictor: Optional[PredictorState]  # noqa: UP045 - a host's Python may be 3.9, where types have no |
+    loop: Feedback
 
 
 class IdentifierState(NamedTuple):
@@ -22,9 +26,8 @@ class IdentifierState(NamedTuple):
 
     ``samples`` counts those after sample 0; ``voltages`` are the sums of front and rear voltage [V] since the last
     sample that was taken, where not all of them are (:class:`.settings.Plan`); ``lag`` is None where the lag is not
-    estimated, ``watch`` where no effect is watched, each of the ``predictors`` where the method is the adaptation;
-    ``loops`` is what is known about the loops of pitch, elevation and travel; ``references`` are the instruments of
-    all axes.
+    estimated, ``watch`` where no effect is watched; ``axes`` are pitch, elevation and travel; ``references`` the
+    instruments of all axes.
     """
 
     samples: int
@@ -32,11 +35,7 @@ class IdentifierState(NamedTuple):
     signals: Signals
     lag: Optional[LagState]  # noqa: UP045
     watch: Optional[WatchState]  # noqa: UP045
-    pitch: AxisState
-    elevation: AxisState
-    travel: AxisState
-    predictors: Predictors
-    loops: tuple[Feedback, Feedback, Feedback]
+    axes: tuple[Axis, Axis, Axis]
     references: References
 
 
@@ -92,12 +91,13 @@ def before_samples(plan: Plan) -> IdentifierOutput:
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return what is known in ``state``, without a step."""
+    pitch, elevation, travel = state.axes
     lag = Lag(plan.settings.motor_time_constant, 0.0)
     if plan.lag is not None:
-        lag = lag_of(state.pitch, state.elevation, plan.lag.time_constant)
-    omega_1, errors_1 = _reported(state.pitch, plan.lag is not None)
-    omega_2, errors_2 = _reported(state.elevation, plan.lag is not None)
-    omega_3, errors_3 = _reported(state.travel, False)
+        lag = lag_of(pitch.estimate, elevation.estimate, plan.lag.time_constant)
+    omega_1, errors_1 = _reported(pitch.estimate, plan.lag is not None)
+    omega_2, errors_2 = _reported(elevation.estimate, plan.lag is not None)
+    omega_3, errors_3 = _reported(travel.estimate, False)
     if plan.rest_angle_is_known:
         a_wx, a_th, k_x = omega_1
         theta0 = plan.settings.rest_angle or 0.0
@@ -107,7 +107,7 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         a_th, theta0 = hypotenuse(p, q), atan2(q, p)
     gains = k_x, omega_2[-1], omega_3[-1]
     instruments, instrument_errors, contradicted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False
-    p_1, p_2, p_3 = state.predictors
+    p_1, p_2, p_3 = pitch.predictor, elevation.predictor, travel.predictor
     if p_1 is not None and p_2 is not None and p_3 is not None:
         i_1, i_2, i_3 = p_1.instruments, p_2.instruments, p_3.instruments
         instruments = i_1.gain, i_2.gain, i_3.gain
@@ -116,9 +116,9 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     return IdentifierOutput(
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
-        (state.pitch.sigma, state.elevation.sigma, state.travel.sigma),
-        (state.pitch.excitation, state.elevation.excitation, state.travel.excitation),
-        (feedback_score(state.loops[0]), feedback_score(state.loops[1]), feedback_score(state.loops[2])),
+        (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
+        (pitch.estimate.excitation, elevation.estimate.excitation, travel.estimate.excitation),
+        (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
         lag,
         instruments,
         instrument_errors,
@@ -150,9 +150,8 @@ def lag_of(pitch: AxisState, elevation: AxisState, assumed: float) -> Lag:
 def _scores_in_order(state: IdentifierState, gains: Gains, plan: Plan) -> tuple[Score, ...]:
     """Return the scores in the order of the settings; coefficients times the axis' gain are divided by that gain."""
     ordered = [NOTHING] * len(plan.watch.candidates)
-    axes = (state.pitch, state.elevation, state.travel)
-    for axis, gain, columns in zip(axes, gains, plan.watched_columns, strict=True):
-        for i, (score, coefficient, visibility) in zip(columns, axis.scores, strict=True):
+    for axis, gain, columns in zip(state.axes, gains, plan.watched_columns, strict=True):
+        for i, (score, coefficient, visibility) in zip(columns, axis.estimate.scores, strict=True):
             if plan.watch.candidates[i].times_gain and gain != 0.0:
                 score, coefficient = copysign(score, score * gain), coefficient / gain
             ordered[i] = Score(score, coefficient, visibility)

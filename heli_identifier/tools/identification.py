@@ -120,7 +120,7 @@ class EstimateHistory:
     @property
     def noise(self) -> tuple[Noise, ...]:
         """Noise models of the three axes at the end, of prediction errors."""
-        return tuple(noise_of(axis) for axis in (self.state.pitch, self.state.elevation, self.state.travel))
+        return tuple(noise_of(axis.estimate) for axis in self.state.axes)
 
     @property
     def last(self) -> dict[str, Estimate]:
@@ -449,7 +449,7 @@ def combined(histories: Sequence[EstimateHistory]) -> Together:
     (Birge, Physical Review 40 (1932)) where that exceeds 1: the logs then scatter by more than their own standard
     errors allow.
     """
-    if histories[0].state.predictors[0] is not None:
+    if histories[0].state.axes[0].predictor is not None:
         flights = [(history.state, history.plan) for history in histories]
         estimates, ratios = joint(flights)
         return Together(estimates, (*_scatter(ratios), *contradictions(estimates, flights)))

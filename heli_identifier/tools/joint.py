@@ -14,6 +14,7 @@ that exceeds 1: the logs then scatter beyond their errors. A single log keeps th
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ from numpy.typing import NDArray
 from heli_identifier.online import (
     CONTRADICTION,
     GAINS,
-    AxisState,
     Estimate,
     IdentifierState,
     Plan,
@@ -62,14 +62,11 @@ def joint(flights: Sequence[Flight]) -> tuple[dict[str, Estimate], dict[str, flo
     """
     state, plan = flights[-1]
     omegas, informations = zip(*(_together(flights, axis) for axis in range(3)), strict=True)
-    axes = [axis._replace(omega=tuple(omega)) for axis, omega in zip(_axes(state), omegas, strict=True)]
-    state = state._replace(pitch=axes[0], elevation=axes[1], travel=axes[2])
+    state = _with(state, "omega", omegas)
     rows = [np.array(own) for own in combinations(state, plan)]
     errors, ratios = zip(*(_errors(flights, a, omegas[a], informations[a], rows[a]) for a in range(3)), strict=True)
-    axes = [axis._replace(standard_errors=tuple(own.tolist())) for axis, own in zip(axes, errors, strict=True)]
-    scattered = [axis._replace(standard_errors=tuple(own.tolist())) for axis, own in zip(axes, ratios, strict=True)]
-    output = output_of(state._replace(pitch=axes[0], elevation=axes[1], travel=axes[2]), plan)
-    scatter = output_of(state._replace(pitch=scattered[0], elevation=scattered[1], travel=scattered[2]), plan)
+    output = output_of(_with(state, "standard_errors", errors), plan)
+    scatter = output_of(_with(state, "standard_errors", ratios), plan)
     found = {
         name: Estimate(value, error if error > 0.0 else None, BY_FIELD[name].unit)
         for name, value, error in zip(output.parameters._fields, output.parameters, output.standard_errors, strict=True)
@@ -99,14 +96,19 @@ def contradictions(estimates: Mapping[str, Estimate], flights: Sequence[Flight])
     return tuple(found)
 
 
-def _axes(state: IdentifierState) -> tuple[AxisState, AxisState, AxisState]:
-    """Return what is known of pitch, elevation and travel."""
-    return state.pitch, state.elevation, state.travel
+def _with(state: IdentifierState, field: str, values: Sequence[Array]) -> IdentifierState:
+    """Return ``state`` with a ``field`` of the estimates of its three axes replaced."""
+    changes: list[dict[str, Any]] = [{field: tuple(own.tolist())} for own in values]
+    pitch, elevation, travel = (
+        axis._replace(estimate=axis.estimate._replace(**change))
+        for axis, change in zip(state.axes, changes, strict=True)
+    )
+    return state._replace(axes=(pitch, elevation, travel))
 
 
 def _known(state: IdentifierState, axis: int) -> tuple[Array, Array]:
     """Return Omega and Gamma of an axis without the noise model."""
-    own = _axes(state)[axis]
+    own = state.axes[axis].estimate
     n = len(own.standard_errors)
     return np.array(own.omega[:n]), np.array(gain_matrix(own.factor, len(own.omega)))[:n, :n]
 
@@ -133,7 +135,7 @@ def _prior(state: IdentifierState, axis: int) -> tuple[tuple[float, ...], tuple[
 
 
 def _predictor(state: IdentifierState, axis: int) -> PredictorState:
-    found = state.predictors[axis]
+    found = state.axes[axis].predictor
     assert found is not None
     return found
 
@@ -142,7 +144,7 @@ def _errors(flights: Sequence[Flight], axis: int, omega: Array, H: Array, rows: 
     """Return the standard errors of the combinations ``rows`` (m, n) and the Birge ratios, each of shape (m,)."""
     outside = [_predictor(state, axis).outside for state, _ in flights]
     if len(flights) == 1:
-        return np.array(_axes(flights[0][0])[axis].standard_errors), np.zeros(len(rows))
+        return np.array(flights[0][0].axes[axis].estimate.standard_errors), np.zeros(len(rows))
     products = tuple(np.sum([own.products for own in outside], axis=0).tolist())
     counted = np.array(shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
     scatter = np.zeros(len(rows))
