@@ -35,6 +35,7 @@ from .wiring import Scenario
 
 UNITS: dict[str, str] = {
     "HelicopterPlant": "fmu_src.units.helicopter_plant",
+    "FollowingPlant": "fmu_src.units.following_plant",
     "AdaptiveIdentifier": "fmu_src.units.adaptive_identifier",
     "PidController": "fmu_src.units.pid_controller",
     "StateFeedback": "fmu_src.units.state_feedback",

@@ -177,12 +177,12 @@ _HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
 
 FOLLOW = Scenario(
     "follow",
-    "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> HelicopterPlant beside the measurement",
+    "a twin that follows a rig: LogPlayer -> AdaptiveIdentifier -> Corrector -> FollowingPlant beside the measurement",
     (
         ("player", "LogPlayer"),
         ("identifier", "AdaptiveIdentifier"),
         ("corrector", "Corrector"),
-        ("plant", "HelicopterPlant"),
+        ("plant", "FollowingPlant"),
     ),
     (
         *_wires("player", "plant", VOLTAGES),

@@ -39,6 +39,7 @@ def parameters(unit, log):
             "encoder.enabled": True,
             "solver.step": 0.004,
         },
+        "FollowingPlant": {"effects.input_delay.rotors": 0.034},
         "AdaptiveIdentifier": {"adaptation.hold_time": 0.2, "report.interval": 0.1},
         "PidController": {"reference.step_pitch": 0.2, "reference.step_time": 0.5},
         "StateFeedback": {"sample.time": 0.03, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},

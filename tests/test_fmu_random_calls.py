@@ -19,6 +19,7 @@ PARAMETERS = {
         "effects.dry_friction.pitch": 0.02,
         "encoder.enabled": True,
     },
+    "FollowingPlant": {"effects.input_delay.rotors": 0.03},
     "AdaptiveIdentifier": {"method": "prediction_error", "watch.pitch": "dry_friction", "report.interval": 0.05},
     "PidController": {"travel.enabled": True},
     "StateFeedback": {"travel.enabled": True, "gain.front.pitch": 3.0, "integral.rear.elevation": 2.0},

@@ -171,22 +171,16 @@ def test_values_of_derivatives_have_the_bits_of_python(unit):
     [
         {"effects.input_delay.rotors": 0.03},
         {"encoder.enabled": True},
-        {"observer.bandwidth": 6.6},
-        {"correction.rotor.front": -0.2},
-        {"correction.rotor.rear": -0.2},
-        {"correction.pitch.damping": -100.0},
     ],
-    ids=["delay", "encoders", "observer", "front rotor", "rear rotor", "a correction out of range"],
+    ids=["delay", "encoders"],
 )
 def test_what_is_no_differential_equation_is_refused_when_the_initialisation_ends(unit, parameters):
     with pytest.raises(FMICallException):
         Model(unit, parameters)
 
 
-@pytest.mark.parametrize(
-    "name", ["pitch.damping", "effects.dry_friction.pitch", "correction.pitch.gain", "observer.bandwidth"]
-)
-def test_parameters_and_corrections_are_fixed_once_the_initialisation_has_ended(unit, name):
+@pytest.mark.parametrize("name", ["pitch.damping", "effects.dry_friction.pitch"])
+def test_parameters_are_fixed_once_the_initialisation_has_ended(unit, name):
     """The solver's states belong to one differential equation; only voltages and mass move while it integrates."""
     model = Model(unit, BASE)
     before = model.get(name, "der(state.pitch_rate)")
@@ -195,15 +189,6 @@ def test_parameters_and_corrections_are_fixed_once_the_initialisation_has_ended(
     assert model.get(name, "der(state.pitch_rate)").tolist() == before.tolist()
     model.set("v_front", 2.0)
     assert model.get("v_front").tolist() == [2.0]
-
-
-def test_a_correction_before_the_initialisation_counts(unit):
-    shown = "der(state.pitch_rate)"
-    first = {**BASE, "initial.pitch_rate": 0.5}
-    corrected = Model(unit, {**first, "correction.pitch.damping": 0.1})
-    damping = from_names({}).a_wx + 0.1
-    direct = Model(unit, {**first, "pitch.damping": damping})
-    assert corrected.get(shown).tolist() == direct.get(shown).tolist()
 
 
 def test_fmpy_finds_no_problem_and_the_variables_of_the_other_build_come_first(unit, twins):

@@ -33,7 +33,7 @@ from heli_identifier.online.excitation import (
     paper_channels,
     phases,
 )
-from heli_plant import communication, continuous, control, laws, motor, observer, state, state_feedback
+from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
 
@@ -132,26 +132,14 @@ def plant_twin() -> Definition:
         state.start_state,
         (laws.motor_time_constant, PlantParameters),
         (laws.input_delay, PlantParameters),
-        observer.with_share,
-        observer.observer_gains,
-        observer.measured_against,
-        observer.predicted,
     )
-    corrections = {
-        field: f"correction.{name}"
-        for field, (name, _) in zip(observer.Correction._fields, observer.CORRECTED, strict=True)
-    }
     settings = {
         PlantParameters: {row.field: row.name for row in PARAMETERS},
         communication.EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in communication.EncoderCounts._fields},
-        observer.Correction: corrections,
     }
-    memory = (communication.PlantMemory, observer.Torque)
-    rows = " ".join(
-        f"{{{reference(row.name)}, &p->{row.field}, c.{row.field}}}," for row in PARAMETERS if row.field in corrections
+    return Definition(
+        "plant.c", entries, settings, (communication.PlantMemory,), files=("plant.h",), exchange=plant_exchange()
     )
-    more = f"/* Parameters that may be corrected: reference, parameter, correction. */\n#define CORRECTIONS {rows}\n"
-    return Definition("plant.c", entries, settings, memory, {}, more, ("plant.h",), plant_exchange())
 
 
 def plant_exchange() -> Exchange:

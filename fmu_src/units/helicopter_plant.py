@@ -7,17 +7,6 @@ from typing import ClassVar
 from heli_plant.communication import EncoderCounts, PlantMemory, begin, communicate, is_finite, shown
 from heli_plant.errors import ParameterError
 from heli_plant.laws import input_delay
-from heli_plant.observer import (
-    CORRECTED,
-    TRAVEL_BANDWIDTH,
-    Correction,
-    Torque,
-    measured_against,
-    observer_gains,
-    predicted,
-    with_correction,
-    with_share,
-)
 from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import TABLE_2, PlantParameters, checked
 from heli_plant.state import rest_state, start_state
@@ -77,38 +66,17 @@ _PHYSICS = tuple(
     real_parameter(row.name, row.unit, row.default, row.minimum, row.maximum, row.description, tunable=True)
     for row in PARAMETERS
 )
-_LARGEST_CORRECTION = 100.0
-"""In the unit of what it corrects; the parameter's own range holds for the sum."""
-
-_KEEPING = (
-    *(
-        real_input(
-            f"measured.{axis}", "rad", ANGLE_BOUND, 1.0, f"{axis} of the rig that the observer keeps the plant on"
-        )
-        for axis in AXES
-    ),
-    real_input("measured.fresh", "1", 1.0, 1.0, "1: the measured angles are of this instant, 0: nothing came in", 1.0),
-    real_input(
-        "observer.bandwidth", "rad/s", 100.0, 10.0, "poles of the observer; 0: it is off and the plant runs free"
-    ),
-    *(
-        real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")
-        for name, unit in CORRECTED
-    ),
-)
-"""Inputs by which a plant follows a rig; all of them at their start values change nothing."""
 _FIELDS = tuple(row.field for row in PARAMETERS)
 _FIRST_PHYSICS = len(_INPUTS) + len(_OUTPUTS) + len(_INITIAL) + len(_SETTINGS)
-_FIRST_KEEPING = _FIRST_PHYSICS + len(_PHYSICS)
-_FIRST_CORRECTION = _FIRST_KEEPING + len(_KEEPING) - len(CORRECTED)
-_NO_CORRECTION = [0.0] * len(CORRECTED)
 
 
 class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS, *_KEEPING)
-    hidden = {"memory": PlantMemory, "torque": Torque}
+    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_INITIAL, *_SETTINGS, *_PHYSICS)
+    hidden = {"memory": PlantMemory}
+    adjusted: ClassVar[slice] = slice(_FIRST_PHYSICS, None)
+    """Values that may change between two steps: the physical parameters."""
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     equations = """
 <p>Simplified model, with &mu;<sub>d</sub> = &nu;<sub>f</sub> &minus; &nu;<sub>r</sub> and
@@ -124,10 +92,8 @@ The parameters <code>table.*</code> add to an axis a torque that a table over on
 <code>variable = 0</code>. <code>general.enabled = 1</code> takes the rigid-body model of four point masses instead.</p>
 <p>Voltages are held over a communication step H. Inside, H is divided into ceil(H / solver.step) equal steps of the
 classical Runge-Kutta method of order 4; the motors are advanced exactly.</p>
-<p>The physical parameters are tunable: they may be set between two steps. To follow a rig, connect its angles to
-<code>measured.*</code> and set <code>observer.bandwidth</code> (6.6 rad/s): an observer keeps the state on the rig.
-A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
-same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
+<p>The physical parameters are tunable: they may be set between two steps. FollowingPlant is the same plant with the
+inputs by which it follows a rig.</p>"""
     source = (
         f"{PAPER}, eqs (1), (2), (9), (10), (12), Table 2; "
         "Brentari et al., Benchmark model of Quanser's 3 DOF Helicopter, LAAS report 18040, 2018"
@@ -137,7 +103,6 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
         """Collect the parameters, place the plant at its initial state."""
         values, at = self.values, self.references
         self._take_parameters()
-        self.torque = Torque()
         self.inner_step = values[at["solver.step"]]
         pitch, elevation, travel = (values[at[f"initial.{axis}"]] for axis in AXES)
         pitch_rate, elevation_rate, travel_rate = (values[at[f"initial.{axis}_rate"]] for axis in AXES)
@@ -150,56 +115,44 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
         self._publish()
 
     def _take_parameters(self) -> None:
-        """Read the parameters with their corrections."""
-        chosen, corrections = self.values[_FIRST_PHYSICS:_FIRST_KEEPING], self.values[_FIRST_CORRECTION:]
-        parameters, correction = PlantParameters(**dict(zip(_FIELDS, chosen, strict=True))), Correction(*corrections)
+        """Read the parameters."""
+        chosen, count = self.values[self.adjusted], len(_FIELDS)
+        parameters = PlantParameters(**dict(zip(_FIELDS, chosen[:count], strict=True)))
         try:
-            if corrections != _NO_CORRECTION:
-                parameters = with_correction(parameters, correction)
-            checked(parameters)
+            self.parameters = checked(self._corrected(parameters, chosen[count:]))
         except ParameterError as problem:
             raise Refusal(str(problem)) from problem
-        self.parameters, self.chosen, self.corrections = parameters, chosen, corrections
-        self.shares = 1.0 + correction.front, 1.0 + correction.rear
-        self.delay = input_delay(parameters)
+        self.chosen, self.delay = chosen, input_delay(self.parameters)
+
+    def _corrected(self, parameters: PlantParameters, corrections: list[float]) -> PlantParameters:
+        """Return the parameters with their corrections, of which this unit has none."""
+        return parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        values = self.values
-        v_front, v_rear, command = values[:3]  # the first three of ``variables``
-        if values[_FIRST_PHYSICS:_FIRST_KEEPING] != self.chosen or values[_FIRST_CORRECTION:] != self.corrections:
+        if self.values[self.adjusted] != self.chosen:
             self._take_parameters()
+        v_front, v_rear = self.values[:2]
+        self.memory = self._flown(self.memory, v_front, v_rear, time, step_size)
+        self._publish()
+
+    def _flown(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
+        """Return the memory one communication step later."""
         if step_size > MOST_SUBSTEPS * self.inner_step:
             raise Refusal(
                 f"the step of {step_size:g} s from t = {time:g} s needs {step_size / self.inner_step:.3g} steps of "
                 f"solver.step = {self.inner_step:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
             )
-        pitch, elevation, travel, fresh, bandwidth = values[_FIRST_KEEPING:_FIRST_CORRECTION]
-        front, rear = self.shares
-        limit = self.parameters.v_max
-        v_front, v_rear = with_share(v_front, front, limit), with_share(v_rear, rear, limit)
         try:
-            memory, torque, gains = self.memory, self.torque, None
-            if bandwidth > 0.0:
-                gains = observer_gains(bandwidth, step_size)
-                if fresh > 0.5:
-                    on_travel = observer_gains(TRAVEL_BANDWIDTH * bandwidth, step_size)
-                    kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, gains, on_travel)
-                    memory, torque = memory._replace(state=kept.state), kept.torque
-            memory = communicate(
-                memory, v_front, v_rear, command, time, self.start_time, step_size, self.inner_step, self.delay,
+            later = communicate(
+                memory, v_front, v_rear, self.values[2], time, self.start_time, step_size, self.inner_step, self.delay,
                 self.parameters,
             )  # fmt: skip
-            if gains is not None:
-                kept = predicted(memory.state, torque, step_size, gains)
-                memory, torque = memory._replace(state=kept.state), kept.torque
-            finite = is_finite(memory.state)
+            if is_finite(later.state):
+                return later
         except (ValueError, OverflowError):  # the sine of an infinite angle
-            finite = False
-        if not finite:
-            raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
-        self.memory, self.torque = memory, torque
-        self._publish()
+            pass
+        raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
 
     def _publish(self) -> None:
         """Set the outputs to what the encoders and rates show of the state."""

@@ -210,11 +210,12 @@ def assignments(
 
 
 def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
-    """Give the start values of a parameters.json under the unit that it names; nothing without a file."""
+    """Give the start values of a parameters.json under the units that take them; nothing without a file."""
     if file is None:
         return {}
     parameters = read_with_doubts(file)
-    return {parameters.unit: parameters.start_values}
+    plants = ("HelicopterPlant", "FollowingPlant", "Corrector")  # a corrector begins with the plant that it corrects
+    return dict.fromkeys(plants if parameters.unit == plants[0] else (parameters.unit,), parameters.start_values)
 
 
 def read_with_doubts(file: Path) -> "ParameterSet":
@@ -231,8 +232,9 @@ def of_unit(unit: str, words: Sequence[str], file: Path | None = None) -> dict[s
     """Give parameters of one unit from a file of this unit and from ``name=value`` words, which outrank it."""
     of_file = by_unit(file)
     if of_file and unit not in of_file:
-        held = ", ".join(of_file)
-        raise ConfigurationError(f"{file} holds parameters of the {held}, those of the {unit} are needed.")
+        raise ConfigurationError(
+            f"{file} holds parameters of the {next(iter(of_file))}, those of the {unit} are needed."
+        )
     return {**of_file.get(unit, {}), **{n: unit_value(unit, n, text, n) for n, text in assignments(words).items()}}
 
 
@@ -252,13 +254,12 @@ def in_scenario(
 
     values: dict[str, Value] = {}
     units = dict(wiring(scenario).units)
-    for kind, start_values in by_unit(file).items():
-        names = [name for name, unit in units.items() if unit == kind]
-        # a corrector begins with the values of the plant that it corrects
-        names += [name for name, unit in units.items() if names and (kind, unit) == ("HelicopterPlant", "Corrector")]
-        if not names:
-            raise ConfigurationError(f"{file} holds parameters of {kind}, which scenario {scenario} does not have.")
-        values |= {f"{name}.{key}": value for name in names for key, value in start_values.items()}
+    given = by_unit(file)
+    if given and not given.keys() & set(units.values()):
+        raise ConfigurationError(
+            f"{file} holds parameters of {next(iter(given))}, which scenario {scenario} does not have."
+        )
+    values |= {f"{name}.{key}": value for name, unit in units.items() for key, value in given.get(unit, {}).items()}
     for label, text in assignments(words).items():
         unit, _, name = label.partition(".")
         if not name:

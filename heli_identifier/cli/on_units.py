@@ -90,9 +90,9 @@ def build(
     given = by_unit(parameters)
     if settings and len(names) != 1:
         raise ConfigurationError("--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    for unit in given:
-        if unit not in names:
-            raise ConfigurationError(f"{parameters} holds parameters of {unit}, which is not among {', '.join(names)}.")
+    if given and not given.keys() & set(names):
+        kind = next(iter(given))
+        raise ConfigurationError(f"{parameters} holds parameters of {kind}, which is not among {', '.join(names)}.")
     for name in names:
         unit_class(name)
     own = of_unit(names[0], settings)
@@ -105,6 +105,9 @@ def build(
             )  # fmt: skip
     if native:
         warn_of_missing_compilers(all_platforms)
+        if not units:
+            others = ", ".join(name for name in _units() if name not in names)
+            warn(f"not made in C: {others}; build them without --native")
     files = [output / f"{name}.fmu" for name in names]
     if json:
         print_json([str(file) for file in files])

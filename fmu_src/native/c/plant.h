@@ -10,7 +10,6 @@ struct Model {
     double delay, longest_step;
     EncoderCounts counts;
     PlantMemory memory;
-    Torque torque;
 };
 
 void plant_publish(const Model *model, Unit *unit);

@@ -12,12 +12,6 @@ static void begin(Model *model, Unit *unit)
             "effects.input_delay.rotors = %g s has no place in model exchange: set it to 0 and delay the voltages "
             "outside, or take co-simulation",
             model->delay);
-    if (unit->values[REF_observer_bandwidth].real > 0.0 || unit->values[REF_correction_rotor_front].real != 0.0 ||
-        unit->values[REF_correction_rotor_rear].real != 0.0)
-        refuse(
-            &unit->space,
-            "observer.bandwidth and correction.rotor.* must be 0 in model exchange: the observer works at sampling "
-            "instants; take co-simulation");
     if (unit->values[REF_encoder_enabled].real != 0.0)
         refuse(
             &unit->space,

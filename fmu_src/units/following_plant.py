@@ -1,0 +1,89 @@
+"""FollowingPlant: HelicopterPlant that follows a rig, with an observer and corrections of its parameters, as a unit."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from heli_plant.communication import PlantMemory
+from heli_plant.observer import (
+    CORRECTED,
+    TRAVEL_BANDWIDTH,
+    Correction,
+    Torque,
+    measured_against,
+    observer_gains,
+    predicted,
+    with_correction,
+    with_share,
+)
+from heli_plant.parameters import PlantParameters
+
+from ..variables import Variable, real_input
+from .helicopter_plant import HelicopterPlant
+from .signals import ANGLE_BOUND, AXES
+
+_LARGEST_CORRECTION = 100.0
+"""In the unit of what it corrects; the parameter's own range holds for the sum."""
+
+_CORRECTIONS = tuple(
+    real_input(f"correction.{name}", unit, _LARGEST_CORRECTION, 1.0, f"what is added to {name}")
+    for name, unit in CORRECTED
+)
+_KEEPING = (
+    *(
+        real_input(
+            f"measured.{axis}", "rad", ANGLE_BOUND, 1.0, f"{axis} of the rig that the observer keeps the plant on"
+        )
+        for axis in AXES
+    ),
+    real_input("measured.fresh", "1", 1.0, 1.0, "1: the measured angles are of this instant, 0: nothing came in", 1.0),
+    real_input(
+        "observer.bandwidth", "rad/s", 100.0, 10.0, "poles of the observer; 0: it is off and the plant runs free"
+    ),
+)
+
+
+class FollowingPlant(HelicopterPlant):
+    """The plant with an observer that keeps its state on a rig, and corrections of its parameters."""
+
+    variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_KEEPING)
+    adjusted = slice(HelicopterPlant.adjusted.start, -len(_KEEPING))
+    hidden = {"memory": PlantMemory, "torque": Torque}
+    summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
+    equations = f"""{HelicopterPlant.equations.rpartition("<p>")[0]}<p>Connect the rig's angles to
+<code>measured.*</code> and set <code>observer.bandwidth</code> (6.6 rad/s): an observer keeps the state on the rig.
+A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
+same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
+
+    def initialise(self, time: float) -> None:
+        """Start as the plant, without unmodelled torques."""
+        super().initialise(time)
+        self.torque = Torque()
+
+    def _take_parameters(self) -> None:
+        super()._take_parameters()
+        correction = Correction(*self.chosen[-len(CORRECTED) :])
+        self.shares = 1.0 + correction.front, 1.0 + correction.rear
+
+    def _corrected(self, parameters: PlantParameters, corrections: list[float]) -> PlantParameters:
+        return with_correction(parameters, Correction(*corrections)) if any(corrections) else parameters
+
+    def advance(self, time: float, step_size: float) -> None:
+        """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
+        if self.values[self.adjusted] != self.chosen:
+            self._take_parameters()
+        pitch, elevation, travel, fresh, bandwidth = self.values[-len(_KEEPING) :]
+        memory, torque, limit = self.memory, self.torque, self.parameters.v_max
+        v_front, v_rear = map(with_share, self.values[:2], self.shares, (limit, limit))
+        if bandwidth > 0.0:
+            gains = observer_gains(bandwidth, step_size)
+            if fresh > 0.5:
+                on_travel = observer_gains(TRAVEL_BANDWIDTH * bandwidth, step_size)
+                kept = measured_against(memory.state, torque, pitch, elevation, travel, gains, gains, on_travel)
+                memory, torque = memory._replace(state=kept.state), kept.torque
+        memory = self._flown(memory, v_front, v_rear, time, step_size)
+        if bandwidth > 0.0:
+            kept = predicted(memory.state, torque, step_size, gains)
+            memory, torque = memory._replace(state=kept.state), kept.torque
+        self.memory, self.torque = memory, torque
+        self._publish()
