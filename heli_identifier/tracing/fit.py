@@ -23,7 +23,7 @@ from .settings import (
     AIR_SCANS,
     COARSE,
     CONVERGED,
-    FARTHEST_AIR,
+    FARTHEST,
     HALVINGS,
     ITERATIONS,
     LARGEST_STEP,
@@ -130,7 +130,7 @@ class _Search:
         self.low = np.array([c.bounds[0] for c in coordinates])
         self.high = np.array([c.bounds[1] for c in coordinates])
         self.x, self.point = np.clip(x, self.low, self.high), point
-        self.point = self.at(self.x, np.clip(point.z, -FARTHEST_AIR, FARTHEST_AIR), point.own)
+        self.point = self.at(self.x, np.clip(point.z, -FARTHEST, FARTHEST), point.own)
         self.reach, self.moved = np.ones_like(point.z), np.zeros_like(point.z)  # of the air: shorter where it swings
         self.measure()
 
@@ -160,8 +160,8 @@ class _Search:
         H, g = self.quadratic.total
         P, z = len(self.x), self.point.z
         reach = self.reach.ravel()
-        low = np.concatenate((self.low - self.x, np.maximum(-reach, -FARTHEST_AIR - z.ravel())))
-        high = np.concatenate((self.high - self.x, np.minimum(reach, FARTHEST_AIR - z.ravel())))
+        low = np.concatenate((self.low - self.x, np.maximum(-reach, -FARTHEST - z.ravel())))
+        high = np.concatenate((self.high - self.x, np.minimum(reach, FARTHEST - z.ravel())))
         s, fixed = bounded_step(H, g, low, high)
         self.at_bound = fixed[:P]
         if -(g @ s + 0.5 * s @ H @ s) + self.quadratic.by_own < least:
@@ -189,7 +189,7 @@ class _Search:
         e = self.e[: len(few)]
         best = self.likelihood.of_axes(e, few)[0] + 0.5 * (z**2).sum(0)
         chosen = z.copy()
-        airs = [np.clip(z + np.array(move)[:, None], -FARTHEST_AIR, FARTHEST_AIR) for move in AIR_SCAN]
+        airs = [np.clip(z + np.array(move)[:, None], -FARTHEST, FARTHEST) for move in AIR_SCAN]
         for tried, other in zip(airs, self.likelihood.recoloured(self.point, e, airs), strict=True):
             F = self.likelihood.of_axes(other, few)[0] + 0.5 * (tried**2).sum(0)
             better = F < best

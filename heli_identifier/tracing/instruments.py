@@ -42,6 +42,8 @@ from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
+from .settings import BLOCK, SETTLING
+
 Array = NDArray[np.float64]
 Rows = Sequence[NDArray[Any]]
 
@@ -55,10 +57,6 @@ AR_ORDER = 12
 """Order of the whitening model, half a second: the correlation time of measured air."""
 WHITE_FLOOR = 1e-2
 """Share of white noise taken to be in the residual: whitening stops 20 dB below the strongest band."""
-BLOCK = 4.0
-"""Length of a block of scores [s], twice the gap within a single log: eight correlation times of the air."""
-SETTLING = 2.0
-"""Start of a log that is left out [s]: filters from rest."""
 
 
 @dataclass(frozen=True)

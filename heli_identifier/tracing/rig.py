@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 
 from heli_identifier.chain import Fault
 
+from .settings import FARTHEST
+
 Array = NDArray[np.float64]
 Parameters = Any
 """Parameter set of the plant: a value with one float a field and ``_replace``."""
-
-FARTHEST = 4.0
-"""Widths from its centre at which the logarithm of a gain may begin: a factor of sixteen."""
 
 
 @dataclass(frozen=True)

@@ -23,17 +23,7 @@ from .fit import Fit, fit
 from .result import Agreement
 from .rig import Effect
 from .score import Score, Scores
-from .settings import (
-    CLOSE,
-    HALVES_DRAWS,
-    HALVES_SPLITS,
-    KEPT,
-    NAMED,
-    NAMED_CERTAIN,
-    REFITTED,
-    ROUNDS,
-    SCAN_GAIN,
-)
+from .settings import CLOSE, HALVES_DRAWS, HALVES_SPLITS, KEPT, NAMED, REFITTED, ROUNDS, SCAN_GAIN
 
 _NOT: Mapping[str, float] = {}
 
@@ -67,7 +57,7 @@ class Finding:
     @property
     def established(self) -> bool:
         """Whether it is shown."""
-        asked = NAMED_CERTAIN if self.effect.certain else NAMED
+        asked = REFITTED if self.effect.certain else NAMED
         named = self.score.score > asked or (self.leads and self.family_score > asked)
         return named and (self.exact is None or self.exact > REFITTED)
 

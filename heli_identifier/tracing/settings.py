@@ -26,9 +26,10 @@ at rest lies two widths off; a factor of 3 in how fast an encoder turns."""
 COLOURED = 0.9
 """Share of the encoder's variance that has the colour of k; a remainder of white noise keeps the filter regular."""
 
-FARTHEST_AIR = 4.0
-"""Widths from their centres that the air's coordinates may reach: rates of .15 to 40 1/s. What lies farther is no air
-but something else that the model lacks, such as an encoder that rests between its counts."""
+FARTHEST = 4.0
+"""Widths from their centres that the air's coordinates may reach, rates of .15 to 40 1/s, and at which the logarithm of
+a gain may begin, a factor of sixteen. What lies farther is no air but something else that the model lacks, such as an
+encoder that rests between its counts."""
 
 MOST_ROTATED = 1.5
 """Bound of psi [rad]: no room is without slow torque, and a model of the air without it takes drifts for effects."""
@@ -127,11 +128,8 @@ NAMED = 8.0
 in 500 rigs over the whole catalogue."""
 
 REFITTED = 6.0
-"""Score [nats] that a refit has to leave of what the quadratic form establishes: chance alone reaches that on one of
-3 500 entries, so on one in 100 rigs."""
-
-NAMED_CERTAIN = 6.0
-"""The same for an effect that every rig has, of which only the size is open."""
+"""Score [nats] that a refit has to leave of what the quadratic form establishes, and that establishes an effect that
+every rig has, of which only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
 CLOSE = 3.0
 """Difference [nats] below which two laws are not told apart: odds of 20 to 1."""
