@@ -97,7 +97,7 @@ def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp
     # the same run as the reported one, one ulp of the log's times apart in its start: nine digits are what is promised
     reported = json.loads(diagnosed[1])["error"]["pitch"]["after"]["free_run_rad"]
     assert error == pytest.approx(reported, abs=1e-9)
-    assert (tmp_path / "run.svg").read_text().startswith("<?xml")
+    assert (tmp_path / "run.svg").read_text().startswith("<svg")
 
 
 @pytest.mark.parametrize("step", [0.004, 0.01, 0.03])
@@ -114,11 +114,13 @@ def test_a_log_is_played_whole_in_steps_of_any_length(tmp_path, step):
 def test_a_measurement_is_drawn_as_far_as_the_run_goes():
     log = made_log(6.0)
     time = np.arange(0.0, 3.0, 0.03)
-    figure = run_figure(("plant.pitch",), ("rad",), time, np.zeros((len(time), 1)), (log.time, log.angles))
-    (measured,) = (line for line in figure.axes[0].lines if line.get_label() == "measured")
-    drawn, pitch = measured.get_data()
-    np.testing.assert_array_equal(drawn, log.time[log.time <= time[-1] + 1e-9])
-    np.testing.assert_array_equal(pitch, log.angles[: len(drawn), 0])
+    kept = log.time <= time[-1] + 1e-9
+    whole, cut = (
+        run_figure(("plant.pitch",), ("rad",), time, np.zeros((len(time), 1)), (log.time[own], log.angles[own]))
+        for own in (log.time >= 0.0, kept)
+    )
+    assert "measured" in whole
+    assert whole == cut
 
 
 @pytest.fixture(scope="module")

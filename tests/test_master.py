@@ -1,5 +1,6 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
+import tempfile
 import zipfile
 from dataclasses import replace
 
@@ -237,6 +238,18 @@ def test_a_unit_that_cannot_be_loaded_is_named_and_leaves_no_files(fmus, tmp_pat
     with pytest.raises(MasterError, match=r"plant\.load at t = 0 s: "):
         run_apart("plant_beside_log", 1.0, H, {}, {"player": fmus["LogPlayer"], "plant": broken})
     assert list(extracted.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["ü%# [1]", "a%20b"])
+def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, monkeypatch, name):
+    """A library of pythonfmu undoes %20 of a path and nothing else."""
+    (tmp_path / name).mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / name))
+    if "%20" not in name:
+        assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
+        return
+    with pytest.raises(MasterError, match="set TMPDIR to another folder"):
+        run_apart("open_loop", 0.1, H)
 
 
 def test_a_unit_without_an_fmu_is_built_afresh_from_the_project():

@@ -95,6 +95,7 @@ def test_step_has_no_memory_of_its_own():
     assert step(START, 1.0, 2.0, 0.0, 0.3, 0.01, SMOOTH) == first
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_damped_helicopter_comes_to_rest_without_voltage(model):
     """After 400 s the slowest mode, the elevation's a_wz/2 = .016 1/s, has left exp(-6.4) of its swing."""

@@ -18,6 +18,7 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import unquote_to_bytes
 
 import fmpy
 from fmpy.fmi1 import FMICallException
@@ -154,11 +155,27 @@ class Instance:
             modelIdentifier=self.description.coSimulation.modelIdentifier,
             instanceName=self.name,
         )
+        if Path(self.folder, "resources", "slavemodule.txt").is_file():
+            self._spell_out_resources()
         # PyDLL keeps the interpreter's lock over a call: the unit needs it at once, and no other thread has to run.
         self._library = PyDLL(None, handle=self.slave.dll._handle)
         self._callbacks = fmi2CallbackFunctions(_LOGGER, _ALLOCATE, _FREE, componentEnvironment=self._key)
         addLoggerProxy(byref(self._callbacks))
         self._call("instantiate", 0.0, self.slave.instantiate, callbacks=self._callbacks, loggingOn=True)
+
+    def _spell_out_resources(self) -> None:
+        """Give a unit of pythonfmu its folder as it is: it would undo %20 alone of a URI, and crash on ü or #."""
+        if "%20" in str(self.folder):
+            raise MasterError(
+                f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank; set "
+                "TMPDIR to another folder"
+            )
+        call = self.slave.fmi2Instantiate
+
+        def instantiate(name: bytes, kind: int, guid: bytes, resources: bytes, *rest: Any) -> Any:
+            return call(name, kind, guid, unquote_to_bytes(resources), *rest)
+
+        self.slave.fmi2Instantiate = instantiate
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Check the answer to ``call`` at ``time`` [s].

@@ -230,9 +230,9 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
     ConfigurationError
         The folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
-    root = Path(folder).resolve()  # workers run in another folder
-    if not root.is_dir():
+    if not Path(folder).is_dir():
         raise ConfigurationError(f"{folder} is no folder; name one with a sub-folder for each rig.")
+    root = Path(folder).resolve()  # workers run in another folder
     shared = Path(configuration).resolve() if configuration else None
     rigs = [rig_folder(path, path.name, shared) for path in sorted(root.iterdir()) if path.is_dir() and _logs(path)]
     if not rigs:
