@@ -184,7 +184,7 @@ def parameter_file(folder, unit="HelicopterPlant", change=lambda document: None)
 
 
 def test_a_damaged_parameter_file_gets_the_same_sentence_from_commands_and_in_python(tmp_path):
-    file = parameter_file(tmp_path, change=lambda d: d.pop("expected"))
+    file = parameter_file(tmp_path, change=lambda d: d.pop("values"))
     with pytest.raises(IdentifierError) as problem:
         read_parameters(file)
     for command, what in (("check", demo_logs("rig-c")[1][0]), ("simulate", "open_loop")):

@@ -61,7 +61,7 @@ def test_rig_a_has_dry_friction_on_the_pitch(diagnosed):
     first = json.loads(diagnosed[1])["effects"][0]
     assert (first["name"], first["axis"]) == ("dry_friction", "pitch")
     # the bar of the project: within 15 % of the truth, .025
-    assert first["coefficient"] == pytest.approx(0.025, rel=0.15)
+    assert first["coefficient"]["value"] == pytest.approx(0.025, rel=0.15)
 
 
 def test_the_parameters_of_a_diagnosis_build_the_unit_that_it_delivered(diagnosed, tmp_path):
@@ -95,7 +95,7 @@ def test_the_corrected_unit_beside_the_log_is_the_corrected_plant(diagnosed, tmp
     measured = np.genfromtxt(held, delimiter=",", skip_header=1)[:, 3]
     error = float(np.sqrt(((pitch - measured) ** 2).mean()))
     # the same run as the reported one, one ulp of the log's times apart in its start: nine digits are what is promised
-    reported = json.loads(diagnosed[1])["error"]["pitch"]["after"]["free_run_rad"]
+    reported = json.loads(diagnosed[1])["axes"]["pitch"]["after"]["free_run"]["value"]
     assert error == pytest.approx(reported, abs=1e-9)
     assert (tmp_path / "run.svg").read_text().startswith("<svg")
 

@@ -111,7 +111,7 @@ def test_the_command_passes_the_rest_pitch_of_the_configuration(tmp_path):
     assert said.exit_code == 0, said.stderr
     document = json.loads((output / "diagnosis.json").read_text(encoding="utf-8"))
     for stage in ("before", "after"):
-        theta0 = document["parameters"][stage]["theta0"]
+        theta0 = document[f"parameters_{stage}"]["theta0"]
         assert (theta0["value"], theta0["standard_error"]) == (WRONG, None)
     assert json.loads((output / "parameters.json").read_text())["values"]["pitch.rest_angle"]["value"] == WRONG
 

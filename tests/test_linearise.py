@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online.settings import Estimate
+from heli_identifier.results.documents import document_text
 from heli_identifier.results.parameters import (
     Covariance,
     ParameterSet,
@@ -19,7 +20,6 @@ from heli_identifier.results.parameters import (
     plant_values,
     read_parameters,
 )
-from heli_identifier.results.schema import document_text
 from heli_identifier.tools.controller import control_advice, design_pid
 from heli_identifier.tools.linearisation import drawn_plants, linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import (

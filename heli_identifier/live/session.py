@@ -205,7 +205,7 @@ class Session:
     def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
         self.plant, self.changed = parameters.plant(), changed
         self.folder, self.provenance = folder, dict(parameters.provenance)
-        declared = {axis: expected.prediction.value for axis, expected in parameters.expected.items()}
+        declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.estimates = parameters.values
         _make(folder)

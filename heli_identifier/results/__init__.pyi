@@ -6,11 +6,9 @@ __all__ = [
     "START",
     "Check",
     "Comparison",
-    "DiagnosisFile",
     "LogSource",
     "Look",
     "ParameterSet",
-    "ParametersFile",
     "PlantSource",
     "Simulation",
     "Table",
@@ -20,14 +18,12 @@ __all__ = [
     "check_free_run",
     "compare",
     "corrected_parameters",
-    "diagnosis_file",
     "diagnosis_lines",
     "diagnosis_summary",
     "diagnosis_tables",
     "document_text",
     "drawn_values",
     "effect_name",
-    "estimate_entry",
     "figure",
     "law_text",
     "listed",
@@ -42,7 +38,6 @@ __all__ = [
     "plant_values",
     "read_document",
     "read_parameters",
-    "reference_rows",
     "run_figure",
     "several",
     "side_by_side",
@@ -53,6 +48,7 @@ __all__ = [
     "unit_text",
     "verdict_line",
     "whole_folder",
+    "with_ends",
     "with_interval",
     "write_figure",
     "write_results",
@@ -60,6 +56,7 @@ __all__ = [
 
 from .checking import Check, check
 from .comparing import Comparison, compare
+from .documents import document_text, plain, read_document, with_ends
 from .folder import RESULTS, START, build, check_free_run, whole_folder, write_results
 from .looking import Look, diagnosis_lines, look
 from .parameters import (
@@ -73,16 +70,6 @@ from .parameters import (
     read_parameters,
 )
 from .report import notebook_view, page
-from .schema import (
-    DiagnosisFile,
-    ParametersFile,
-    diagnosis_file,
-    document_text,
-    estimate_entry,
-    plain,
-    read_document,
-    reference_rows,
-)
 from .simulation import LogSource, Simulation, several, simulate, started
 from .svg import COLOURS, Axes, figure, run_figure, side_by_side, thinned, write_figure
 from .tables import (

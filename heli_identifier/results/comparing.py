@@ -14,12 +14,12 @@ from typing import Any
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
+from heli_identifier.results.documents import plain, read_document, with_ends
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
-from heli_identifier.results.schema import DiagnosisFile, diagnosis_file, estimate_entry, plain, read_document
 from heli_identifier.results.simulation import LogSource, several
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import angle_text, effect_name, with_interval
-from heli_identifier.tracing import Diagnosis, ErrorFigure, hold_to
+from heli_identifier.tracing import Diagnosis, DiagnosisFile, ErrorFigure, hold_to
 from heli_plant.effects import AXES
 
 NOT_IN_PLANT = "not in the plant"
@@ -134,7 +134,7 @@ class Comparison(Tabular):
         """Give the same as values for JSON."""
         groups = {
             group: [
-                {"name": one.name, "outcome": one.outcome, **_pair([e and estimate_entry(e) for e in one.estimates])}
+                {"name": one.name, "outcome": one.outcome, **_pair([e and with_ends(e) for e in one.estimates])}
                 for one in getattr(self, group)
             ]
             for group in ("parameters", "effects")
@@ -179,13 +179,13 @@ def compare(
     names, documents, plants = zip(*map(_opened, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:
         names = tuple(str(own) for own in (first, second))
-    mapped = [({name: _read(e) for name, e in own.parameters.after.items()}, dict(_in_plant(own))) for own in documents]
+    mapped = [(own.parameters_after, dict(_in_plant(own))) for own in documents]
     parameters, effects = (
         tuple(Compared(name, (one.get(name), two.get(name))) for name in dict.fromkeys((*one, *two)))
         for one, two in zip(*mapped, strict=True)
     )
     files = [{entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents]
-    uses = {axis: (str(own.use), str(documents[1].use[axis].use)) for axis, own in documents[0].use.items()}
+    uses = {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()}
     return Comparison(
         names,
         parameters,
@@ -199,7 +199,7 @@ def compare(
 def _opened(source: Any, name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
     """Give a diagnosis by its name, with its document and the parameters of its plant."""
     if isinstance(source, Diagnosis):
-        return name, diagnosis_file(source), corrected_parameters(source)
+        return name, source, corrected_parameters(source)
     if not isinstance(source, str | PathLike):
         raise ConfigurationError(
             f"the {name} to compare is of type {type(source).__name__}; a Diagnosis or the folder of one is needed."
@@ -211,16 +211,11 @@ def _opened(source: Any, name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
     return folder.resolve().name, document, read_parameters(folder / "parameters.json")
 
 
-def _read(entry: Any) -> Estimate:
-    return Estimate(entry.value, entry.standard_error, entry.unit)
-
-
 def _in_plant(document: DiagnosisFile) -> Iterator[tuple[str, Estimate]]:
     """Give the effects that a corrected plant has and their coefficients; a torque by table has none."""
     for entry in (*document.effects, *document.possible):
         if entry.in_plant and entry.coefficient is not None:
-            coefficient = Estimate(entry.coefficient, entry.standard_error, entry.unit or "1")
-            yield effect_name(entry.name, entry.axis), coefficient
+            yield effect_name(entry.name, entry.axis), entry.coefficient
 
 
 def _errors(plants: Sequence[ParameterSet], logs: Sequence[Log], closed_loop: bool) -> Iterator[ComparedError]:

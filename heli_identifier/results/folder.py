@@ -18,9 +18,9 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.files import PREFIX, draft_folder, is_kept, sweep, write_atomically
 from heli_identifier.records import write_log
+from heli_identifier.results.documents import document_text
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters
 from heli_identifier.results.report import report_page
-from heli_identifier.results.schema import document_text
 from heli_identifier.signals import deferred
 from heli_identifier.tracing import Diagnosis, HeldOutSeries
 from heli_plant.effects import AXES

@@ -5,11 +5,11 @@ error with what is expected, and what draws plants draws them with the covarianc
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from math import exp
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,16 +17,7 @@ from numpy.typing import NDArray
 from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
-from heli_identifier.results.schema import (
-    CovarianceEntry,
-    Expected,
-    ExpectedFigure,
-    ParametersFile,
-    ParameterValue,
-    document_text,
-    plain,
-    read_document,
-)
+from heli_identifier.results.documents import damaged, document_text, plain, read_document
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import unit_text, with_interval
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, ErrorFigure, Use, helicopter
@@ -51,12 +42,18 @@ REQUIRED = (*IDENTIFIED, "motor.time_constant", "motor.voltage_limit")
 class Expectation:
     """What to expect of one axis.
 
-    Root-mean-square error [rad] of the 1 s prediction on the held-out logs and of a perfect model, and what the axis
-    may be used for; None where no diagnosis says it.
+    Attributes
+    ----------
+    prediction_1s_rad : ErrorFigure
+        Root-mean-square error of the 1 s prediction on the held-out logs.
+    noise_floor_rad : float
+        That of a perfect model; 0 where none could be computed.
+    use : Use or None
+        What the axis may be used for, as in diagnosis.json; None where no diagnosis says it.
     """
 
-    prediction: ErrorFigure
-    noise_floor: float
+    prediction_1s_rad: ErrorFigure
+    noise_floor_rad: float
     use: Use | None = None
 
 
@@ -84,22 +81,27 @@ class Covariance:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ParameterSet(Tabular):
-    """Parameters of one unit.
+    """parameters.json: start values of a unit, and the error that is expected of them.
 
     Attributes
     ----------
+    schema : str
     unit : str
         Name of the unit that takes them.
     values : mapping of str to Estimate
-        By structured name; a standard error of None says that the value was given.
+        Start values by structured name; a standard error of None says that the value was given. Where an axis has a
+        tabulated torque, `table.<axis>.variable` says what it runs over (1 pitch, 2 elevation, 3 travel, 4 to 6 their
+        rates, 7 μ_s, 8 μ_d, 9 time; 0 or nothing: no table), `first` and `spacing` at which values, in the variable's
+        unit, and `torque_1` to `torque_21` the acceleration at each of them.
     expected : mapping of str to Expectation
-        By axis; empty if there was no held-out log.
+        By axis: what `heli check` compares a new log with; empty if there was no held-out log.
     provenance : mapping
         Where they come from.
     covariance : Covariance or None
         None where only standard errors are known.
     """
 
+    schema: Literal["heli-parameters/1"] = field(default="heli-parameters/1", kw_only=True)
     unit: str
     values: Mapping[str, Estimate]
     expected: Mapping[str, Expectation] = field(default_factory=dict)
@@ -185,7 +187,7 @@ class ParameterSet(Tabular):
                 "the diagnosis calls no axis of these parameters usable, so nothing is held to it."
             )
         return {
-            axis: factor * max(expected.prediction.value, expected.noise_floor)
+            axis: factor * max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
             for axis, expected in self.expected.items()
             if axis not in useless
         }
@@ -199,16 +201,7 @@ class ParameterSet(Tabular):
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of parameters.json."""
-        values = {name: ParameterValue(own.value, own.standard_error, own.unit) for name, own in self.values.items()}
-        expected = {}
-        for axis, one in self.expected.items():
-            error = ExpectedFigure(one.prediction.value, one.prediction.low, one.prediction.high)
-            expected[axis] = Expected(error, one.noise_floor, one.use)
-        covariance, own = None, self.covariance
-        if own:
-            covariance = CovarianceEntry(own.names, own.logarithms, own.operating_point_v, own.matrix.tolist())
-        origin = dict(self.provenance)
-        return plain(ParametersFile("heli-parameters/1", self.unit, values, expected, origin, covariance))
+        return plain(self)
 
     def write(self, path: str | PathLike[str]) -> Path:
         """Write a parameters.json; gives its path."""
@@ -319,28 +312,25 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
         not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
         not take its value; file and entry are named.
     """
-    found = read_document(path, ParametersFile)
+    found = read_document(path, ParameterSet)
     if fault := next(_inconsistent(found), None):
-        raise ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose`.")
-    values = {name: Estimate(own.value, own.standard_error, own.unit) for name, own in found.values.items()}
-    expected = {}
+        raise damaged(path, fault)
+    _check_unit(Path(path), found)
+    return found
+
+
+def _inconsistent(found: ParameterSet) -> Iterator[str]:
+    """Name what is of the right type, but is no parameter's or does not fit the rest of the file."""
+    deviations = {f"values.{name}.standard_error": own.standard_error or 0.0 for name, own in found.values.items()}
     for axis, own in found.expected.items():
-        error = own.prediction_1s_rad
-        expected[axis] = Expectation(ErrorFigure(error.value, error.low, error.high), own.noise_floor_rad, own.use)
-    covariance = None
-    if joint := found.covariance:
-        matrix = np.array(joint.matrix).reshape(len(joint.names), -1)
-        covariance = Covariance(joint.names, joint.logarithms, joint.operating_point_v, matrix)
-    parameters = ParameterSet(found.unit, values, expected, found.provenance, covariance)
-    _check_unit(Path(path), parameters)
-    return parameters
-
-
-def _inconsistent(found: ParametersFile) -> Iterator[str]:
-    """Name what is of the right type, but does not fit the rest of the file."""
-    for axis in found.expected:
         if axis not in AXES:
             yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
+        ends = asdict(own.prediction_1s_rad).items()
+        deviations |= {f"expected.{axis}.prediction_1s_rad.{name}": value for name, value in ends}
+        deviations[f"expected.{axis}.noise_floor_rad"] = own.noise_floor_rad
+    for name, value in deviations.items():
+        if value < 0.0:
+            yield f"{name} = {value}: expected `float` >= 0.0"
     if joint := found.covariance:
         for name in joint.names:
             if name not in found.values:
@@ -349,7 +339,7 @@ def _inconsistent(found: ParametersFile) -> Iterator[str]:
             if name not in joint.names or found.values[name].value == 0.0:
                 yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
         count = len(joint.names)
-        if len(joint.matrix) != count or any(len(row) != count for row in joint.matrix):
+        if joint.matrix.shape != (count, count):
             yield f"covariance.matrix must have {count} rows of {count} numbers"
 
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.errors import ConfigurationError, LogError, require_positive
 from heli_identifier.records import Log, named_apart, read_log
+from heli_identifier.results.documents import plain
 from heli_identifier.results.parameters import PlantSource, plant_of
-from heli_identifier.results.schema import plain
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import significant
 from heli_identifier.tracing import record_start

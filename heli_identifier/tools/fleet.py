@@ -26,7 +26,7 @@ from scipy.stats import false_discovery_control
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.records import shared_flight
-from heli_identifier.results import effect_name, estimate_entry, plain
+from heli_identifier.results import effect_name, plain, with_ends
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Verdict, diagnose
@@ -99,7 +99,7 @@ class Coefficient:
             "rigs": [
                 {
                     "rig": one.rig,
-                    **plain(estimate_entry(one.estimate)),
+                    **plain(with_ends(one.estimate)),
                     "verdict": one.verdict,
                     "left_out": one.left_out,
                 }

@@ -1,13 +1,18 @@
-"""What a diagnosis says, as frozen values."""
+"""What a diagnosis says, as frozen values, which are its file as well.
+
+diagnosis.json holds the fields of `DiagnosisFile` and of its parts by their names, and docs/reference/files.md says of
+each what the docstrings here say. A figure that is not finite is null in the file.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +22,10 @@ from heli_identifier.records import Log
 
 Array = NDArray[np.float64]
 
+if TYPE_CHECKING:
+    Number = float
+else:
+    Number = float | None  # as a file may hold it
 
 EventKind = Literal["force", "slip"]
 
@@ -36,7 +45,7 @@ class Event:
     start_in_file, end_in_file : float
         The same in the time of the log's file [s].
     kind : str
-        "force" for a force from outside, "slip" for a step of the encoder's reading.
+        `force` for a force from outside, `slip` for a step of the encoder's reading.
     size : float
         Largest unexplained acceleration [rad/s^2], or the step of a slip [rad].
     """
@@ -88,7 +97,18 @@ class Use(StrEnum):
 
 @dataclass(frozen=True)
 class DataEntry:
-    """One log of the data set and what it was used for ("training" or "held out")."""
+    """A log.
+
+    Attributes
+    ----------
+    file, sha256 : str
+    samples : int
+    rate_hz : float
+    used_for : str
+        `training` or `held out`.
+    notes : tuple of str
+        The changes that were made to it on reading.
+    """
 
     file: str
     sha256: str
@@ -98,15 +118,17 @@ class DataEntry:
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class NamedShape:
-    """Shape parameters of an effect of the catalogue, by name; one that was not estimated has no standard error."""
+class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"):
+    """Shape parameters of an effect of the catalogue, by name; one that was not estimated has no standard error.
 
-    parameters: Mapping[str, Estimate] = field(default_factory=dict)
+    `horizontal_offset` is the angle of the arm above the horizontal at the encoder's zero: the negative of
+    `rig.horizontal` in heli.toml.
+    """
+
+    parameters: Mapping[str, Estimate] = {}
 
 
-@dataclass(frozen=True, eq=False)
-class CurveShape:
+class CurveShape(msgspec.Struct, frozen=True, eq=False, tag_field="kind", tag="curve"):
     """An unknown torque as a curve of one variable, where records have been.
 
     Attributes
@@ -128,41 +150,43 @@ class CurveShape:
     band: Array
 
 
-@dataclass(frozen=True)
-class PeriodicShape:
+class PeriodicShape(msgspec.Struct, frozen=True, tag_field="kind", tag="periodic"):
     """An unknown torque that is periodic in time: frequency [Hz], mean amplitude over the logs [rad/s^2]."""
 
     frequency_hz: float
-    amplitude: float
-    amplitude_standard_error: float
+    amplitude: Number
+    amplitude_standard_error: Number
     description: str
-    variable: str = field(default="time", init=False)
-    unit: str = field(default="s", init=False)
+    variable: str = "time"
+    unit: str = "s"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class FoundEffect:
     """An effect of the catalogue, or an unknown torque, that the simplified model lacks.
 
     Attributes
     ----------
     name, axis : str
-        Of the catalogue; name "unknown" for an unknown torque.
+        Of the catalogue; the name is `unknown` for an unknown torque. The axis is pitch, elevation, travel or rotors;
+        an effect on several axes has one entry an axis.
     coefficient : Estimate or None
-        None for an unknown torque.
+        Of the delivered plant; None for an unknown torque.
     verdict : Verdict
-        SHOWN, AMBIGUOUS or UNKNOWN of what is established; POSSIBLE of what is not.
+        `shown`, `ambiguous` or `unknown effect` of what is established; `possible` of what is not.
     family : str
         Effects that ordinary logs do not tell apart; a family is one finding.
     alternatives : tuple of (name, axis)
         Entries that explain the data about as well.
     shape : NamedShape, CurveShape or PeriodicShape
+        By its `kind`: `parameters` of the law by name, each with `value`, `standard_error`, `unit`; a `curve` of
+        (x, y) with its `band` of (x, low, high); a `periodic` torque.
     score : float
         What the likelihood of the training logs loses without it [nats], over the dispersion.
     experiment : str
         What to measure to settle an ambiguity, or to establish what is possible; empty if nothing is needed.
     in_plant : bool
-        Whether the corrected plant has it.
+        Whether the corrected plant has it. A periodic torque never is in it; an unknown curve is, as a table.
     left_out_gain : float or None
         Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats].
     together : str
@@ -176,7 +200,7 @@ class FoundEffect:
     family: str
     alternatives: tuple[tuple[str, str], ...]
     shape: NamedShape | CurveShape | PeriodicShape
-    score: float
+    score: Number
     experiment: str = ""
     in_plant: bool = True
     left_out_gain: float | None = None
@@ -220,7 +244,7 @@ class CatalogueVerdict:
     ----------
     name, axis : str
     verdict : Verdict
-        Never ``Verdict.UNKNOWN``.
+        `shown`, `ambiguous`, `possible`, `not shown` or `not testable`.
     estimate : Estimate
         Coefficient beside all that is in the corrected model.
     score : float
@@ -239,8 +263,8 @@ class CatalogueVerdict:
     axis: str
     verdict: Verdict
     estimate: Estimate
-    score: float
-    visibility: float
+    score: Number
+    visibility: Number
     upper_bound: float | None
     why: str
     experiment: str
@@ -255,6 +279,7 @@ class ParameterReport:
     estimate : Estimate
         Of a gain the slope at the operating point.
     determination : Determination
+        `determined from outside`, `rests on the noise model` or `not determined`.
     outside_share : float or None
         Share of its regressor that references explain; None without references.
     instrument : Estimate or None
@@ -274,7 +299,7 @@ class ParameterReport:
     outside_share: float | None
     instrument: Estimate | None
     contradicted: bool
-    plausible: tuple[float, float]
+    plausible: tuple[Number, Number]
     why: str
     experiment: str = ""
 
@@ -283,9 +308,9 @@ class ParameterReport:
 class ErrorFigure:
     """A figure with its 95 % interval from a bootstrap over segments."""
 
-    value: float
-    low: float
-    high: float
+    value: Number
+    low: Number
+    high: Number
 
     @property
     def is_known(self) -> bool:
@@ -295,12 +320,19 @@ class ErrorFigure:
 
 @dataclass(frozen=True)
 class AxisError:
-    """Errors of one model on one axis of the held-out logs [rad].
+    """Root-mean-square errors of one model on one axis of the held-out logs [rad].
 
-    ``ahead_100ms`` and ``ahead_200ms`` start from the filter's state. ``prediction_1s`` and ``prediction_2s`` start
-    from the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
-    nothing. ``free_run`` is None where the axis is not stable, ``closed_loop_3s`` where references or controller are
-    not known.
+    Attributes
+    ----------
+    ahead_100ms, ahead_200ms : ErrorFigure
+        From the filter's state.
+    prediction_1s, prediction_2s : ErrorFigure
+        From the smoothed state under the measured voltages: in closed loop these answer the air, and the figure decides
+        nothing.
+    free_run : ErrorFigure or None
+        None where the axis is not stable.
+    closed_loop_3s : ErrorFigure or None
+        None where references or controller are not known.
     """
 
     ahead_100ms: ErrorFigure
@@ -311,18 +343,19 @@ class AxisError:
     closed_loop_3s: ErrorFigure | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class AxisReport:
     """One axis before and after on the held-out logs.
 
     Attributes
     ----------
-    before, after, noise_floor : AxisError
-        ``noise_floor`` is the corrected model's on records that it made itself.
+    before, after : AxisError
+    noise_floor : AxisError
+        That of the corrected plant on records that it made itself; zero where none could be computed.
     angle_stays, rate_stays : ErrorFigure
         1 s errors [rad] of two predictions that know no model: a model has to beat them.
     whiteness_p : mapping of str to float
-        Ljung-Box p value of the innovations, "before" and "after".
+        Ljung-Box p value of the innovations, `before` and `after`.
     air : float
         Standard deviation of the torque of the air [rad/s^2].
     air_rate : float
@@ -330,10 +363,12 @@ class AxisReport:
     encoder_noise : float
         [rad].
     use : Use
+        What the axis of the plant may be used for: `prediction and control`, `prediction only` or `not usable`.
     why : str
         What the use rests on, in a clause.
     change : mapping of str to ErrorFigure
-        By the names of errors ahead: error after over error before, less 1, over the same segments for both.
+        By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is
+        real if its interval does without zero.
     """
 
     before: AxisError
@@ -341,10 +376,10 @@ class AxisReport:
     noise_floor: AxisError
     angle_stays: ErrorFigure
     rate_stays: ErrorFigure
-    whiteness_p: Mapping[str, float]
-    air: float
-    air_rate: float
-    encoder_noise: float
+    whiteness_p: Mapping[str, Number]
+    air: Number
+    air_rate: Number
+    encoder_noise: Number
     use: Use
     why: str
     change: Mapping[str, ErrorFigure] = field(default_factory=dict)
@@ -363,14 +398,14 @@ class HeldOutLikelihood:
     gain : ErrorFigure
         After less before [nats], all held-out logs together, with its 95 % interval.
     chi2 : mapping of str to (statistic, degrees of freedom)
-        Of the instruments' judgement, "before" and "after"; empty without references.
+        Of the instruments' judgement, `before` and `after`; empty without references.
     """
 
     seconds: float
-    before: float
-    after: float
+    before: Number
+    after: Number
     gain: ErrorFigure
-    chi2: Mapping[str, tuple[float, int]] = field(default_factory=dict)
+    chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -384,8 +419,8 @@ class Agreement:
     splits : int
     """
 
-    observed: float
-    expected: float
+    observed: Number
+    expected: Number
     splits: int
 
 
@@ -440,13 +475,16 @@ class EffectCurve:
     curve: Array
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
-    """Everything that one diagnosis found.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DiagnosisFile:
+    """diagnosis.json: what a diagnosis found.
 
     Attributes
     ----------
+    schema : str
     verdict : RigVerdict
+        `effects shown`: entries of the catalogue were found; `unknown effect`: also, or only, a torque that no entry
+        explains; `model adequate`: nothing was shown. That does not mean that the model is exact or its errors small.
     faults : tuple of LogFault
         What is wrong with the logs; what can be undone is undone before anything else is said.
     effects : tuple of FoundEffect
@@ -454,44 +492,44 @@ class Diagnosis:
         periodic in time.
     possible : tuple of FoundEffect
         What the likelihood favours without establishing it: no findings. In the plant where training logs that are
-        left out one at a time get likelier with it.
+        left out one at a time get likelier with it, and terms of rigid-body mechanics.
     catalogue : tuple of CatalogueVerdict
+        The verdict on every entry; of what is `not testable` these logs cannot decide.
     parameters_before, parameters_after : mapping of str to Estimate
-        By the paper's symbols.
+        Of the simplified model and of the corrected plant, by the paper's symbols; a gain is that at no voltage. A
+        standard error of None says that the value was given.
     effects_after : mapping of str to Estimate
         Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field.
     parameters : mapping of str to ParameterReport
-        What each parameter of the corrected plant rests on.
-    covariance : Array, shape (n, n)
-        Of what ``covariance_fields`` names, gains as slopes at the operating point.
-    covariance_fields : tuple of str
-    plant_before, plant_after : PlantParameters
-        The complete parameter sets.
+        [What each parameter of the corrected plant rests on](../explanation/tracing.md#what-a-value-rests-on). A gain
+        is the slope of the thrust at the logs' mean voltage, `settings.operating_point`.
     axes : mapping of str to AxisReport
+        Errors on the held-out logs and use, by axis. Where a controller flew, errors 1 s and 2 s ahead decide nothing.
     held_out : HeldOutLikelihood
     closed_loop : bool
         Whether a controller flew the training logs.
     references : str
-        Where the instruments come from: "voltages", "logged", "rebuilt" or "none".
+        Where the instruments come from: `voltages`, `logged`, `rebuilt` or `none`.
     agreement : Agreement or None
         None where the training logs are too few to be halved.
-    series : tuple of HeldOutSeries
-    curves : tuple of EffectCurve
-    correlation_labels : tuple of (name, axis)
-        Entries of the catalogue in the order of the rows of ``correlation``.
-    correlation : Array, shape (K, K)
-        Correlations between the catalogue's signatures beside what is in the model.
     data : tuple of DataEntry
+        Every log.
     settings : mapping
+        What was given of the rig, the score from which an effect is shown (`score_needed` [nats]), and the mean voltage
+        (`operating_point` [V]).
     notes : tuple of str
+        Remarks that matter for this diagnosis.
     seconds : float
+        Duration of the diagnosis.
     events : tuple of Event
         Passages in which something other than the plant acts, in training and held-out logs.
     provenance : mapping
-        Command, date, system and versions of the packages that took part.
+        Command, date, system, and the version of everything that can change a result.
     """
 
+    schema: Literal["heli-diagnosis/2"] = "heli-diagnosis/2"
     verdict: RigVerdict
+    faults: tuple[LogFault, ...] = ()
     effects: tuple[FoundEffect, ...]
     possible: tuple[FoundEffect, ...]
     catalogue: tuple[CatalogueVerdict, ...]
@@ -499,26 +537,46 @@ class Diagnosis:
     parameters_after: Mapping[str, Estimate]
     effects_after: Mapping[str, Estimate]
     parameters: Mapping[str, ParameterReport]
-    covariance: Array
-    covariance_fields: tuple[str, ...]
-    plant_before: Any
-    plant_after: Any
     axes: Mapping[str, AxisReport]
     held_out: HeldOutLikelihood
     closed_loop: bool
     references: str
     agreement: Agreement | None
-    series: tuple[HeldOutSeries, ...]
-    curves: tuple[EffectCurve, ...]
-    correlation_labels: tuple[tuple[str, str], ...]
-    correlation: Array
     data: tuple[DataEntry, ...]
     settings: Mapping[str, Any]
     notes: tuple[str, ...]
     seconds: float
     events: tuple[Event, ...] = ()
-    faults: tuple[LogFault, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=partial(from_python, "diagnose"))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Diagnosis(DiagnosisFile):
+    """Everything that one diagnosis found: what its file holds, the plants, and what is drawn.
+
+    Attributes
+    ----------
+    plant_before, plant_after : PlantParameters
+        The complete parameter sets.
+    covariance : Array, shape (n, n)
+        Of what ``covariance_fields`` names, gains as slopes at the operating point.
+    covariance_fields : tuple of str
+    series : tuple of HeldOutSeries
+    curves : tuple of EffectCurve
+    correlation_labels : tuple of (name, axis)
+        Entries of the catalogue in the order of the rows of ``correlation``.
+    correlation : Array, shape (K, K)
+        Correlations between the catalogue's signatures beside what is in the model.
+    """
+
+    plant_before: Any
+    plant_after: Any
+    covariance: Array
+    covariance_fields: tuple[str, ...]
+    series: tuple[HeldOutSeries, ...]
+    curves: tuple[EffectCurve, ...]
+    correlation_labels: tuple[tuple[str, str], ...]
+    correlation: Array
 
     def summary(self) -> str:
         """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
@@ -526,7 +584,7 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of diagnosis.json; docs/reference/files.md describes it."""
-        return _results().plain(_results().diagnosis_file(self))
+        return _results().plain({own.name: getattr(self, own.name) for own in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.

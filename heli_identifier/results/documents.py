@@ -1,0 +1,148 @@
+"""The JSON files of results: a file is a frozen value whose fields are the file's keys; its types check what is read.
+
+What is not finite is null in a file.
+"""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from math import isfinite
+from os import PathLike
+from pathlib import Path
+from reprlib import repr as shortened
+from typing import Any, TypeVar, get_args, get_type_hints
+
+import msgspec
+import numpy as np
+
+from heli_identifier.errors import ConfigurationError
+from heli_identifier.files import regular_bytes
+from heli_identifier.online import Estimate
+
+LARGEST_MB = 50.0
+"""Size up to which a document is read [MB]; it has some kilobytes."""
+
+File = TypeVar("File")
+
+
+def plain(value: Any) -> Any:
+    """Give a value as JSON can hold it: objects, lists, plain numbers, and null for what is not finite."""
+    return json.loads(msgspec.json.encode(value, enc_hook=_plain))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} is no value of a document")
+
+
+def document_text(document: Mapping[str, Any]) -> str:
+    """Give a document as the text of a JSON file."""
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def with_ends(estimate: Estimate) -> dict[str, Any]:
+    """Give an estimate's fields and its 95 % interval."""
+    return {**asdict(estimate), "interval": estimate.interval}
+
+
+def read_document(path: str | PathLike[str], kind: type[File]) -> File:
+    """Read a JSON file of results into the value that it holds.
+
+    Raises
+    ------
+    ConfigurationError
+        The file cannot be read, is no JSON or not of the schema, or an entry is missing, there twice, of the wrong type
+        or not finite; file and entry are named.
+    """
+    file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
+    if file.is_dir():
+        raise ConfigurationError(f"{path} is a folder; name the {name} in it.")
+    try:
+        content = json.loads(regular_bytes(file, LARGEST_MB).decode("utf-8"), object_pairs_hook=_once)
+    except _Repeated as error:
+        raise ConfigurationError(f"{path} is damaged: the key {str(error)!r} stands there twice; keep one.") from error
+    except FileNotFoundError:
+        raise ConfigurationError(f"{path} does not exist; `heli diagnose` writes a {name}.") from None
+    except OSError as error:
+        raise ConfigurationError(f"{path} cannot be read: {error.strerror}.") from error
+    except (ValueError, RecursionError) as error:
+        raise ConfigurationError(f"{path} is no JSON: {error}.") from error
+    schema = content.get("schema") if isinstance(content, dict) else None
+    (expected,) = get_args(get_type_hints(kind)["schema"])
+    if schema != expected:
+        older = isinstance(schema, str) and schema.partition("/")[0] == expected.partition("/")[0]
+        way = " of another version of this program: run `heli diagnose` again" if older else ""
+        raise ConfigurationError(
+            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{way}."
+        )
+    if found := next(_not_finite(content), None):
+        raise damaged(path, f"{found[0]} = {shortened(found[1])}: a finite number is expected")
+    try:
+        return msgspec.convert(content, kind, dec_hook=_array)
+    except msgspec.ValidationError as error:
+        raise damaged(path, _fault(content, kind, error)) from error
+
+
+def damaged(path: str | PathLike[str], fault: str) -> ConfigurationError:
+    """Give the error of a file with a fault in it."""
+    return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
+
+
+class _Repeated(Exception):
+    """A key stands twice in one object of the file; JSON would keep the last without a word."""
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in found:
+            raise _Repeated(key)
+        found[key] = value
+    return found
+
+
+def _not_finite(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
+    """Name numbers that Python reads as JSON, and that are none: NaN, Infinity, 1e999."""
+    if isinstance(value, float) and not isfinite(value):
+        yield above, value
+    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in entries:
+        yield from _not_finite(item, f"{above}.{key}" if above else str(key))
+
+
+def _array(_: type, value: Any) -> Any:
+    """Read lists of numbers of one length as an array."""
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueError("rows of numbers are expected") from None
+
+
+def _fault(content: Any, kind: type, error: msgspec.ValidationError) -> str:
+    """Name the entry of a document that is of another type, its value, and what was expected."""
+    said, _, path = str(error).partition(" - at `$")
+    value, keys = content, []
+    for key in path.rstrip("`").replace("[...]", ".?").replace("[", ".").replace("]", "").split(".")[1:]:
+        if isinstance(value, list):
+            value = value[int(key)]
+        else:
+            key = _faulty_key(content, kind, value) if key == "?" else key
+            value = value[key]
+        keys.append(key)
+    entry = f"{'.'.join(keys)} = {shortened(value)}: " if keys else ""
+    return f"{entry}{said[:1].lower()}{said[1:]}"
+
+
+def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
+    """Which key of ``value``, a part of ``content``, is refused: msgspec does not say it. The others are taken out."""
+    for key, item in list(value.items()):
+        value.clear()
+        value[key] = item
+        try:
+            msgspec.convert(content, kind, dec_hook=_array)
+        except msgspec.ValidationError:
+            return key
+    raise AssertionError("a document was refused whose entries are all accepted")
