@@ -15,12 +15,15 @@ further beyond its limit. The period between reading and acting, and the input d
 Source: K. J. Astrom and B. Wittenmark, Computer-Controlled Systems, 1997, sections 4.5 (delays), 11.3 and 11.4.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from .motor import saturate
 
 MOST_DELAY = 8
 """Most periods of input delay: the controller keeps the voltages of so many periods."""
+
+EARLY = 1e-6
+"""A sample is due this share of a period before its instant, because communication points k H have rounding errors."""
 
 
 class Motion(NamedTuple):
@@ -58,72 +61,31 @@ class Pair(NamedTuple):
     other: float = 0.0
 
 
-class Transition(NamedTuple):
-    """F, row by row."""
-
-    pitch: Motion = Motion()
-    elevation: Motion = Motion()
-    travel: Motion = Motion()
-    pitch_rate: Motion = Motion()
-    elevation_rate: Motion = Motion()
-    travel_rate: Motion = Motion()
-    nu_front: Motion = Motion()
-    nu_rear: Motion = Motion()
+_Row = TypeVar("_Row")
+Eight = tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row, _Row]
+"""A matrix of one row for each state, or the voltages of the last :data:`MOST_DELAY` periods."""
+Two = tuple[_Row, _Row]
+"""A matrix of one row for each rotor."""
 
 
-class Drive(NamedTuple):
-    """G, row by row [1/V]."""
-
-    pitch: Rotors = Rotors()
-    elevation: Rotors = Rotors()
-    travel: Rotors = Rotors()
-    pitch_rate: Rotors = Rotors()
-    elevation_rate: Rotors = Rotors()
-    travel_rate: Rotors = Rotors()
-    nu_front: Rotors = Rotors()
-    nu_rear: Rotors = Rotors()
-
-
-class Innovation(NamedTuple):
-    """L, row by row."""
-
-    pitch: Angles = Angles()
-    elevation: Angles = Angles()
-    travel: Angles = Angles()
-    pitch_rate: Angles = Angles()
-    elevation_rate: Angles = Angles()
-    travel_rate: Angles = Angles()
-    nu_front: Angles = Angles()
-    nu_rear: Angles = Angles()
-
-
-class Gain(NamedTuple):
-    """K: what a state takes from each rotor's voltage."""
-
-    front: Motion = Motion()
-    rear: Motion = Motion()
-
-
-class PairGain(NamedTuple):
-    """K_z and N: what an integral takes from, and a reference adds to, each rotor's voltage."""
-
-    front: Pair = Pair()
-    rear: Pair = Pair()
+def eight(row: _Row) -> Eight[_Row]:
+    """Return the same row for each state."""
+    return row, row, row, row, row, row, row, row
 
 
 class FeedbackSettings(NamedTuple):
-    """The controller of this module's head; by default it holds both rotors at ``hover``.
+    """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``.
 
     ``point`` are the angles [rad] and ``hover`` the voltages [V] of the operating point, ``period`` h [s], ``delay`` m,
     ``travel_enabled`` whether the travel is controlled and not the pitch, ``voltage_limit`` [V].
     """
 
-    transition: Transition = Transition()
-    drive: Drive = Drive()
-    innovation: Innovation = Innovation()
-    gain: Gain = Gain()
-    integral: PairGain = PairGain()
-    reference: PairGain = PairGain()
+    transition: Eight[Motion] = eight(Motion())
+    drive: Eight[Rotors] = eight(Rotors())
+    innovation: Eight[Angles] = eight(Angles())
+    gain: Two[Motion] = (Motion(), Motion())
+    integral: Two[Pair] = (Pair(), Pair())
+    reference: Two[Pair] = (Pair(), Pair())
     point: Angles = Angles()
     hover: Rotors = Rotors()
     period: float = 0.01
@@ -133,19 +95,12 @@ class FeedbackSettings(NamedTuple):
 
 
 class FeedbackState(NamedTuple):
-    """The estimate, the integrals [rad s], and the voltages' deviations [V] now and up to eight periods ago."""
+    """The estimate, the integrals [rad s], and the voltages' deviations [V] now and one to eight periods ago."""
 
     estimate: Motion
     integrals: Pair
     now: Rotors
-    ago_1: Rotors
-    ago_2: Rotors
-    ago_3: Rotors
-    ago_4: Rotors
-    ago_5: Rotors
-    ago_6: Rotors
-    ago_7: Rotors
-    ago_8: Rotors
+    before: Eight[Rotors]
 
 
 class Held(NamedTuple):
@@ -157,15 +112,10 @@ class Held(NamedTuple):
     v_rear: float
 
 
-EARLY = 1e-6
-"""A sample is due this share of a period before its instant, because communication points k H have rounding errors."""
-
-
 def start_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> FeedbackState:
     """State without a history: the rig rests at the angles [rad], its voltages are those of the operating point."""
     still = Motion(pitch - s.point.pitch, elevation - s.point.elevation, travel - s.point.travel)
-    o = Rotors(0.0, 0.0)
-    return FeedbackState(still, Pair(0.0, 0.0), o, o, o, o, o, o, o, o, o)
+    return FeedbackState(still, Pair(), Rotors(), eight(Rotors()))
 
 
 def start_holding(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> Held:
@@ -218,92 +168,51 @@ def feedback_step(
         Voltages [V] of an excitation, which come on top.
     s : FeedbackSettings
     """
-    x, now = state.estimate, state.now
-    wrong = Angles(
-        pitch - s.point.pitch - x.pitch, elevation - s.point.elevation - x.elevation, travel - s.point.travel - x.travel
-    )
+    x, angles = state.estimate, (pitch, elevation, travel)
+    wrong = Angles._make([y - point - own for y, point, own in zip(angles, s.point, x[:3], strict=True)])
     ahead = corrected(moved(x, arrived(state, s.delay), s), wrong, s)
     late = predicted(ahead, state, s)
     asked = Pair(references[1] - s.point.elevation, _other(references[0], references[2], s))
     errors = Pair(elevation - references[1], _other(pitch, travel, s) - asked.other)
-    grown = Pair(
-        state.integrals.elevation + s.period * errors.elevation, state.integrals.other + s.period * errors.other
+    old = state.integrals
+    before = Rotors._make(
+        [
+            more + _dot(N, asked) - _dot(K, late) - _dot(K_z, old)
+            for more, N, K, K_z in zip(added, s.reference, s.gain, s.integral, strict=True)
+        ]
     )
-    kept = state.integrals
-    before = Rotors(
-        added.front + _row(s.reference.front, asked) - _state_row(s.gain.front, late) - _row(s.integral.front, kept),
-        added.rear + _row(s.reference.rear, asked) - _state_row(s.gain.rear, late) - _row(s.integral.rear, kept),
+    integrals = Pair._make(
+        [
+            z if _drives_beyond(before, Rotors(of_front, of_rear), error, s) else z + s.period * error
+            for z, error, of_front, of_rear in zip(old, errors, s.integral[0], s.integral[1], strict=True)
+        ]
     )
-    elevation_kept = _drives_beyond(before, s.integral.front.elevation, s.integral.rear.elevation, errors.elevation, s)
-    other_kept = _drives_beyond(before, s.integral.front.other, s.integral.rear.other, errors.other, s)
-    integrals = Pair(kept.elevation if elevation_kept else grown.elevation, kept.other if other_kept else grown.other)
-    change = Pair(integrals.elevation - kept.elevation, integrals.other - kept.other)
-    v_front = saturate(s.hover.front + before.front - _row(s.integral.front, change), s.voltage_limit)
-    v_rear = saturate(s.hover.rear + before.rear - _row(s.integral.rear, change), s.voltage_limit)
-    return FeedbackState(
-        ahead,
-        integrals,
-        Rotors(v_front - s.hover.front, v_rear - s.hover.rear),
-        now,
-        state.ago_1,
-        state.ago_2,
-        state.ago_3,
-        state.ago_4,
-        state.ago_5,
-        state.ago_6,
-        state.ago_7,
+    change = Pair(integrals.elevation - old.elevation, integrals.other - old.other)
+    now = Rotors._make(
+        [
+            saturate(hover + u - _dot(K_z, change), s.voltage_limit) - hover
+            for hover, u, K_z in zip(s.hover, before, s.integral, strict=True)
+        ]
     )
+    return FeedbackState(ahead, integrals, now, (state.now, *state.before[:-1]))
 
 
 def moved(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
     """F x + G u."""
-    F, G = s.transition, s.drive
-    return Motion(
-        _state_row(F.pitch, x) + _rotor_row(G.pitch, u),
-        _state_row(F.elevation, x) + _rotor_row(G.elevation, u),
-        _state_row(F.travel, x) + _rotor_row(G.travel, u),
-        _state_row(F.pitch_rate, x) + _rotor_row(G.pitch_rate, u),
-        _state_row(F.elevation_rate, x) + _rotor_row(G.elevation_rate, u),
-        _state_row(F.travel_rate, x) + _rotor_row(G.travel_rate, u),
-        _state_row(F.nu_front, x) + _rotor_row(G.nu_front, u),
-        _state_row(F.nu_rear, x) + _rotor_row(G.nu_rear, u),
-    )
+    return Motion._make([_dot(F, x) + _dot(G, u) for F, G in zip(s.transition, s.drive, strict=True)])
 
 
 def corrected(x: Motion, wrong: Angles, s: FeedbackSettings) -> Motion:
-    """Add L times what the measured angles are beside their estimate."""
-    L = s.innovation
-    return Motion(
-        x.pitch + _angle_row(L.pitch, wrong),
-        x.elevation + _angle_row(L.elevation, wrong),
-        x.travel + _angle_row(L.travel, wrong),
-        x.pitch_rate + _angle_row(L.pitch_rate, wrong),
-        x.elevation_rate + _angle_row(L.elevation_rate, wrong),
-        x.travel_rate + _angle_row(L.travel_rate, wrong),
-        x.nu_front + _angle_row(L.nu_front, wrong),
-        x.nu_rear + _angle_row(L.nu_rear, wrong),
-    )
+    """Add L times what the measured angles [rad] are beside their estimate."""
+    return Motion._make([own + _dot(L, wrong) for own, L in zip(x, s.innovation, strict=True)])
 
 
 def arrived(state: FeedbackState, periods: int) -> Rotors:
     """Voltages [V] of so many periods ago."""
-    if periods <= 0:
-        return state.now
-    if periods == 1:
-        return state.ago_1
-    if periods == 2:
-        return state.ago_2
-    if periods == 3:
-        return state.ago_3
-    if periods == 4:
-        return state.ago_4
-    if periods == 5:
-        return state.ago_5
-    if periods == 6:
-        return state.ago_6
-    if periods == 7:
-        return state.ago_7
-    return state.ago_8
+    for age, voltages in enumerate((state.now, *state.before)):
+        if age >= periods:
+            return voltages
+    return state.before[-1]
 
 
 def predicted(x: Motion, state: FeedbackState, s: FeedbackSettings) -> Motion:
@@ -318,46 +227,31 @@ def _other(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:
     return of_travel - s.point.travel if s.travel_enabled else of_pitch - s.point.pitch
 
 
-def _drives_beyond(u: Rotors, by_front: float, by_rear: float, error: float, s: FeedbackSettings) -> bool:
+def _drives_beyond(u: Rotors, gains: Rotors, error: float, s: FeedbackSettings) -> bool:
     """Whether an integral that grows with ``error`` drives a voltage further beyond its limit."""
     front, rear = s.hover.front + u.front, s.hover.rear + u.rear
     beyond_front, beyond_rear = front - saturate(front, s.voltage_limit), rear - saturate(rear, s.voltage_limit)
-    return -by_front * error * beyond_front > 0.0 or -by_rear * error * beyond_rear > 0.0
+    return -gains.front * error * beyond_front > 0.0 or -gains.rear * error * beyond_rear > 0.0
 
 
-def _state_row(row: Motion, x: Motion) -> float:
-    return (
-        row.pitch * x.pitch
-        + row.elevation * x.elevation
-        + row.travel * x.travel
-        + row.pitch_rate * x.pitch_rate
-        + row.elevation_rate * x.elevation_rate
-        + row.travel_rate * x.travel_rate
-        + row.nu_front * x.nu_front
-        + row.nu_rear * x.nu_rear
-    )
+def _dot(row: Any, x: Any) -> float:
+    """Product of a row and a vector of the same names, added from left to right."""
+    total = 0.0
+    for a, b in zip(row, x, strict=True):
+        total = total + a * b
+    return total
 
 
-def _rotor_row(row: Rotors, u: Rotors) -> float:
-    return row.front * u.front + row.rear * u.rear
-
-
-def _angle_row(row: Angles, y: Angles) -> float:
-    return row.pitch * y.pitch + row.elevation * y.elevation + row.travel * y.travel
-
-
-def _row(row: Pair, z: Pair) -> float:
-    return row.elevation * z.elevation + row.other * z.other
+def rows_of(matrix: tuple[Any, ...]) -> dict[str, Any]:
+    """Return the rows of a matrix by their names, those of the states or of the rotors."""
+    return dict(zip(Motion._fields if len(matrix) == len(Motion._fields) else Rotors._fields, matrix, strict=True))
 
 
 def entry_unit(matrix: str, row: str, column: str) -> str:
     """Return the unit of an entry of a matrix: that of its row over that of its column; the integrals' is [rad s]."""
     above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
-    if above == below:
-        return "1"
-    known = {("rad/s", "rad"): "1/s", ("rad", "rad/s"): "s", ("V", "rad/s"): "V s/rad", ("rad/s", "V"): "rad/(V s)",
-             ("V", "rad s"): "V/(rad s)"}  # fmt: skip
-    return known.get((above, below), f"{above}/{below}")
+    short = {"rad/s/rad": "1/s", "rad/rad/s": "s", "V/rad/s": "V s/rad", "rad/s/V": "rad/(V s)", "V/rad s": "V/(rad s)"}
+    return "1" if above == below else short.get(f"{above}/{below}", f"{above}/{below}")
 
 
 def _unit_of(name: str) -> str:

@@ -219,17 +219,14 @@ def controller_twin() -> Definition:
 
 def state_feedback_twin() -> Definition:
     """StateFeedback; an entry of a matrix has the name of its path."""
-    default = state_feedback.FeedbackSettings()._asdict()
-    rows = {name: value for name, value in default.items() if hasattr(value, "_fields")}
-    paths = [
-        f"{name}.{field}.{column}" if columns else f"{name}.{field}"
-        for name, value in rows.items()
-        for field, own in value._asdict().items()
-        for columns in [getattr(own, "_fields", ())]
-        for column in columns or ("",)
-    ]
+    default = state_feedback.FeedbackSettings()
+    vectors = [f"{name}.{field}" for name in ("point", "hover") for field in getattr(default, name)._fields]
+    paths = dict(zip(vectors, vectors, strict=True))
+    for matrix in ("transition", "drive", "innovation", "gain", "integral", "reference"):
+        for number, (row, own) in enumerate(state_feedback.rows_of(getattr(default, matrix)).items()):
+            paths |= {f"{matrix}.x{number}.{column}": f"{matrix}.{row}.{column}" for column in own._fields}
     settings = {
-        **dict(zip(paths, paths, strict=True)),
+        **paths,
         "period": "sample.time",
         "delay": "sample.delay",
         "travel_enabled": "travel.enabled",

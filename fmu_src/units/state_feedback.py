@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from heli_plant.control import risen
 from heli_plant.motor import saturate
@@ -15,6 +15,7 @@ from heli_plant.state_feedback import (
     Rotors,
     entry_unit,
     hold,
+    rows_of,
     start_holding,
 )
 
@@ -39,8 +40,7 @@ _EARLY = 1e-9
 
 def _entries(matrix: str) -> list[tuple[str, str]]:
     """Return rows and columns of a matrix."""
-    rows = getattr(_DEFAULT, matrix)
-    return [(row, column) for row, own in rows._asdict().items() for column in own._fields]
+    return [(row, column) for row, own in rows_of(getattr(_DEFAULT, matrix)).items() for column in own._fields]
 
 
 class StateFeedback(SlaveBase):
@@ -98,13 +98,10 @@ integral stops while it would drive a voltage beyond it. heli design-controller 
     def initialise(self, time: float) -> None:
         """Read the settings; show the voltages of the operating point."""
         value = {name: self.values[reference] for name, reference in self.references.items()}
-        default = _DEFAULT._asdict()
-        matrices = {
-            matrix: type(default[matrix])(
-                *(
-                    type(own)(*(value[f"{matrix}.{row}.{column}"] for column in own._fields))
-                    for row, own in default[matrix]._asdict().items()
-                )
+        matrices: dict[str, Any] = {
+            matrix: tuple(
+                own._make(value[f"{matrix}.{row}.{column}"] for column in own._fields)
+                for row, own in rows_of(getattr(_DEFAULT, matrix)).items()
             )
             for matrix in _MATRICES
         }

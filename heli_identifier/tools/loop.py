@@ -46,8 +46,10 @@ from heli_plant.state_feedback import (
     FeedbackSettings,
     FeedbackState,
     Rotors,
+    eight,
     entry_unit,
     feedback_step,
+    rows_of,
     start_feedback,
 )
 
@@ -97,19 +99,18 @@ _UNITS = {
 
 
 def numbers_in(value: Any, before: str = "") -> dict[str, Any]:
-    """Return the numbers in named tuples of named tuples by structured name, in order."""
+    """Return the numbers in named tuples and matrices by structured name, in order."""
     found: dict[str, Any] = {}
-    for field, part in value._asdict().items():
+    for field, part in (value._asdict() if hasattr(value, "_asdict") else rows_of(value)).items():
         name = before + _NAMES.get(field, field)
         found |= numbers_in(part, f"{name}.") if isinstance(part, tuple) else {name: part}
     return found
 
 
 def filled(like: Any, numbers: Iterator[float]) -> Any:
-    """Return named tuples such as ``like`` with other numbers in them."""
-    return type(like)(
-        *(filled(part, numbers) if isinstance(part, tuple) else type(part)(next(numbers)) for part in like)
-    )
+    """Return named tuples and matrices such as ``like`` with other numbers in them."""
+    parts = [filled(part, numbers) if isinstance(part, tuple) else type(part)(next(numbers)) for part in like]
+    return like._make(parts) if hasattr(like, "_make") else tuple(parts)
 
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
@@ -382,7 +383,7 @@ def at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     if isinstance(settings, FeedbackSettings):
         state = start_feedback(point.pitch, point.elevation, 0.0, settings)
         beside = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
-        return FeedbackState(state.estimate, state.integrals, *[beside] * (len(state) - 2))
+        return state._replace(now=beside, before=eight(beside))
     integrals = {}
     if settings.pitch.integral:
         integrals["integral_pitch"] = (point.v_rear - point.v_front) / settings.pitch.integral

@@ -9,10 +9,10 @@ One definition per equation stays: the functions are read from the project's own
 """
 
 from .body import Untranslatable, quoted
-from .program import Translation, Unit, header, persistence, source
-from .types import BOOL, INT, CType, Struct, choose, fields
+from .program import Translation, Unit, header, parts_of, persistence, source
+from .types import BOOL, INT, CType, Struct, choose
 
 __all__ = [
-    "BOOL", "INT", "CType", "Struct", "Translation", "Unit", "Untranslatable", "choose", "fields", "header",
-    "persistence", "quoted", "source",
+    "BOOL", "INT", "CType", "Struct", "Translation", "Unit", "Untranslatable", "choose", "header",
+    "parts_of", "persistence", "quoted", "source",
 ]  # fmt: skip
