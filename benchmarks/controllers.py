@@ -27,7 +27,7 @@ from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_identifier.tools import ControllerDesign, design_controller
-from heli_identifier.tools.controller import LONGEST, Judged
+from heli_identifier.tools.judging import LONGEST, Judged
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import (
     closed_loop,
@@ -72,7 +72,7 @@ class Verdict:
 
 def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, transfer: float) -> Verdict:
     """Put a design around the true plant, linearised where the true plant is in equilibrium."""
-    point = operating_point(truth, design.model.point.pitch, design.model.point.elevation)
+    point = operating_point(truth, design.plants.model.point.pitch, design.plants.model.point.elevation)
     model, omega = linear_model(truth, point, AIM.period), frequencies(AIM.period)
     closed = closed_loop(model, judged.settings)
     if not is_stable(closed):
@@ -83,13 +83,13 @@ def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, 
         for axis in design.axes
         for i in (AXES.index(axis),)
     }
-    settles = all(times[axis] <= judged.promised_settling[axis] * (1.0 + CHANCE) + AIM.period for axis in design.axes)
-    return Verdict("", True, bool(disk >= judged.promised_disk - 1e-3), settles, transfer)
+    settles = all(times[axis] <= judged.figures[f"{axis}.settling"].promised * (1.0 + CHANCE) + AIM.period for axis in design.axes)
+    return Verdict("", True, bool(disk >= judged.figures["disk"].promised - 1e-3), settles, transfer)
 
 
 def predicted_steps(plant: PlantParameters, judged: Judged, design: ControllerDesign) -> np.ndarray:
     """Step responses of the whole plant, both axes one behind the other [rad]."""
-    point = operating_point(plant, design.model.point.pitch, design.model.point.elevation)
+    point = operating_point(plant, design.plants.model.point.pitch, design.plants.model.point.elevation)
     return np.concatenate(
         [step_response(plant, point, judged.settings, axis, 0.1, 8.0, AIM.period).angle for axis in design.axes]
     )

@@ -17,8 +17,8 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration, Log
 from heli_identifier.results import ParameterSet, document_text, plant_values
 from heli_identifier.tools import closed_loop_errors, corrected_init, course_values, design_controller
-from heli_identifier.tools.controller import kept_together
 from heli_identifier.tools.course import corrected_values
+from heli_identifier.tools.judging import kept_together
 from heli_identifier.tools.linearisation import hover, linear_model, operating_point
 from heli_identifier.tools.loop import (
     at_rest,
@@ -133,7 +133,7 @@ def _scaled(system, factor):
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
     made = design_controller(parameters(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
-    assert made.robust.promised_disk > made.nominal.promised_disk
+    assert made.robust.figures["disk"].promised > made.nominal.figures["disk"].promised
     assert made.robust.effort > 1.0
     assert made.robust.stable >= 0.95
 

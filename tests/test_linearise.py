@@ -1,7 +1,7 @@
 """Linear models, margins and gains, held to closed forms, to python-control and to simulation of the whole plant."""
 
 import json
-from dataclasses import astuple, replace
+from dataclasses import replace
 
 import control
 import numpy as np
@@ -21,10 +21,12 @@ from heli_identifier.results.parameters import (
     read_parameters,
 )
 from heli_identifier.tools.controller import control_advice, design_pid
-from heli_identifier.tools.linearisation import drawn_plants, linear_model, linear_system, operating_point
+from heli_identifier.tools.judging import drawn_plants
+from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import (
     closed_loop,
     controller,
+    controller_response,
     frequencies,
     is_stable,
     margins_over,
@@ -45,7 +47,7 @@ PID = PidSettings()
 def margins(model, settings):
     """Margins around one plant."""
     omega = frequencies(H)
-    found = margins_over(plant_response(model, omega)[None], settings, H, omega)
+    found = margins_over(plant_response(model, omega)[None], controller_response(settings, H, omega), omega)
     return {name: alone for name, (alone,) in found.items()}
 
 
@@ -187,11 +189,12 @@ def test_the_phase_margin_and_crossover_are_those_of_python_control():
 def test_margins_of_many_plants_at_once_are_those_of_each_alone():
     models = [model_at(plant, 0.1, 0.2) for plant in (AFTER, *drawn_plants(parameter_set(), 3))]
     omega = frequencies(H)
-    together = margins_over(np.array([plant_response(model, omega) for model in models]), PID, H, omega)
+    plants = np.array([plant_response(model, omega) for model in models])
+    together = margins_over(plants, controller_response(PID, H, omega), omega)
     for number, model in enumerate(models):
         for axis, alone in margins(model, PID).items():
             # one plant by itself is solved by other BLAS calls
-            assert astuple(together[axis][number]) == pytest.approx(astuple(alone), rel=1e-9)
+            assert together[axis][number] == pytest.approx(alone, rel=1e-9)
 
 
 def test_a_point_that_no_allowed_plant_can_hold_is_refused():

@@ -566,11 +566,11 @@ def design_controller(
             "design.html": controller_html(made, origin),
             "controller.m": controller_m(made),
             "init_heli_corrected.m": corrected_init(
-                given, made.model, course_values(init), configuration.geometry, init.name if init else None
+                given, made.plants.model, course_values(init), configuration.geometry, init.name if init else None
             ),
         }
         for name, judged in (("controller.json", made.robust), ("nominal.json", made.nominal)):
-            texts[name] = document_text(made.parameters(judged, origin).to_dict())
+            texts[name] = document_text(judged.parameters(made.plants.model.point, origin).to_dict())
         if isinstance(made.robust.settings, FeedbackSettings):
             from fmu_src.native import controller_sources
 

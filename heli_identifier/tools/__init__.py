@@ -5,7 +5,8 @@
 `linearisation`   the plant at an operating point as a linear system
 `loop`            a controller around it: closed loop, margins, steps of the whole plant
 `synthesis`       gains of PID, LQR and LQI with a Kalman filter
-`controller`      designs judged over all plants that the data allow; `controller_page`, `course`: page, MATLAB code
+`judging`         a controller around all plants that the data allow
+`controller`      designs of a kind; `controller_page`, `course`: page and tables, MATLAB code
 `closed_loop`     flights flown again from their references
 `experiment`      the excitation that would show an effect, or separate two
 `flight`          what to add to a flight under the controller

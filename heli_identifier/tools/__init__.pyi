@@ -21,7 +21,6 @@ __all__ = [
     "Row",
     "SHORTEST_TO_SPLIT",
     "Source",
-    "StepResponse",
     "Together",
     "TrueEffect",
     "TrueUnknown",
@@ -68,16 +67,15 @@ from .campaign import CONSOLIDATED, Progress, run_campaign
 from .campaign_rows import Row, campaign_tables, read_rows, summarised, write_rows
 from .closed_loop import ClosedLoopErrors, closed_loop_errors
 from .controller import KINDS, OTHERS, Advice, ControllerDesign, control_advice, design_controller, design_pid
-from .controller_page import controller_html, design_table, margin_table
+from .controller_page import controller_html, design_table, margin_table, step_figure
 from .course import controller_m, corrected_init, course_values, geometry_of
 from .experiment import Limits, designs, effects_named, experiment_table, separation_warning
-from .figures import step_figure
 from .fleet import Coefficient, Finding, Fleet, diagnose_rigs, fleet_of
 from .fleet_page import fleet_html, fleet_sentence, fleet_tables
 from .flight import flight_outlooks, flight_table
 from .identification import EstimateHistory, Identification, Together, identify
 from .linearisation import linearise
-from .loop import CONTROLLER, FEEDBACK, StepResponse, controller_settings
+from .loop import CONTROLLER, FEEDBACK, controller_settings
 from .rigs import (
     SHORTEST_TO_SPLIT,
     GeneratedRig,

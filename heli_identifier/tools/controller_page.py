@@ -1,13 +1,16 @@
-"""design.html and the table of a terminal: steps over the plants that the data allow, their margins, the poles."""
+"""The pages and tables of designs: steps over the plants that the data allow, their margins, the poles."""
 
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.results import Axes, Table, figure, listed, page, significant
-from heli_identifier.tools.controller import CONFIDENCE, ControllerDesign, Judged, PidDesign
+from heli_identifier.tools.controller import ControllerDesign, PidDesign
+from heli_identifier.tools.judging import CONFIDENCE, Judged
+from heli_identifier.tools.loop import LOOPS, StepResponse
 
 _SHOWN = 40.0
 """Largest pole [1/s] that is drawn: faster ones say nothing of the flight."""
@@ -15,52 +18,52 @@ _SHOWN = 40.0
 
 def design_table(design: ControllerDesign) -> Table:
     """Give margins, settling and stable loops of both designs: of the estimated plant, and what the plants keep."""
-    both = (design.nominal, design.robust)
-    rows = [_row("disk margin, both rotors", [(own.disk, own.promised_disk) for own in both])]
-    for loop in design.nominal.margins:
-        pairs = [(own.margins[loop], own.promised[loop]) for own in both]
-        rows.append(_row(f"{loop} loop: gain margin", [(m.gain, p.gain) for m, p in pairs]))
-        rows.append(_row(f"{loop} loop: phase margin [deg]", [(m.phase, p.phase) for m, p in pairs]))
-    for axis in design.axes:
-        times = [(own.settling[axis], own.promised_settling[axis]) for own in both]
-        rows.append(_row(f"{axis}: settles in [s]", times))
-        rows.append(_row(f"{axis}: slowest plant settles in [s]", [(None, own.worst_settling[axis]) for own in both]))
-    rows.append(_row("plants with a stable loop [%]", [(None, 100.0 * own.stable) for own in both]))
-    kept = f"what {100.0 * CONFIDENCE:.0f} % of {design.plants} plants keep"
+    named = {"disk": "disk margin, both rotors"}
+    for loop in LOOPS:
+        named |= {f"{loop}.gain": f"{loop} loop: gain margin", f"{loop}.phase": f"{loop} loop: phase margin [deg]"}
+    named |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
+    both, rows = (design.nominal, design.robust), []
+    for name, title in named.items():
+        figures = [own.figures[name] for own in both]
+        rows.append((title, *(_text(x) for own in figures for x in (own.value, own.promised))))
+        if name.endswith("settling"):
+            slowest = title.replace("settles", "slowest plant settles")
+            rows.append((slowest, *(text for own in figures for text in ("", _text(own.worst)))))
+    stable = (text for own in both for text in ("", _text(100.0 * own.stable)))
+    rows.append(("plants with a stable loop [%]", *stable))
+    kept = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
     title = f"{design.kind.upper()} of {listed(design.axes)}: {kept}"
     return Table(title, ("figure", "nominal", "kept", "robust", "kept"), rows)
+
+
+def _text(value: float) -> str:
+    return significant(value) if isfinite(value) else "none"
 
 
 def margin_table(made: PidDesign) -> Table:
     """Give the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
     rows = []
-    for name, loop in (("present", made.before), ("retuned", made.after)):
-        for (axis, found), step in zip(loop.margins.items(), loop.steps, strict=True):
-            low, high = loop.low[axis], loop.high[axis]
-            gains = ", ".join(significant(gain, 4) for gain in getattr(loop.settings, axis))
-            margins = (
-                f"{found.gain:.2f} ({low.gain:.2f} to {high.gain:.2f})",
-                f"{found.phase:.0f} ({low.phase:.0f} to {high.phase:.0f})",
-                f"{found.sensitivity:.2f} ({low.sensitivity:.2f} to {high.sensitivity:.2f})",
-            )
+    for name, judged in (("present", made.before), ("retuned", made.after)):
+        for step in judged.steps:
+            gains = ", ".join(significant(gain, 4) for gain in getattr(judged.settings, step.axis))
+            margins = []
+            for figure_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
+                own = judged.figures[f"{step.axis}.{figure_name}"]
+                value, low, high = (f"{x:.{digits}f}" for x in (own.value, own.low, own.high))
+                margins.append(f"{value} ({low} to {high})")
             settled = significant(step.settling_time, 2)
-            rows.append((axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
+            rows.append((step.axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
     columns = ("loop", "PID", "P, I, D", "gain margin", "phase [deg]", "sensitivity", "overshoot [%]", "settles [s]")
     return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
 
 
-def _row(name: str, pairs: Sequence[tuple[float | None, float]]) -> tuple[str, ...]:
-    texts = ("" if x is None else significant(x) if isfinite(x) else "none" for pair in pairs for x in pair)
-    return (name, *texts)
-
-
 def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> str:
     """Give the text of design.html."""
-    point = design.model.point
-    robust = design.robust
+    model, robust = design.plants.model, design.robust
+    point, (nominal, kept) = model.point, (own.figures["disk"].promised for own in (design.nominal, robust))
     sentence = (
-        f"{CONFIDENCE:.0%} of {design.plants} plants that the data allow keep a disk margin of "
-        f"{robust.promised_disk:.2f} with the robust design, {design.nominal.promised_disk:.2f} with the nominal one."
+        f"{CONFIDENCE:.0%} of {len(design.plants.drawn)} plants that the data allow keep a disk margin of {kept:.2f} "
+        f"with the robust design, {nominal:.2f} with the nominal one."
     )
     return page(
         "design.html.j2",
@@ -68,27 +71,43 @@ def controller_html(design: ControllerDesign, provenance: Mapping[str, Any]) -> 
         provenance,
         sentence=sentence,
         point=f"pitch {point.pitch:.3f} rad, elevation {point.elevation:.3f} rad, v_front {point.v_front:.2f} V, "
-        f"v_rear {point.v_rear:.2f} V, every {1e3 * design.model.sampled.dt:g} ms",
+        f"v_rear {point.v_rear:.2f} V, every {1e3 * model.sampled.dt:g} ms",
         table=design_table(design).html(),
-        steps=_steps(design),
+        steps=_responses(
+            design.nominal.steps, robust.steps, ("nominal", "robust"), robust.band, "Step responses of both designs"
+        ),
         margins=_margins(design),
         poles=_poles(design),
         notes=design.notes,
     )
 
 
-def _steps(design: ControllerDesign) -> str:
-    """Step responses of .1 rad with the whole plant, over the band of the linear ones of 95 % of the plants."""
+def step_figure(before: Sequence[StepResponse], after: Sequence[StepResponse]) -> str:
+    """Draw the responses of every axis, the present PID's and the retuned one's."""
+    title = "Steps with the present and the retuned PID"
+    return _responses(before, after, ("present PID", "retuned PID"), {}, title)
+
+
+def _responses(
+    before: Sequence[StepResponse],
+    after: Sequence[StepResponse],
+    names: tuple[str, str],
+    bands: Mapping[str, NDArray[np.float64]],
+    title: str,
+) -> str:
+    """Responses of two controllers, a panel for each axis, over the ``bands`` of 95 % of the plants."""
     panels = []
-    for own, other in zip(design.robust.steps, design.nominal.steps, strict=True):
-        panel = Axes(f"{own.axis} [rad]")
-        low, high = own.size * design.robust.band[own.axis]
-        after = own.time[own.time >= -1e-9][: len(low)]
-        panel.band(after, low[: len(after)], high[: len(after)], "95 % of the plants, robust")
-        panel.line(other.time, other.angle, "before", "nominal")
-        panel.line(own.time, own.angle, "after", "robust")
+    for old, new in zip(before, after, strict=True):
+        panel = Axes(f"{old.axis} [rad]")
+        if new.axis in bands:
+            low, high = new.size * bands[new.axis]
+            time = np.arange(len(low)) * (new.time[1] - new.time[0])
+            panel.band(time, low, high, f"95 % of the plants, {names[1]}")
+        panel.level(old.size, "muted")
+        panel.line(old.time, old.angle, "before", names[0])
+        panel.line(new.time, new.angle, "after", names[1])
         panels.append(panel)
-    return figure(panels, "time since the step of the reference [s]", "Step responses of both designs")
+    return figure(panels, "time since the step of the reference [s]", title)
 
 
 def _margins(design: ControllerDesign) -> str:

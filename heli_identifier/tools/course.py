@@ -26,13 +26,13 @@ from numpy.typing import ArrayLike
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import regular_bytes
 from heli_identifier.online import Estimate
-from heli_identifier.results import ParameterSet, significant
+from heli_identifier.results import ParameterSet, Table, significant
 from heli_identifier.tools.controller import ControllerDesign
 from heli_identifier.tools.linearisation import INPUTS, STATES, LinearModel, linear_system
 from heli_plant.control import PidSettings
 from heli_plant.geometry import Geometry
 
-_TOTAL = "hover_voltage"
+_DERIVED = ("K_f", "J_e", "J_p", "J_lambda")
 
 LARGEST_MB = 1.0
 """Size of a script [MB]."""
@@ -48,6 +48,9 @@ _OPERATORS: dict[type, Any] = {
 _FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")}
 _TO_COURSE = np.array([[0.5, 0.5], [0.5, -0.5]])
 """(v_front, v_rear) of (V_s, V_d)."""
+
+_FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
+"""(V_s, V_d) of (v_front, v_rear)."""
 
 COLUMNS = ("name", "your script says", "the rig says", "differs by")
 
@@ -114,21 +117,19 @@ def geometry_of(values: Mapping[str, float], stated: Geometry) -> Geometry:
 
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
     """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
-    estimates = parameters.values
+    estimates, J = parameters.values, geometry.inertias
+    K_1, K_2, travel = (estimates[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
     total = model.point.v_front + model.point.v_rear
-    gains = {name: estimates[path] for name, path in (("K_1", "pitch.gain"), ("K_2", "elevation.gain"))}
-    travel = estimates["travel.gain"]
-    found = {**gains, "K_3": _times(travel, total)}
-    found["V_s0"] = Estimate(total, None, "V")
-    inertias = geometry.inertias
-    if inertias is None or geometry.l_h is None or geometry.l_p is None:
+    found = {"K_1": K_1, "K_2": K_2, "K_3": _times(travel, total), "V_s0": Estimate(total, None, "V")}
+    if J is None or geometry.l_h is None or geometry.l_p is None:
         return found
-    K_f = gains["K_2"].value * inertias["J_e"] / geometry.l_h
-    found["K_f"] = _times(gains["K_2"], inertias["J_e"] / geometry.l_h)
-    found["J_e"] = Estimate(inertias["J_e"], None, "kg m^2")
-    found["J_p"] = Estimate(geometry.l_p * K_f / gains["K_1"].value, None, "kg m^2")
-    found["J_lambda"] = Estimate(geometry.l_h * K_f / abs(travel.value), None, "kg m^2")
-    return found
+    K_f = _times(K_2, J["J_e"] / geometry.l_h)
+    inertias = {
+        "J_e": J["J_e"],
+        "J_p": geometry.l_p * K_f.value / K_1.value,
+        "J_lambda": geometry.l_h * K_f.value / abs(travel.value),
+    }
+    return found | {"K_f": K_f} | {name: Estimate(value, None, "kg m^2") for name, value in inertias.items()}
 
 
 def _times(estimate: Estimate, factor: float) -> Estimate:
@@ -138,20 +139,14 @@ def _times(estimate: Estimate, factor: float) -> Estimate:
 
 def scripted_values(values: Mapping[str, float], geometry: Geometry) -> dict[str, float]:
     """Give what the script says of the same quantities: as it assigns them, else as its equations give them."""
-    found, J, K_f = {}, geometry.inertias, values.get("K_f", geometry.force_per_volt)
-    if geometry.hover_voltage is not None:
-        found["V_s0"] = geometry.hover_voltage
-    if K_f is not None:
-        found["K_f"] = K_f
-    if J is not None:
-        found |= J
-        if K_f is not None and geometry.l_p is not None and geometry.l_h is not None:
-            found |= {"K_1": geometry.l_p * K_f / J["J_p"], "K_2": geometry.l_h * K_f / J["J_e"]}
-            if geometry.hover_voltage is not None:
-                found["K_3"] = -geometry.l_h * K_f * geometry.hover_voltage / J["J_lambda"]
-    return found | {
-        name: values[name] for name in ("K_1", "K_2", "K_3", "K_f", "J_e", "J_p", "J_lambda") if name in values
-    }
+    J, K_f = geometry.inertias or {}, values.get("K_f", geometry.force_per_volt)
+    found = {"V_s0": geometry.hover_voltage, "K_f": K_f, **J}
+    if J and K_f is not None and geometry.l_p is not None and geometry.l_h is not None:
+        found |= {"K_1": geometry.l_p * K_f / J["J_p"], "K_2": geometry.l_h * K_f / J["J_e"]}
+        if geometry.hover_voltage is not None:
+            found["K_3"] = -geometry.l_h * K_f * geometry.hover_voltage / J["J_lambda"]
+    assigned = {name: values[name] for name in ("K_1", "K_2", "K_3", *_DERIVED) if name in values}
+    return {name: value for name, value in found.items() if value is not None} | assigned
 
 
 def corrected_init(
@@ -172,43 +167,39 @@ def corrected_init(
     script : str or None
         Name of the script.
     """
-    geometry = geometry_of(values, stated)
+    geometry, point = geometry_of(values, stated), model.point
     rig, said = corrected_values(parameters, model, geometry), scripted_values(values, geometry)
-    rows = [(name, *_compared(said.get(name), own)) for name, own in rig.items()]
-    widths = [max(map(len, column)) for column in zip(COLUMNS, *rows, strict=True)]
-    table = [
-        "%   " + "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip()
-        for row in (COLUMNS, *rows)
-    ]
-    system, point = linear_system(parameters.plant(), model.point), model.point
+    table = Table("", COLUMNS, [(name, *_compared(said.get(name), own)) for name, own in rig.items()]).text()
+    system = linear_system(parameters.plant(), point)
+    lengths = {name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"}
     lines = [
         f"%% The identified plant{f', beside {script}' if script else ''}",
-        "%", *table, "%",
+        "%",
+        *(f"%   {row}" for row in table.splitlines()),
+        "%",
         "% K_f, J_p and J_lambda are effective: with them the course's equations have the identified gains."
         if "K_f" in rig
         else "% Masses and lengths ([geometry] of heli.toml, or --init init_heli.m) add K_f, J_e, J_p and J_lambda.",
-        "", *(f"{name} = {value:.6g};" for name, value in asdict(geometry).items() if value and name != _TOTAL),
-        *(f"{name} = {own.value:.6g};" for name, own in rig.items()),
-        "", f"% x = ({', '.join(system.state_labels)}) - x0",
+        "",
+        *(f"{name} = {value:.6g};" for name, value in (lengths | {n: own.value for n, own in rig.items()}).items()),
+        "",
+        f"% x = ({', '.join(system.state_labels)}) - x0",
         "% u = (V_s, V_d) - u0, y = (pitch, elevation, travel) - x0(1:3)",
-        *_matrix("A", system.A), *_matrix("B", system.B @ _TO_COURSE), *_matrix("C", system.C),
+        *_matrix("A", system.A),
+        *_matrix("B", system.B @ _TO_COURSE),
+        *_matrix("C", system.C),
         f"x0 = {_row([*point.state(parameters.plant())[:8], *[0.0] * (len(system.A) - 8)])}';",
-        f"u0 = {_row([point.v_front + point.v_rear, point.v_front - point.v_rear])}';",
-        f"input_delay = {model.input_delay:.6g}; % [s], not in A", "",
-    ]  # fmt: skip
+        f"u0 = {_row(_FROM_ROTORS @ (point.v_front, point.v_rear))}';",
+        f"input_delay = {model.input_delay:.6g}; % [s], not in A",
+        "",
+    ]
     return "\n".join(lines).replace("−", "-")
 
 
 def _compared(said: float | None, own: Estimate) -> tuple[str, str, str]:
-    error = own.standard_error
-    spread = f" +- {significant(1.96 * error, 2)}" if error else ""
-    if said is None:
-        return "", f"{significant(own.value)}{spread}", ""
-    return (
-        significant(said),
-        f"{significant(own.value)}{spread}",
-        f"{100.0 * (own.value / said - 1.0):+.0f} %" if said else "",
-    )
+    spread = f" +- {significant(1.96 * own.standard_error, 2)}" if own.standard_error else ""
+    differs = f"{100.0 * (own.value / said - 1.0):+.0f} %" if said else ""
+    return "" if said is None else significant(said), f"{significant(own.value)}{spread}", differs
 
 
 def controller_m(design: ControllerDesign) -> str:
@@ -216,42 +207,40 @@ def controller_m(design: ControllerDesign) -> str:
 
     A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
     """
-    point, lines = design.model.point, [f"%% {design.kind.upper()} of {' and '.join(design.axes)}"]
-    for judged, ending in ((design.robust, ""), (design.nominal, "_nominal")):
-        margin = f"disk margin {judged.disk:.2f}, kept by 95 % of {design.plants} plants: {judged.promised_disk:.2f}"
-        lines += ["", f"%% {'Robust' if not ending else 'Nominal'} design: {margin}"]
-        own = judged.settings
+    point, axes = design.plants.model.point, ", ".join(design.axes)
+    lines = [f"%% {design.kind.upper()} of {' and '.join(design.axes)}"]
+    for judged, which, ending in ((design.robust, "Robust", ""), (design.nominal, "Nominal", "_nominal")):
+        disk, own = judged.figures["disk"], judged.settings
+        kept = f"kept by 95 % of {len(design.plants.drawn)} plants: {disk.promised:.2f}"
+        lines += ["", f"%% {which} design: disk margin {disk.value:.2f}, {kept}"]
         if isinstance(own, PidSettings):
             lines.append("% V = proportional error + integral of error + derivative of the filtered rate; [V] of [rad]")
             for axis in ("pitch", "elevation", *(("travel",) if own.travel_enabled else ())):
-                lines += [
-                    f"{axis}_{gain}{ending} = {value:.6g};" for gain, value in getattr(own, axis)._asdict().items()
-                ]
+                gains = getattr(own, axis)._asdict()
+                lines += [f"{axis}_{gain}{ending} = {value:.6g};" for gain, value in gains.items()]
             lines.append(f"trim{ending} = {own.trim:.6g}; % [V]")
             continue
         lines += [
             f"% every h = {own.period:g} s: u = u0 + N (r - r0) - K x - K_z z, one period after the angles y were read",
-            f"% x <- F x + G (u - u0) + L (y - C x), z <- z + h (s - r); s = ({', '.join(design.axes)})",
+            f"% x <- F x + G (u - u0) + L (y - C x), z <- z + h (s - r); s = ({axes})",
             f"h{ending} = {own.period:g}; delay{ending} = {own.delay}; % periods of input delay",
         ]
-        to_course = np.array([[1.0, 1.0], [1.0, -1.0]])
         for name, rows in (("K", own.gain), ("K_z", own.integral), ("N", own.reference)):
-            lines += _matrix(name + ending, to_course @ np.array(rows))
+            lines += _matrix(name + ending, _FROM_ROTORS @ np.array(rows))
         lines += _matrix(f"F{ending}", own.transition) + _matrix(f"G{ending}", np.array(own.drive) @ _TO_COURSE)
         lines += _matrix(f"L{ending}", own.innovation)
     if design.continuous:
         lines += ["", "%% Continuous: the same weights, L of dx/dt = A x + B u + L (y - C x)"]
         for name, matrix in design.continuous.items():
-            lines += _matrix(
-                f"{name}_continuous", matrix if name == "L" else np.array([[1.0, 1.0], [1.0, -1.0]]) @ matrix
-            )
-    held = [point.elevation, point.pitch if design.axes[1] == "pitch" else 0.0]
-    pair = [point.v_front + point.v_rear, point.v_front - point.v_rear]
+            lines += _matrix(f"{name}_continuous", matrix if name == "L" else _FROM_ROTORS @ matrix)
     lines += [
-        "", f"% x = ({', '.join(STATES)}), u = (V_s, V_d); {INPUTS[0]} = (V_s + V_d)/2, {INPUTS[1]} = (V_s - V_d)/2",
-        f"r0 = {_row(held)}'; % {' and '.join(design.axes)} [rad]",
-        f"u0 = {_row(pair)}'; % [V]", "",
-    ]  # fmt: skip
+        "",
+        f"% x = ({', '.join(STATES)}), u = (V_s, V_d); {INPUTS[0]} = (V_s + V_d)/2, {INPUTS[1]} = (V_s - V_d)/2",
+        f"r0 = {_row([point.elevation, point.pitch if design.axes[1] == 'pitch' else 0.0])}'; "
+        f"% {' and '.join(design.axes)} [rad]",
+        f"u0 = {_row(_FROM_ROTORS @ (point.v_front, point.v_rear))}'; % [V]",
+        "",
+    ]
     return "\n".join(lines)
 
 

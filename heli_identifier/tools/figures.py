@@ -13,7 +13,6 @@ from heli_plant.parameter_table import BY_FIELD
 
 if TYPE_CHECKING:
     from heli_identifier.tools.fleet import Coefficient
-    from heli_identifier.tools.loop import StepResponse
 
 NAMES = ModelParameters._fields
 ROLES = ("after", "before", "third", "measured", "band")
@@ -34,18 +33,6 @@ class _History(Protocol):
     def parameters(self) -> NDArray[np.float64]: ...
     @property
     def standard_errors(self) -> NDArray[np.float64]: ...
-
-
-def step_figure(before: "Sequence[StepResponse]", after: "Sequence[StepResponse]") -> str:
-    """Draw the responses of every axis, the present PID's and the retuned one's."""
-    panels = []
-    for old, new in zip(before, after, strict=True):
-        panel = Axes(f"{old.axis} [rad]")
-        panel.level(old.size, "muted")
-        panel.line(old.time, old.angle, "before", "present PID")
-        panel.line(new.time, new.angle, "after", "retuned PID")
-        panels.append(panel)
-    return figure(panels, "time since the step of the reference [s]", "Steps with the present and the retuned PID")
 
 
 def history_figure(histories: Sequence[_History], together: Mapping[str, Estimate], voltage_limit: float) -> str:

@@ -14,8 +14,6 @@ slopes of the plant's own step, x_{k+1} = F x_k + G u_k. Both come from dual num
 Dry and breakaway friction are left out: at rest their slope is that of a smoothing, not of a rig.
 """
 
-from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,12 +22,11 @@ from control import StateSpace, ss
 from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.results import ParameterSet, PlantSource, drawn_values, plant_of
+from heli_identifier.results import PlantSource, plant_of
 from heli_plant.continuous import rates_of_change
 from heli_plant.dual import seeded, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE, FRICTION
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
-from heli_plant.parameter_table import BY_NAME
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import accelerations, measured_angles, rigid_start, step
 from heli_plant.state import PlantState, start_state
@@ -179,43 +176,6 @@ def hover(plant: PlantParameters, elevation: float) -> OperatingPoint:
         f"the travel has no rest at elevation {elevation:g} rad with the pitch within 0.7 rad; choose a higher "
         "elevation, where the rotors lift, or control the pitch."
     )
-
-
-def drawn_plants(parameters: ParameterSet, count: int, seed: int = 0) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.drawn_values`)."""
-    plant = parameters.plant()
-    return [
-        plant._replace(**{BY_NAME[name].field: value for name, value in drawn.items()})
-        for drawn in drawn_values(parameters, count, seed)
-    ]
-
-
-def drawn_models(
-    parameters: ParameterSet,
-    point: OperatingPoint,
-    find: Callable[[PlantParameters], OperatingPoint],
-    period: float,
-    draws: int,
-    progress: Callable[[str, float], None],
-) -> list[tuple[PlantParameters, LinearModel]]:
-    """Return drawn plants and their models where ``find`` finds each in equilibrium, without those that have none.
-
-    Raises
-    ------
-    ConfigurationError
-        None has one; the message names ``point``, that of the estimated plant.
-    """
-    found = []
-    for number, plant in enumerate(drawn_plants(parameters, draws)):
-        progress("linearising the plants that the data allow", 0.5 * number / draws)
-        with suppress(ConfigurationError):
-            found.append((plant, linear_model(plant, find(plant), period)))
-    if not found:
-        raise ConfigurationError(
-            f"none of {draws} plants that the data allow has an equilibrium at pitch {point.pitch:g} rad, elevation "
-            f"{point.elevation:g} rad; choose a point nearer to rest."
-        )
-    return found
 
 
 def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:

@@ -24,9 +24,8 @@ have one size.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from control import StateSpace, append, ss
@@ -205,22 +204,12 @@ def unit_step(loop: StateSpace, drive: int, steps: int) -> NDArray[np.float64]:
     return (loop.C @ path[:n, :steps]).T
 
 
-@dataclass(frozen=True)
-class Margins:
+class Margins(NamedTuple):
     """Margins of one loop.
 
-    Attributes
-    ----------
-    gain : float
-        Factor by which the loop gain may grow; infinite if any.
-    gain_down : float
-        Factor by which it may shrink, below 1; 0 if any.
-    phase : float
-        [deg].
-    sensitivity : float
-        Peak of abs(1/(1 + l)).
-    crossover : float
-        Highest frequency [rad/s] of unit gain.
+    ``gain`` and ``gain_down`` are the factors by which the loop gain may grow (infinite if any) and shrink (0 if any),
+    ``phase`` [deg], ``sensitivity`` the peak of abs(1/(1 + l)), ``crossover`` the highest frequency [rad/s] of unit
+    gain.
     """
 
     gain: float
@@ -277,37 +266,33 @@ def _response(A: NDArray[Any], B: NDArray[Any], C: NDArray[Any], z: Responses) -
     return C @ np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B, (len(z), *B.shape)))
 
 
-def loop_gain(plant: Responses, pid: Responses, loop: int) -> Responses:
+def loop_gain(plant: Responses, law: Responses, loop: int) -> Responses:
     """Return the gain (..., N) of one loop under negative feedback, the other one closed; (...) as in ``plant``."""
-    L, other = pid @ plant, 1 - loop
+    L, other = law @ plant, 1 - loop
     through = L[..., loop, other] * L[..., other, loop] / (1.0 - L[..., other, other])
     return -(L[..., loop, loop] + through)
 
 
-def margins_over(
-    plants: Responses, settings: Settings, period: float, omega: NDArray[np.float64]
-) -> dict[str, list[Margins]]:
+def margins_over(plants: Responses, law: Responses, omega: NDArray[np.float64]) -> dict[str, list[Margins]]:
     """Return the margins of the pitch and the elevation loop of a controller around each of many plants.
 
     Parameters
     ----------
     plants : NDArray, shape (M, N, 3, 2), complex
         :func:`plant_response` of each.
-    settings : PidSettings or FeedbackSettings
-    period : float
-        Control period [s].
+    law : NDArray, shape (N, 2, 3), complex
+        :func:`controller_response`.
     omega : NDArray, shape (N,)
         Frequencies [rad/s].
     """
-    pid = controller_response(settings, period, omega)
     return {
-        name: [loop_margins(gain, omega) for gain in loop_gain(plants, pid, index)] for index, name in enumerate(LOOPS)
+        name: [loop_margins(gain, omega) for gain in loop_gain(plants, law, index)] for index, name in enumerate(LOOPS)
     }
 
 
-def disk_margins(plants: Responses, pid: Responses) -> NDArray[np.float64]:
+def disk_margins(plants: Responses, law: Responses) -> NDArray[np.float64]:
     """Return the disk margin (M,) at both actuators at once of a controller around each of many plants (M, N, 3, 2)."""
-    S = np.linalg.inv(np.eye(2) - pid @ plants)
+    S = np.linalg.inv(np.eye(2) - law @ plants)
     M = S - 0.5 * np.eye(2)
     total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
     mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
@@ -322,19 +307,10 @@ def settling_time(share: NDArray[np.float64], period: float) -> float:
     return float("inf") if outside[-1] == len(share) - 1 else float((outside[-1] + 1) * period)
 
 
-@dataclass(frozen=True, eq=False)
-class StepResponse:
-    """Response to a step of one reference.
+class StepResponse(NamedTuple):
+    """Response of an ``axis`` to a step of its reference of a ``size`` [rad] at ``time`` (N,) 0 [s].
 
-    Attributes
-    ----------
-    axis : str
-    time : NDArray, shape (N,)
-        [s], the step at 0.
-    angle : NDArray, shape (N,)
-        Deviation from the operating point [rad].
-    size : float
-        Of the step [rad].
+    ``angle`` (N,) is the deviation from the operating point [rad].
     """
 
     axis: str
