@@ -83,7 +83,8 @@ def judged_on(truth: PlantParameters, design: ControllerDesign, judged: Judged, 
         for axis in design.axes
         for i in (AXES.index(axis),)
     }
-    settles = all(times[axis] <= judged.figures[f"{axis}.settling"].promised * (1.0 + CHANCE) + AIM.period for axis in design.axes)
+    promised = {axis: judged.figures[f"{axis}.settling"].promised for axis in design.axes}
+    settles = all(times[axis] <= promised[axis] * (1.0 + CHANCE) + AIM.period for axis in design.axes)
     return Verdict("", True, bool(disk >= judged.figures["disk"].promised - 1e-3), settles, transfer)
 
 
