@@ -15,11 +15,11 @@ catalogue's plausible range: no loss of thrust is negative. Where the rigs' coef
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from enum import StrEnum
 from itertools import combinations, product
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 from scipy.stats import false_discovery_control
 
@@ -29,7 +29,7 @@ from heli_identifier.records import shared_flight
 from heli_identifier.results import effect_name, plain, with_ends
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pooled
 from heli_identifier.tools.rigs import Rig, error_text
-from heli_identifier.tracing import Diagnosis, DiagnosisSettings, Verdict, diagnose
+from heli_identifier.tracing import CatalogueVerdict, Diagnosis, DiagnosisSettings, Verdict, diagnose
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
@@ -49,8 +49,7 @@ class Finding(StrEnum):
     NOT_SHOWN = "not shown"
 
 
-@dataclass(frozen=True)
-class RigEstimate:
+class RigEstimate(NamedTuple):
     """The coefficient of one rig: the diagnosis' verdict on it, and why the mean leaves it out, or empty texts."""
 
     rig: str
@@ -60,8 +59,7 @@ class RigEstimate:
     left_out: str = ""
 
 
-@dataclass(frozen=True)
-class Coefficient:
+class Coefficient(NamedTuple):
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
     A parameter has no axis and no finding. There is no mean where fewer than two rigs determine the coefficient.
@@ -92,20 +90,12 @@ class Coefficient:
     @property
     def figures(self) -> dict[str, Any]:
         """Mean and rigs for a JSON file."""
-        return {
-            "unit": self.unit,
-            "alike": self.mean.alike if self.mean else None,
-            "pooled": asdict(self.mean) if self.mean else None,
-            "rigs": [
-                {
-                    "rig": one.rig,
-                    **plain(with_ends(one.estimate)),
-                    "verdict": one.verdict,
-                    "left_out": one.left_out,
-                }
-                for one in self.rigs
-            ],
-        }
+        rigs = [
+            {"rig": o.rig, **with_ends(o.estimate), "verdict": o.verdict, "left_out": o.left_out}
+            for o in self.rigs
+        ]
+        pooled = asdict(self.mean) if self.mean else None
+        return {"unit": self.unit, "alike": self.mean and self.mean.alike, "pooled": pooled, "rigs": rigs}
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +118,7 @@ class Fleet:
     diagnoses: Mapping[str, Diagnosis]
     effects: tuple[Coefficient, ...]
     parameters: tuple[Coefficient, ...]
-    failures: Mapping[str, str] = field(default_factory=dict)
+    failures: Mapping[str, str]
 
     def found(self, *findings: Finding) -> tuple[Coefficient, ...]:
         """Effects with one of these findings."""
@@ -139,31 +129,11 @@ class Fleet:
         return plain(
             {
                 "schema": SCHEMA,
-                "rigs": [
-                    {
-                        "rig": rig,
-                        "verdict": found.verdict.value,
-                        "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
-                        "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
-                        "use": {axis: report.use.value for axis, report in found.axes.items()},
-                        "held_out_nats": found.held_out.gain.value,
-                        "prediction_1s_rad": {
-                            axis: {
-                                "before": report.before.prediction_1s.value, "after": report.after.prediction_1s.value
-                            }
-                            for axis, report in found.axes.items()
-                        },
-                        "data": [{"file": e.file, "sha256": e.sha256, "used_for": e.used_for} for e in found.data],
-                        "notes": found.notes,
-                        "seconds": found.seconds,
-                    }
-                    for rig, found in self.diagnoses.items()
-                ],
+                "rigs": [_rig_document(rig, found) for rig, found in self.diagnoses.items()],
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": [
-                    {"name": effect.name, "axis": effect.axis, "finding": effect.finding, "named": effect.named}
-                    | effect.figures
-                    for effect in self.effects
+                    {"name": own.name, "axis": own.axis, "finding": own.finding, "named": own.named} | own.figures
+                    for own in self.effects
                 ],
                 "parameters": [{"name": parameter.name} | parameter.figures for parameter in self.parameters],
                 "settings": {
@@ -174,7 +144,26 @@ class Fleet:
                 },
                 "provenance": provenance,
             }
-        )  # fmt: skip
+        )
+
+
+def _rig_document(rig: str, found: Diagnosis) -> dict[str, Any]:
+    errors = {
+        axis: {stage: getattr(report, stage).prediction_1s.value for stage in ("before", "after")}
+        for axis, report in found.axes.items()
+    }
+    return {
+        "rig": rig,
+        "verdict": found.verdict.value,
+        "effects": [{"name": effect.name, "axis": effect.axis} for effect in found.effects],
+        "possible": [{"name": effect.name, "axis": effect.axis} for effect in found.possible],
+        "use": {axis: report.use.value for axis, report in found.axes.items()},
+        "held_out_nats": found.held_out.gain.value,
+        "prediction_1s_rad": errors,
+        "data": [{"file": entry.file, "sha256": entry.sha256, "used_for": entry.used_for} for entry in found.data],
+        "notes": found.notes,
+        "seconds": found.seconds,
+    }
 
 
 def diagnose_rigs(
@@ -231,55 +220,45 @@ def fleet_of(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | N
     """
     if len(diagnoses) < 2:
         raise IdentifierError(f"a fleet needs the diagnoses of two rigs or more, {len(diagnoses)} given.")
-    keys = dict.fromkeys((entry.name, entry.axis) for found in diagnoses.values() for entry in found.catalogue)
-    estimates = {key: [e for rig, found in diagnoses.items() for e in _of_effect(rig, found, key)] for key in keys}
-    means = {key: _mean(entries) for key, entries in estimates.items()}
+    estimates: dict[tuple[str, str], list[RigEstimate]] = {}
+    symbols: dict[str, list[RigEstimate]] = {}
+    for rig, found in diagnoses.items():
+        for entry in found.catalogue:
+            estimates.setdefault((entry.name, entry.axis), []).append(_of_effect(rig, found, entry))
+        for symbol, estimate in found.parameters_after.items():
+            left_out = "" if _determined(estimate) else "given"
+            symbols.setdefault(symbol, []).append(RigEstimate(rig, estimate, left_out=left_out))
+    means = {key: _mean(rigs) for key, rigs in estimates.items()}
     refuted = _refuted(means)
-    effects = []
-    for (name, axis), entries in estimates.items():
-        mean = means[name, axis]
-        finding = _finding((name, axis), entries, mean, (name, axis) in refuted)
-        effects.append(Coefficient(name, axis, entries[0].estimate.unit, tuple(entries), mean, finding))
+    effects = [
+        Coefficient(*key, rigs[0].estimate.unit, tuple(rigs), means[key], _finding(key, rigs, means[key], refuted))
+        for key, rigs in estimates.items()
+    ]
     order = list(Finding)
     effects.sort(
         key=lambda e: (order.index(e.finding or Finding.NOT_SHOWN), -len(e.named), e.mean.p if e.mean else 1.0)
     )
-    symbols = dict.fromkeys(symbol for found in diagnoses.values() for symbol in found.parameters_after)
-    parameters = [_parameter(symbol, diagnoses) for symbol in symbols]
+    parameters = [Coefficient(s, "", rigs[0].estimate.unit, tuple(rigs), _mean(rigs)) for s, rigs in symbols.items()]
     determined = tuple(parameter for parameter in parameters if parameter.mean is not None)
     return Fleet(dict(diagnoses), tuple(effects), determined, dict(failures or {}))
 
 
-def _of_effect(rig: str, diagnosis: Diagnosis, key: tuple[str, str]) -> list[RigEstimate]:
-    """Give the catalogue's estimate of one effect on one rig; none if its catalogue lacks the entry."""
-    found = {(named.name, named.axis): named for named in diagnosis.effects if named.coefficient is not None}
-    family = effect(*key).family
+def _of_effect(rig: str, diagnosis: Diagnosis, entry: CatalogueVerdict) -> RigEstimate:
+    """Give the catalogue's estimate of one effect on one rig, and why the mean does without it."""
+    key, family = (entry.name, entry.axis), effect(entry.name, entry.axis).family
+    named = [own for own in diagnosis.effects if own.coefficient is not None]
+    is_named = key in {(own.name, own.axis) for own in named}
     rivals = [
-        named
-        for named in found.values()
-        if key in named.alternatives or (named.axis == key[1] and effect(named.name, named.axis).family == family)
+        effect_name(own.name, own.axis)
+        for own in named
+        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == family)
     ]
-    estimates = []
-    for entry in diagnosis.catalogue:
-        if (entry.name, entry.axis) != key:
-            continue
-        left_out = ""
-        if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
-            left_out = f"not testable: {entry.why}"
-        elif key not in found and rivals:
-            left_out = f"{effect_name(rivals[0].name, rivals[0].axis)} is named in its place"
-        estimates.append(RigEstimate(rig, entry.estimate, str(entry.verdict), key in found, left_out))
-    return estimates
-
-
-def _parameter(symbol: str, diagnoses: Mapping[str, Diagnosis]) -> Coefficient:
-    """Set one parameter of all corrected models beside each other; where it was given it is left out."""
-    entries = []
-    for rig, found in diagnoses.items():
-        if symbol in found.parameters_after:
-            estimate = found.parameters_after[symbol]
-            entries.append(RigEstimate(rig, estimate, left_out="" if _determined(estimate) else "given"))
-    return Coefficient(symbol, "", entries[0].estimate.unit, tuple(entries), _mean(entries))
+    left_out = ""
+    if entry.verdict == Verdict.NOT_TESTABLE or not _determined(entry.estimate):
+        left_out = f"not testable: {entry.why}"
+    elif not is_named and rivals:
+        left_out = f"{rivals[0]} is named in its place"
+    return RigEstimate(rig, entry.estimate, str(entry.verdict), is_named, left_out)
 
 
 def _determined(estimate: Estimate) -> bool:
@@ -301,13 +280,15 @@ def _refuted(means: Mapping[tuple[str, str], Pooled | None]) -> set[tuple[str, s
     return {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
 
 
-def _finding(key: tuple[str, str], entries: Sequence[RigEstimate], mean: Pooled | None, refuted: bool) -> Finding:
+def _finding(
+    key: tuple[str, str], entries: Sequence[RigEstimate], mean: Pooled | None, refuted: set[tuple[str, str]]
+) -> Finding:
     named, entry = sum(one.named for one in entries), effect(*key)
     if mean is None:
         return Finding.OPEN if named else Finding.NOT_SHOWN
-    shown = refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper
+    shown = key in refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper
     if named >= 2 or shown:
         if not mean.alike:
             return Finding.DIFFERS
-        return Finding.REPEATS if refuted else Finding.UNCONFIRMED
+        return Finding.REPEATS if key in refuted else Finding.UNCONFIRMED
     return Finding.OWN if named else Finding.NOT_SHOWN

@@ -3,8 +3,18 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from heli_identifier.results import Table, effect_name, listed, meaning, p_text, page, significant, unit_text
-from heli_identifier.tools.figures import forest_figure
+from heli_identifier.results import (
+    Axes,
+    Table,
+    effect_name,
+    figure,
+    listed,
+    meaning,
+    p_text,
+    page,
+    significant,
+    unit_text,
+)
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 SECTIONS = (
@@ -15,6 +25,9 @@ SECTIONS = (
     (Finding.OPEN, "open", "What only one rig could test", ""),
 )
 """Finding, anchor, heading, and what is said where there is none; a section without that is left out."""
+
+FARTHEST = 2.0
+"""Widths of the part that holds all values, beyond which an interval is cut off at the edge."""
 
 
 def fleet_html(fleet: Fleet, provenance: Mapping[str, Any]) -> str:
@@ -135,3 +148,53 @@ def _rig_table(fleet: Fleet) -> Table:
         "error of the 1 s prediction, before to after [mrad]", "logs",
     )  # fmt: skip
     return Table("Rigs", columns, rows)
+
+
+def forest_figure(coefficient: Coefficient, description: str) -> str:
+    """Draw the 95 % intervals of all rigs, of the mean (diamond) and of a further rig (thin line).
+
+    A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
+    does without has no interval, and says so in its name.
+    """
+    mean, rows = coefficient.mean, len(coefficient.rigs)
+    names = [
+        f"{entry.rig} ({entry.left_out.partition(':')[0]})" if entry.left_out else entry.rig
+        for entry in coefficient.rigs
+    ]
+    names += ["mean"] if mean else []
+    names += ["further rig"] if mean and mean.prediction else []
+    panel = Axes("", 26.0 * len(names), names=names)
+    window = _window(coefficient)
+    if window[0] < 0.0 < window[1]:
+        panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
+    for row, entry in enumerate(coefficient.rigs):
+        if entry.left_out:
+            continue
+        known = entry.named or coefficient.finding is None
+        role, kind = ("after", "points") if known else ("measured", "open")
+        label = "" if coefficient.finding is None else "named" if entry.named else "not named"
+        panel.line(entry.estimate.interval, (row, row), role, width=2.0)
+        panel.points([entry.estimate.value], [row], role, label, kind)
+    if mean is not None:
+        panel.line(mean.interval, (rows, rows), "before", width=2.4)
+        panel.points([mean.mean], [rows], "before", "mean of the make", "diamond")
+        if mean.prediction is not None:
+            panel.line(mean.prediction, (rows + 1, rows + 1), "before", width=1.0)
+    unit = unit_text(coefficient.unit) or "1"
+    return figure([panel], f"coefficient [{unit}]", description, x_limits=window)
+
+
+def _window(coefficient: Coefficient) -> tuple[float, float]:
+    """Give the ends of the x axis: all values, zero, and the intervals as far as they are not far wider than that."""
+    values = [entry.estimate.value for entry in coefficient.counted]
+    ends = [end for entry in coefficient.counted for end in entry.estimate.interval]
+    if coefficient.mean is not None:
+        ends += [*coefficient.mean.interval, *(coefficient.mean.prediction or ())]
+    if coefficient.finding is not None:
+        values.append(0.0)
+    middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
+    halves = sorted(0.5 * (e.estimate.interval[1] - e.estimate.interval[0]) for e in coefficient.counted)
+    farthest = FARTHEST * max(reach, halves[0], 1e-9 * abs(middle))
+    low, high = max(min(ends + values), middle - farthest), min(max(ends + values), middle + farthest)
+    margin = 0.05 * (high - low)
+    return low - margin, high + margin

@@ -27,7 +27,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, t
 
@@ -43,9 +43,6 @@ have the sign of the mean."""
 HOMOGENEOUS = 0.05
 """Probability of Cochran's test below which the rigs do not have like coefficients."""
 
-HALVINGS = 60
-"""Of the interval of tau: the last one is below the rounding of its upper end."""
-
 QUANTILES = 41
 """Of the confidence distribution of tau, from which a prediction interval is made."""
 
@@ -54,13 +51,13 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pooled:
-    """The random-effects mean of one coefficient, in the unit of the coefficient.
+    """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %.
 
     Attributes
     ----------
     mean, standard_error : float
     interval : tuple of float
-        95 % interval of the mean, by Hartung and Knapp.
+        Of the mean, by Hartung and Knapp.
     p : float
         Two-sided probability of such a mean if the true one is zero, whatever the spread.
     none_p : float
@@ -69,15 +66,12 @@ class Pooled:
     spread : float
         tau, the standard deviation between the rigs.
     spread_interval : tuple of float
-        95 % interval of tau.
     prediction : tuple of float or None
-        95 % interval of the true value of a further rig; None for two rigs, whose interval says nothing.
+        Of the true value of a further rig; None for two rigs, whose interval says nothing.
     Q, Q_p : float
         Statistic of Cochran's test that all rigs have one value, and its probability.
     I2 : float
         Share of the variance of the estimates that the rigs' differences make, 0 to 1.
-    rigs : int
-        Number of rigs, k.
     """
 
     mean: float
@@ -119,58 +113,51 @@ def pooled(values: Sequence[float], standard_errors: Sequence[float]) -> Pooled:
             f"estimates {y.tolist()} with standard errors {s.tolist()} cannot be pooled; two or more finite estimates "
             "with a positive standard error each are needed."
         )
-    (fixed,), (Q,), (fixed_precision,) = weighted(y, s, [0.0])
-    tails = [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL]
-    tau, low, high = spreads(y, s, [k - 1.0, *chi2.isf(tails, k - 1)]).tolist()
-    (m,), (q,), (precision,) = weighted(y, s, [tau])
+    fixed, Q, fixed_precision = weighted(y, s, 0.0)
+    tail = 0.5 - 0.5 * LEVEL
+    tau, low, high = (spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
+    m, q, precision = weighted(y, s, tau)
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
-    half = float(t.isf(tails[0], k - 1)) * error
+    half = float(t.isf(tail, k - 1)) * error
     return Pooled(
-        mean=float(m),
+        mean=m,
         standard_error=error,
-        interval=(float(m) - half, float(m) + half),
+        interval=(m - half, m + half),
         p=float(2.0 * t.sf(abs(m) / error, k - 1)),
         none_p=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
         spread=tau,
         spread_interval=(low, high),
         prediction=prediction_interval(y, s) if k > 2 else None,
-        Q=float(Q),
+        Q=Q,
         Q_p=float(chi2.sf(Q, k - 1)),
-        I2=float(1.0 - (k - 1) / Q) if Q > k - 1 else 0.0,
+        I2=1.0 - (k - 1) / Q if Q > k - 1 else 0.0,
         rigs=k,
     )
 
 
-def weighted(y: Values, s: Values, tau: ArrayLike) -> tuple[Values, Values, Values]:
-    """Return m, Q(tau) and sum w_i, each of shape (n,), of estimates (k,) at spreads ``tau`` (n,)."""
-    w = 1.0 / (s**2 + np.square(tau)[:, None])
-    m = w @ y / w.sum(axis=1)
-    return m, (w * (y - m[:, None]) ** 2).sum(axis=1), w.sum(axis=1)
+def weighted(y: Values, s: Values, tau: float) -> tuple[float, float, float]:
+    """Return m, Q(tau) and sum w_i of estimates (k,)."""
+    w = 1.0 / (s**2 + tau**2)
+    m = float(w @ y / w.sum())
+    return m, float(w @ (y - m) ** 2), float(w.sum())
 
 
-def spreads(y: Values, s: Values, q: ArrayLike) -> Values:
-    """Solve Q(tau) = q for every element of ``q`` (n,), all positive; 0 where already Q(0) is at most q."""
-    targets = np.asarray(q, dtype=float)
-    low = np.zeros(len(targets))
-    high = np.sqrt(np.sum((y - y.mean()) ** 2) / targets)  # there Q <= sum (y - mean)^2 / tau^2 = q
-    wanted = weighted(y, s, low)[1] > targets
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        above = weighted(y, s, middle)[1] > targets
-        low, high = np.where(above, middle, low), np.where(above, high, middle)
-    return np.where(wanted, high, 0.0)
+def spread(y: Values, s: Values, q: float) -> float:
+    """Solve Q(tau) = q; 0 where already Q(0) is at most q."""
+    if weighted(y, s, 0.0)[1] <= q:
+        return 0.0
+    high = float(np.sqrt(np.sum((y - y.mean()) ** 2) / q))  # there Q <= sum (y - mean)^2 / tau^2 = q
+    return float(brentq(lambda tau: weighted(y, s, tau)[1] - q, 0.0, 1.001 * high, xtol=1e-14 * high, rtol=1e-14))
 
 
-def prediction_interval(y: Values, s: Values, level: float = LEVEL) -> tuple[float, float]:
-    """Give the interval that holds the true value of a further rig with probability ``level``."""
-    share = (np.arange(QUANTILES) + 0.5) / QUANTILES
-    tau = spreads(y, s, chi2.isf(share, len(y) - 1))
-    m, _, precision = weighted(y, s, tau)
+def prediction_interval(y: Values, s: Values) -> tuple[float, float]:
+    """Give the 95 % interval of the true value of a further rig."""
+    tau = np.array([spread(y, s, q) for q in chi2.isf((np.arange(QUANTILES) + 0.5) / QUANTILES, len(y) - 1)])
+    m, _, precision = np.transpose([weighted(y, s, own) for own in tau])
     deviation = np.sqrt(tau**2 + 1.0 / precision)
     ends = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
 
-    def beyond(x: float, probability: float) -> float:
-        return float(norm.cdf((x - m) / deviation).mean()) - probability
+    def end(probability: float) -> float:
+        return float(brentq(lambda x: norm.cdf((x - m) / deviation).mean() - probability, *ends))
 
-    low, high = (brentq(beyond, *ends, args=(p,)) for p in (0.5 - 0.5 * level, 0.5 + 0.5 * level))
-    return float(low), float(high)
+    return end(0.5 - 0.5 * LEVEL), end(0.5 + 0.5 * LEVEL)
