@@ -1,4 +1,4 @@
-"""A new effect is one file and one line: in a copy of the project it is at once everywhere."""
+"""A new effect is one function with its declaration: in a copy of the project it is at once everywhere."""
 
 import os
 import shutil
@@ -11,21 +11,11 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 
-FILE = '''
-    """A table that is not level: the arm runs downhill."""
+LAW = '''
 
-    from math import sin
-
-    from .definition import declared
-
-
-    def law(travel: float, c: float) -> float:
-        """Acceleration [rad/s^2] of the travel; c [rad/s^2]."""
-        return c * sin(travel)
-
-
-    EFFECTS = declared(
-        {"travel": (law, "c sin(lambda)")},
+    @declared(
+        "c sin(lambda)",
+        "travel",
         unit="rad/s^2",
         bounds=(-0.5, 0.5),
         source="a test",
@@ -34,6 +24,9 @@ FILE = '''
         drawn_against="travel",
         watchable=True,
     )
+    def table_tilt(travel: float, c: float) -> float:
+        """A table that is not level: the arm runs downhill."""
+        return c * sin(travel)
 '''
 
 SCRIPT = """
@@ -98,10 +91,8 @@ def test_new_effect_is_simulated_compiled_traced_reported_documented_and_in_the_
     for package in ("heli_plant", "heli_identifier", "fmu_src", "tests", "docs"):
         ignored = shutil.ignore_patterns("__pycache__", "demo_logs", "figures")
         shutil.copytree(ROOT / package, tmp_path / package, ignore=ignored if package != "heli_identifier" else None)
-    effects = tmp_path / "heli_plant" / "effects"
-    (effects / "table_tilt.py").write_text(dedent(FILE).lstrip())
-    door = effects / "__init__.py"
-    door.write_text(door.read_text().replace("    moving_mass,\n", "    moving_mass,\n    table_tilt,\n"))
+    file = tmp_path / "heli_plant" / "effects" / "arm.py"
+    file.write_text(file.read_text() + dedent(LAW))
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "HELI_CACHE_DIR": str(tmp_path / "cache")}
 
     def python(*words):

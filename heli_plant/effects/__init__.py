@@ -1,20 +1,19 @@
-# ruff: noqa: F401 - the modules below are read through globals()
-"""The catalogue: every physical effect that the simplified model may lack, one file each.
+"""The catalogue: every physical effect that the simplified model may lack.
 
-A file holds all of one effect (:mod:`.definition` says what that is). To add one, write its file and name it in the
-list below; parameters, the plant's sums, FMU variables, search, report and documentation follow from that.
+A law and what is declared of it stand in one place (:mod:`.definition` says what that is), in the file of its kind. To
+add one, write it there; parameters, the plant's sums, FMU variables, search, report and documentation follow from that.
 Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
+from . import friction, rotors, thrust, arm  # noqa: F401, I001 - in the catalogue's order: parameters follow it
 from .definition import (
     ACCELERATION,
     AXES,
     BENDING,
+    DECLARED,
     DELAY,
     FRICTION,
-    GRID,
     LAG,
-    LOWEST_ELEVATION,
     ROTORS,
     STEP_TIMES,
     THRUST,
@@ -23,55 +22,26 @@ from .definition import (
     Shape,
 )
 
-# In the catalogue's order, which parameters, FMU variables and reports follow.
-# isort: off
-from . import (
-    dry_friction,
-    breakaway_friction,
-    quadratic_drag,
-    constant_torque,
-    rotor_mismatch,
-    quadratic_thrust,
-    reverse_thrust_loss,
-    dead_zone,
-    motor_lag,
-    input_delay,
-    thrust_fade,
-    airspeed_thrust_loss,
-    gyroscopic_coupling,
-    rotor_drag_torque,
-    thrust_tilt,
-    translational_lift,
-    cable_stiffness,
-    inertial_coupling,
-    large_angle_gravity,
-    pitch_gravity_coupling,
-    speed_stability,
-    ground_effect,
-    arm_bending,
-    moving_mass,
-)
+__all__ = [
+    "ACCELERATION", "AXES", "BENDING", "CATALOGUE", "DELAY", "FRICTION", "LAG", "ROTORS", "STEP_TIMES", "THRUST",
+    "VOLTAGE", "Effect", "Shape", "at", "effect", "effect_of",
+]  # fmt: skip
 
-# isort: on
-
-CATALOGUE: tuple[Effect, ...] = tuple(
-    entry for module in tuple(globals().values()) for entry in getattr(module, "EFFECTS", ())
-)
+CATALOGUE = tuple(DECLARED)
 """Every effect on every axis that it acts on."""
+
+_BY_FIELD = {entry.field: entry for entry in CATALOGUE}
 
 
 def effect(name: str, axis: str) -> Effect:
-    """Return the catalogue entry of an effect.
+    """Return the catalogue entry of an effect on an axis.
 
     Raises
     ------
     KeyError
-        No entry has this name and axis.
+        There is none.
     """
-    for entry in CATALOGUE:
-        if (entry.name, entry.axis) == (name, axis):
-            return entry
-    raise KeyError(f"no effect {name!r} on axis {axis!r} in the catalogue")
+    return effect_of(f"{name}_{axis}")
 
 
 def effect_of(field: str) -> Effect:
@@ -80,12 +50,11 @@ def effect_of(field: str) -> Effect:
     Raises
     ------
     KeyError
-        No entry has this field.
+        There is none.
     """
-    for entry in CATALOGUE:
-        if entry.field == field:
-            return entry
-    raise KeyError(f"the field {field!r} is no coefficient of an effect in the catalogue")
+    if field not in _BY_FIELD:
+        raise KeyError(f"{field!r} is no coefficient of an effect in the catalogue")
+    return _BY_FIELD[field]
 
 
 def at(place: str, axis: str = ROTORS) -> tuple[Effect, ...]:

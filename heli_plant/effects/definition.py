@@ -1,6 +1,7 @@
-"""What a file of this folder says of its effect.
+"""What is declared of an effect, and the words of the laws.
 
-A law is a function of plain floats with a docstring and one ``return``. Its arguments are ``c``, the names of the
+A law is a function of plain floats with a docstring and one ``return``, under :func:`declared`. It has the name of its
+effect, with ``_<axis>`` behind it where each axis has a law of its own. Its arguments are ``c``, the names of the
 effect's shapes, names of :data:`VOCABULARY`, symbols of the simplified model's parameters (``a_e``, ``theta0``, ...)
 and ``horizontal_offset``.
 
@@ -12,9 +13,9 @@ A published law writes the symbols of the vocabulary and of the shapes, a produc
 ``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 AXES = ("pitch", "elevation", "travel")
 ROTORS = "rotors"
@@ -44,9 +45,9 @@ VOCABULARY = {
 }
 """What the argument of a law may be called: its symbol in the published law, unit and meaning."""
 
-GRID, STEP_TIMES, LOWEST_ELEVATION = "grid", "step times", "lowest elevation"
-"""Where a search takes a shape's first values from: its grid; the times at which a step of the axis's torque would
-explain most; the lowest elevation in the logs."""
+STEP_TIMES, LOWEST_ELEVATION = "step times", "lowest elevation"
+"""Where a search takes a shape's first values from, if not from its grid: the times at which a step of the axis's
+torque would explain most; the lowest elevation in the logs."""
 
 FRICTION = "friction of a bearing"
 """Family of the laws that a linear model leaves out: their slope at rest is that of the smoothing."""
@@ -75,7 +76,7 @@ class Shape:
     upper: float
     description: str
     grid: tuple[float, ...] = ()
-    start: str = GRID
+    start: str = "grid"
     estimated: bool = True
     difference_step: float | None = None
 
@@ -103,18 +104,12 @@ class Effect:
         "elevation", "travel", "mu_sum", "mu_rate", "time"; None if it acts through no torque.
     place : str
     shapes : tuple of Shape
-    grid : tuple of float
-        Coefficients that a search starts from where the law is not linear in c.
     watchable : bool
         Whether the on-line identifier can watch it: its signal follows from the motion at one instant.
     share_of_lift : bool
         Whether c is a share of the axis's lift, so that a regression finds c times the axis's gain.
-    coupled : bool
-        Whether the effect is expected on its other axes once it is found on one.
     certain : bool
         Whether every rig has it, as a term of rigid-body mechanics with c = 1; only how much of it shows is open.
-    difference_step : float or None
-        Width of the numerical derivative by c where the response has corners.
     """
 
     name: str
@@ -130,12 +125,9 @@ class Effect:
     drawn_against: str | None = None
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
-    grid: tuple[float, ...] = ()
     watchable: bool = False
     share_of_lift: bool = False
-    coupled: bool = False
     certain: bool = False
-    difference_step: float | None = None
 
     @property
     def field(self) -> str:
@@ -148,34 +140,39 @@ class Effect:
         code = self.function.__code__
         return code.co_varnames[: code.co_argcount]
 
-    @property
-    def axes(self) -> tuple[str, ...]:
-        """Axes whose motion it changes."""
-        return AXES if self.axis == ROTORS else (self.axis,)
+
+Law = TypeVar("Law", bound=Callable[..., float])
+Common = dict[str, Any]
+"""What the laws of one effect have in common, arguments of :func:`declared`."""
+
+DECLARED: list[Effect] = []
+"""Every effect on every axis, in the order of the files and in the files."""
 
 
 def declared(
-    laws: Mapping[str, tuple[Callable[..., float], str]],
-    *,
-    bounds: tuple[float, float],
-    shapes: tuple[Shape, ...] = (),
-    **common: Any,
-) -> tuple[Effect, ...]:
-    """Return the entries of one file: of each axis the law and how it is published, and what they have in common.
+    published: str, *axes: str, bounds: tuple[float, float], shapes: tuple[Shape, ...] = (), **others: Any
+) -> Callable[[Law], Law]:
+    """Enter the law below into the catalogue, on each of ``axes``.
 
-    The effect has the name of its file. ``bounds`` are those of c; ``{axis}`` in a shape's field becomes the axis;
-    ``common`` are further fields of :class:`Effect`.
+    Parameters
+    ----------
+    published : str
+        The law as reports print it.
+    axes : str
+        Of :data:`AXES`, or :data:`ROTORS`.
+    bounds : tuple of float
+        Of c.
+    shapes : tuple of Shape
+        ``{axis}`` in a field becomes the axis.
+    others
+        Further fields of :class:`Effect`.
     """
-    return tuple(
-        Effect(
-            name=function.__module__.rpartition(".")[2],
-            axis=axis,
-            function=function,
-            law=published,
-            lower=bounds[0],
-            upper=bounds[1],
-            shapes=tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes),
-            **common,
-        )
-        for axis, (function, published) in laws.items()
-    )
+
+    def enter(law: Law) -> Law:
+        for axis in axes:
+            name = law.__name__.removesuffix(f"_{axis}")
+            own = tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes)
+            DECLARED.append(Effect(name, axis, law, published, lower=bounds[0], upper=bounds[1], shapes=own, **others))
+        return law
+
+    return enter
