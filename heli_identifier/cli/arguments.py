@@ -10,18 +10,18 @@ from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperCommand
 
+import fmu_src
+import heli_identifier as hi
+from heli_identifier import records, tools
 from heli_identifier.cli.guard import fail
 from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import ConfigurationError, LogError
-
-if TYPE_CHECKING:
-    from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.results import ParameterSet
+from heli_plant.errors import did_you_mean
 
 
 def option(text: str, *names: str, metavar: str | None = None, **more: Any) -> Any:
@@ -82,9 +82,7 @@ def to_file(text: str) -> Any:
 
 def scenario_names() -> list[str]:
     """Names of the scenarios, for completion."""
-    from fmu_src import SCENARIOS
-
-    return list(SCENARIOS)
+    return list(fmu_src.SCENARIOS)
 
 
 ScenarioName = Annotated[
@@ -137,20 +135,17 @@ def spread(words: Iterable[str]) -> list[str]:
 
 def configuration_here(rigs: str = "") -> Path | None:
     """Give heli.toml of this folder, whatever it is, and say so; None where nothing has that name."""
-    from heli_identifier.records import CONFIGURATION_NAME
-
-    if not os.path.lexists(CONFIGURATION_NAME):
+    path = Path(records.CONFIGURATION_NAME)
+    if not os.path.lexists(path):
         return None
-    note(f"configuration: {CONFIGURATION_NAME} of this folder{rigs}")
-    return Path(CONFIGURATION_NAME)
+    note(f"configuration: {path} of this folder{rigs}")
+    return path
 
 
-def found_configuration(path: Path | None) -> "RigConfiguration":
+def found_configuration(path: Path | None) -> "hi.RigConfiguration":
     """Read the rig's configuration: the file that was named, else heli.toml of this folder, else the defaults."""
-    from heli_identifier.records import RigConfiguration, read_configuration
-
     path = path or configuration_here()
-    return RigConfiguration() if path is None else read_configuration(path)
+    return hi.RigConfiguration() if path is None else hi.read_configuration(path)
 
 
 def shared_configuration(path: Path | None) -> Path | None:
@@ -160,12 +155,10 @@ def shared_configuration(path: Path | None) -> Path | None:
 
 def logs_of(
     paths: Sequence[Path], config: Path | None, start: float | None = None, end: float | None = None
-) -> "tuple[tuple[Log, ...], RigConfiguration]":
+) -> "tuple[tuple[hi.Log, ...], hi.RigConfiguration]":
     """Read logs of one rig and its configuration, and print what there is to say about them."""
-    from heli_identifier.records import read_logs
-
     configuration = found_configuration(config)
-    logs = read_logs(paths, configuration.format, start, end)
+    logs = hi.read_logs(paths, configuration.format, start, end)
     print_notes(logs)
     return logs, configuration
 
@@ -173,16 +166,14 @@ def logs_of(
 def split_logs(
     training: Sequence[Path],
     held_out: Sequence[Path],
-    configuration: "RigConfiguration",
+    configuration: "hi.RigConfiguration",
     start: float | None,
     end: float | None,
-) -> "tuple[tuple[Log, ...], tuple[Log, ...]]":
+) -> "tuple[tuple[hi.Log, ...], tuple[hi.Log, ...]]":
     """Read the training logs and the held-out logs; without any of the latter hold some back, and print which."""
-    from heli_identifier.tools import read_split
-
     if not training:
         raise LogError("no log is left to fit to: all that were named are held out by --validate.")
-    fitted, judged, held_back = read_split(training, held_out, configuration.format, start, end)
+    fitted, judged, held_back = tools.read_split(training, held_out, configuration.format, start, end)
     if held_back:
         note(f"{held_back} (name another log with --validate)")
     print_notes((*fitted, *judged))
@@ -218,11 +209,9 @@ def by_unit(file: Path | None) -> dict[str, dict[str, float]]:
     return dict.fromkeys(plants if parameters.unit == plants[0] else (parameters.unit,), parameters.start_values)
 
 
-def read_with_doubts(file: Path) -> "ParameterSet":
+def read_with_doubts(file: Path) -> "hi.ParameterSet":
     """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
-    from heli_identifier.results import read_parameters
-
-    parameters = read_parameters(file)
+    parameters = hi.read_parameters(file)
     for text in parameters.doubts:
         warn(text)
     return parameters
@@ -250,10 +239,8 @@ def in_scenario(
     ConfigurationError, WiringError
         The file or a value cannot be used, the scenario is unknown or has no unit that takes the file's parameters.
     """
-    from fmu_src import scenario as wiring
-
     values: dict[str, Value] = {}
-    units = dict(wiring(scenario).units)
+    units = dict(fmu_src.scenario(scenario).units)
     given = by_unit(file)
     if given and not given.keys() & set(units.values()):
         raise ConfigurationError(
@@ -280,10 +267,8 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
     ConfigurationError
         The unit has no such parameter (the nearest one is proposed), or the value is of the wrong type or out of range.
     """
-    from fmu_src import problem_with, unit_class
-    from heli_plant.errors import did_you_mean
-
-    known = {variable.name: variable for variable in unit_class(unit).variables if variable.causality == "parameter"}
+    variables = fmu_src.unit_class(unit).variables
+    known = {variable.name: variable for variable in variables if variable.causality == "parameter"}
     if name not in known:
         raise ConfigurationError(f"--set {label}: the {unit} has no parameter {name!r}{did_you_mean(name, known)}")
     variable = known[name]._replace(name=label)
@@ -300,7 +285,7 @@ def unit_value(unit: str, name: str, text: str, label: str) -> Value:
         raise ConfigurationError(
             f"{label} = {value!r} holds a character that is no text in XML; a model description cannot state it."
         )
-    problem = problem_with(variable, value)
+    problem = fmu_src.problem_with(variable, value)
     if problem is not None:
         raise ConfigurationError(f"{problem}.")
     return value

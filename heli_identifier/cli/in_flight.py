@@ -1,6 +1,5 @@
 """``heli follow``, a twin that follows a rig in flight and corrects itself; ``heli stream``, which sends a log."""
 
-import json
 import os
 import signal
 import sys
@@ -13,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import heli_identifier as hi
+from heli_identifier import records, results, tools, tracing
 from heli_identifier.cli.arguments import (
     Config,
     Controller,
@@ -30,15 +31,13 @@ from heli_identifier.cli.terminal import counted, note, note_written, print_diag
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_range
 from heli_identifier.files import write_atomically
 from heli_identifier.platform import unheard
+from heli_identifier.provenance import from_command_line
 from heli_identifier.signals import undone
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
 
     from heli_identifier.live.session import Session, Show
-    from heli_identifier.records import RigConfiguration
-    from heli_identifier.results import ParameterSet
-    from heli_identifier.tools import Advice
     from heli_plant.control import PidSettings
     from heli_plant.parameters import PlantParameters
 
@@ -166,7 +165,7 @@ def stream(
 
 def _player(
     path: Path, config: Path | None, speed: float, start: float | None, end: float | None
-) -> "tuple[Source, RigConfiguration]":
+) -> "tuple[Source, hi.RigConfiguration]":
     """Return a function that lets a session follow a log, and the rig's configuration."""
     from heli_identifier.live.sources import SPEEDS, play
 
@@ -186,7 +185,7 @@ def _listener(
     sender: str,
     layout: str | None,
     rate: float | None,
-    configuration: "RigConfiguration",
+    configuration: "hi.RigConfiguration",
 ) -> "Source":
     """Open the port and return a function that lets a session follow what comes in."""
     from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
@@ -285,7 +284,7 @@ class Adviser:
     def __init__(self, folder: Path, settings: "PidSettings | None") -> None:
         self.folder, self.settings = folder, settings
         self.pool: ProcessPoolExecutor | None = None
-        self.asked: Future[Advice] | None = None
+        self.asked: Future[tools.Advice] | None = None
         self.sentence = ""
 
     def ask(self, plant: "PlantParameters", errors: Mapping[str, float], elevation: float) -> None:
@@ -293,11 +292,9 @@ class Adviser:
         from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
         from multiprocessing import get_context
 
-        from heli_identifier.tools import control_advice
-
         if self.asked is not None:
             self.asked.cancel()
-        order = partial(control_advice, plant, dict(errors), 0.0, elevation, self.settings)
+        order = partial(tools.control_advice, plant, dict(errors), 0.0, elevation, self.settings)
         with unheard(signal.SIGINT):  # Ctrl-C is for the command
             if self.pool is not None:
                 with suppress(BrokenExecutor):  # its process has ended: another one is started
@@ -339,24 +336,21 @@ def _end_with_parent() -> None:
     end_with_parent(os.getppid())
 
 
-def _write_advice(advice: "Advice", folder: Path) -> None:
+def _write_advice(advice: "tools.Advice", folder: Path) -> None:
     """Write how the margins stand, and the gains if any are offered."""
-    from heli_identifier.provenance import from_command_line
-
-    write_atomically(folder / ADVICE, json.dumps(advice.document, indent=1) + "\n")
+    write_atomically(folder / ADVICE, results.document_text(advice.document))
     if advice.gains is not None:
         replace(advice.gains, provenance=from_command_line()).write(folder / GAINS)
 
 
 def controller_of(path: Path | None) -> "PidSettings | None":
     """Return the controller in a parameters.json of the PidController; what it leaves out is the unit's default."""
-    from heli_identifier.tools import CONTROLLER, controller_settings
     from heli_plant.control import PidSettings
 
     if path is None:
         return None
-    given = {name: float(value) for name, value in of_unit(CONTROLLER, (), path).items()}
-    return controller_settings(PidSettings(), given)
+    given = {name: float(value) for name, value in of_unit(tools.CONTROLLER, (), path).items()}
+    return tools.controller_settings(PidSettings(), given)
 
 
 # --- the end of a flight: its recording is diagnosed -----------------------------------------------------------------
@@ -371,12 +365,11 @@ LEAST_AFTER_CHANGE = 30.0
 """Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
 
 
-def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration") -> None:
+def _conclude(session: "Session", folder: Path, configuration: "hi.RigConfiguration") -> None:
     """Leave the twin's parameters and unit, and diagnose the recording; its plant replaces the twin if it is better."""
     import numpy as np
 
     from heli_identifier.live.session import IN_USE, RECORDED
-    from heli_identifier.tools import SHORTEST_TO_SPLIT
 
     twin = session.in_use()
     twin.write(folder / IN_USE)
@@ -385,7 +378,7 @@ def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration
     few = path.read_bytes().count(b"\n", 0, 4096) < 2
     times = np.zeros(0) if few else np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1)
     begin, end, why = part(times, session.events)
-    if end - begin < SHORTEST_TO_SPLIT:
+    if end - begin < tools.SHORTEST_TO_SPLIT:
         note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
     else:
         note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
@@ -397,43 +390,38 @@ def _conclude(session: "Session", folder: Path, configuration: "RigConfiguration
     note_written(folder, (*_flight(folder), "parameters.json", f"{twin.unit}.fmu"), ", as the twin flew last")
 
 
-def _deliver(plant: "ParameterSet", folder: Path) -> None:
+def _deliver(plant: "hi.ParameterSet", folder: Path) -> None:
     """Write the parameters and the unit of a plant."""
-    from heli_identifier import build
-    from heli_identifier.results import whole_folder
-
-    with whole_folder(folder) as draft:
+    with results.whole_folder(folder) as draft:
         plant.write(draft / "parameters.json")
-        build(plant.unit, draft, plant)
+        hi.build(plant.unit, draft, plant)
 
 
 def _diagnose(
-    path: Path, folder: Path, begin: float, end: float, configuration: "RigConfiguration", twin: "ParameterSet"
+    path: Path, folder: Path, begin: float, end: float, configuration: "hi.RigConfiguration", twin: "hi.ParameterSet"
 ) -> bool:
     """Diagnose a part of the recording, print the result; say whether its plant was delivered in place of the twin."""
-    from heli_identifier import LogFormat
     from heli_identifier.cli.on_logs import diagnosed
-    from heli_identifier.results import RESULTS, corrected_parameters, whole_folder
-    from heli_identifier.tracing import log_likelihood
 
     # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
     own = configuration.format
-    rig = replace(configuration, format=LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts))
-    with whole_folder(folder / DIAGNOSIS) as draft:
+    limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
+    rig = replace(configuration, format=limits)
+    with results.whole_folder(folder / DIAGNOSIS) as draft:
         training, held_out = split_logs((path,), (), rig, begin, end)
         with progress_bar() as progress:
             diagnosis = diagnosed(training, held_out, rig, draft, progress)
     print_diagnosis(diagnosis)
-    gain = log_likelihood(diagnosis.plant_after, held_out) - log_likelihood(twin.plant(), held_out)
+    gain = tracing.log_likelihood(diagnosis.plant_after, held_out) - tracing.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)
     compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
     if gain <= 0.0:
         note(f"the twin {compared} diagnosis of the recording, and stays")
         return False
-    _deliver(corrected_parameters(diagnosis), folder)
+    _deliver(results.corrected_parameters(diagnosis), folder)
     note(f"the diagnosis of the recording {compared} twin, and replaces it")
     delivered = ("parameters.json", f"{twin.unit}.fmu")
-    note_written(folder, (*_flight(folder), *delivered, *(f"{DIAGNOSIS}/{name}" for name in RESULTS)))
+    note_written(folder, (*_flight(folder), *delivered, *(f"{DIAGNOSIS}/{name}" for name in results.RESULTS)))
     return True
 
 
@@ -443,8 +431,6 @@ def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, st
     It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.
     """
     import numpy as np
-
-    from heli_identifier.records import GAP_STEPS
 
     if len(times) < 2:
         return 0.0, 0.0, ""
@@ -457,7 +443,7 @@ def part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, st
         why = f"; the rig may have changed within it, at {last:.4g} s"
     kept = times[times >= first]
     steps = np.diff(kept)
-    cuts = np.flatnonzero(steps > (GAP_STEPS + 0.5) * np.median(np.diff(times)))
+    cuts = np.flatnonzero(steps > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
     begins, ends = np.append(0, cuts + 1), np.append(cuts, len(kept) - 1)
     longest = int((kept[ends] - kept[begins]).argmax())
     return float(kept[begins[longest]]), float(kept[ends[longest]]), why

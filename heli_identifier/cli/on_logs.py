@@ -7,10 +7,14 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+import fmu_src
+import heli_identifier as hi
+from fmu_src import master
+from heli_identifier import records, results, tools
 from heli_identifier.cli.arguments import (
     PLANT_FILE,
     Config,
@@ -22,7 +26,6 @@ from heli_identifier.cli.arguments import (
     PlantFile,
     To,
     Verbose,
-    by_unit,
     found_configuration,
     logs_of,
     option,
@@ -44,14 +47,8 @@ from heli_identifier.cli.terminal import (
     warn,
 )
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError, require_positive
-from heli_identifier.files import write_atomically
-
-if TYPE_CHECKING:
-    from heli_identifier.records import Log, RigConfiguration
-    from heli_identifier.results import Check
-    from heli_identifier.tools import ClosedLoopErrors, Row, Source
-    from heli_identifier.tools import Progress as CampaignProgress
-    from heli_identifier.tracing import Diagnosis
+from heli_identifier.files import draft_folder, write_atomically
+from heli_identifier.provenance import from_command_line
 
 FAILED = 1
 """Exit code where the model no longer explains a log, or a rig could not be diagnosed."""
@@ -83,9 +80,7 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu: all of them, or none.
     """
-    from heli_identifier.results import RESULTS, diagnosis_lines, whole_folder
-
-    with whole_folder(output) as draft:
+    with results.whole_folder(output) as draft:
         configuration = found_configuration(config)
         training, held_out = split_logs(logs, validate, configuration, start, end)
         with progress_bar() as progress:
@@ -97,52 +92,42 @@ def diagnose(
         for text in diagnosis.notes:
             warn(text)
         return
-    for line in diagnosis_lines(diagnosis, training):
+    for line in results.diagnosis_lines(diagnosis, training):
         typer.echo(line)
     print_diagnosis(diagnosis, reasons=verbose)
-    note_written(output, (*RESULTS, NATIVE_PLANT) if native else RESULTS)
+    note_written(output, (*results.RESULTS, NATIVE_PLANT) if native else results.RESULTS)
 
 
 def diagnosed(
-    training: "Sequence[Log]",
-    held_out: "Sequence[Log]",
-    configuration: "RigConfiguration",
+    training: "Sequence[hi.Log]",
+    held_out: "Sequence[hi.Log]",
+    configuration: "hi.RigConfiguration",
     folder: Path,
     progress: Progress = lambda what, share: None,
     keep_events: bool = False,
-) -> "Diagnosis":
+) -> "hi.Diagnosis":
     """Diagnose a rig and write the results into ``folder``."""
-    from fmu_src.master import waiting_child
-    from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import write_results
-    from heli_identifier.tracing import DiagnosisSettings
-    from heli_identifier.tracing import diagnose as diagnose_logs
-
-    with waiting_child() as child:  # what runs units takes half a second to import
-        found = diagnose_logs(
-            training,
-            held_out=held_out,
-            settings=replace(DiagnosisSettings.from_rig(configuration), keep_events=keep_events),
-            progress=lambda what, share: progress(what, 0.85 * share),
+    settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
+    with master.waiting_child() as child:  # what runs units takes half a second to import
+        found = hi.diagnose(
+            training, held_out=held_out, settings=settings, progress=lambda what, share: progress(what, 0.85 * share)
         )
         diagnosis = replace(found, provenance=from_command_line())
         progress("building and running the corrected unit", 0.9)
-        write_results(diagnosis, configuration.name, folder, child)
+        results.write_results(diagnosis, configuration.name, folder, child)
     return diagnosis
 
 
-def _build_native_plant(diagnosis: "Diagnosis", folder: Path) -> None:
+def _build_native_plant(diagnosis: "hi.Diagnosis", folder: Path) -> None:
     """Build the corrected plant in C beside the one in Python, and hold it to the reported free run as well."""
-    from fmu_src.native import build_native, runs_here
+    from fmu_src.native import runs_here
     from heli_identifier.cli.on_units import warn_of_missing_compilers
-    from heli_identifier.files import draft_folder
-    from heli_identifier.results import check_free_run
 
-    ((unit, values),) = by_unit(folder / "parameters.json").items()
+    parameters = hi.read_parameters(folder / "parameters.json")
     with draft_folder() as apart:
-        built = build_native(unit, apart, values)
+        built = hi.build(parameters.unit, apart, parameters, native=True)
         if runs_here():
-            check_free_run(built, diagnosis)
+            results.check_free_run(built, diagnosis)
         (folder / NATIVE_PLANT).write_bytes(built.read_bytes())
     warn_of_missing_compilers()
 
@@ -152,10 +137,8 @@ def look(logs: Logs, start: From = None, end: To = None, config: Config = None, 
 
     Gains are slopes at the logs' mean voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
-    from heli_identifier import look as look_at
-
     recorded, configuration = logs_of(logs, config, start, end)
-    show(look_at(recorded, configuration=configuration), json)
+    show(hi.look(recorded, configuration=configuration), json)
 
 
 def identify(
@@ -177,14 +160,10 @@ def identify(
 
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
-    from heli_identifier import identify as identify_logs
-    from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import whole_folder
-
-    with whole_folder(output) as draft:
+    with results.whole_folder(output) as draft:
         recorded, configuration = logs_of(logs, config, start, end)
         with progress_bar() as progress:
-            found = identify_logs(
+            found = hi.identify(
                 recorded,
                 configuration=configuration,
                 filter_frequency=filter_frequency,
@@ -224,25 +203,21 @@ def check(
     With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
     and what they err on the followed axes is held to it.
     """
-    from heli_identifier import check as check_logs
-
     expected = read_with_doubts(parameters)
     recorded, configuration = logs_of(logs, config, start, end)
-    outcome: ClosedLoopErrors | Check
+    outcome: tools.ClosedLoopErrors | hi.Check
     if limit is not None:
-        from heli_identifier.tools import closed_loop_errors
-
         require_positive("--limit", limit, "mrad")
         if junit is not None:
             raise ConfigurationError("--junit is of the 1 s prediction; give it without --limit.")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
-        outcome = loop = closed_loop_errors(recorded, expected, flown, 1e-3 * limit)
+        outcome = loop = tools.closed_loop_errors(recorded, expected, flown, 1e-3 * limit)
         failed = f"the closed loop errs by {1e3 * loop.largest:.3g} mrad, more than {limit:g} mrad"
     else:
         if controller is not None:
             raise ConfigurationError("--controller needs --limit MRAD, to which the closed loop's error is held.")
-        outcome = check_logs(recorded, expected, factor)
+        outcome = hi.check(recorded, expected, factor)
         if junit is not None:
             write_atomically(junit, outcome.junit())
         failed = "the model no longer explains these logs: run `heli diagnose` on them"
@@ -269,10 +244,8 @@ def compare(
 
     A plant is better on a log where the interval of its error 1 s ahead lies below the other's.
     """
-    from heli_identifier import compare as compare_diagnoses
-
     recorded = logs_of(log, config, start, end)[0] if log else ()
-    show(compare_diagnoses(first, second, recorded), json, verbose)
+    show(hi.compare(first, second, recorded), json, verbose)
 
 
 # --- many rigs -------------------------------------------------------------------------------------------------------
@@ -298,13 +271,9 @@ def fleet(
     Writes fleet.json and fleet.html, with a forest plot of every effect. All logs are read before the first diagnosis;
     a rig whose logs cannot be used is left out and named. Exit 1 if there was one.
     """
-    from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import document_text, whole_folder
-    from heli_identifier.tools import diagnose_rigs, fleet_html, fleet_sentence, fleet_tables, rig_folders
-
     rigs, failures = {}, {}
-    with whole_folder(output) as draft:
-        for folder in rig_folders(folders, shared_configuration(config)):
+    with results.whole_folder(output) as draft:
+        for folder in tools.rig_folders(folders, shared_configuration(config)):
             try:
                 rig = rigs[folder.rig] = folder.load(start, end)
             except IdentifierError as error:
@@ -314,18 +283,18 @@ def fleet(
                 note(f"{rig.note} (a name that begins with held says which)")
             print_notes((*rig.training, *rig.held_out))
         with progress_bar() as progress:
-            found = diagnose_rigs(rigs, failures, progress)
+            found = tools.diagnose_rigs(rigs, failures, progress)
         ran = from_command_line()
         document = found.document(ran)
-        write_atomically(draft / "fleet.json", document_text(document))
-        write_atomically(draft / "fleet.html", fleet_html(found, ran))
+        write_atomically(draft / "fleet.json", results.document_text(document))
+        write_atomically(draft / "fleet.html", tools.fleet_html(found, ran))
     for name, why in found.failures.items():
         warn(f"rig {name} is left out: {why}")
     if json:
         print_json(document)
     else:
-        typer.secho(fleet_sentence(found), bold=True)
-        for table in fleet_tables(found):
+        typer.secho(tools.fleet_sentence(found), bold=True)
+        for table in tools.fleet_tables(found):
             print_table(table)
         note_written(output, ("fleet.json", "fleet.html"))
     if found.failures:
@@ -358,37 +327,32 @@ def campaign(
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
-    from heli_identifier import DiagnosisSettings
-
     configuration = found_configuration(config)
     sources = _sources(folder, config, generator, rigs, first_seed)
-    # These take a second or two to import: the words of the command are checked before.
-    from heli_identifier.tools import CONSOLIDATED, campaign_tables, run_campaign, summarised
-
-    settings = DiagnosisSettings.from_rig(configuration)
+    settings = hi.DiagnosisSettings.from_rig(configuration)
     with rigs_done() as progress:
-        rows = run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
-    summary = summarised(rows)
+        rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
+    summary = tools.summarised(rows)
     if json:
         print_json(summary)
     else:
-        tables, remarks = campaign_tables(summary)
+        tables, remarks = tools.campaign_tables(summary)
         for table in tables:
             print_table(table)
         for text in remarks:
             typer.echo(text)
-        note_written(output, [CONSOLIDATED])
+        note_written(output, [tools.CONSOLIDATED])
     if summary["failures"]:
         raise typer.Exit(FAILED)
 
 
 @contextmanager
-def rigs_done() -> "Iterator[CampaignProgress]":
+def rigs_done() -> "Iterator[tools.Progress]":
     """Show how many rigs are done on the error stream: a bar on a terminal, some twenty lines elsewhere."""
     failed = 0
     with progress_bar() as bar:
 
-        def count(done: int, total: int, row: "Row | None") -> None:
+        def count(done: int, total: int, row: "tools.Row | None") -> None:
             nonlocal failed
             failed += bool(row and row.get("error"))
             bar(f"{done} of {total} rigs done" + (f", {failed} failed" if failed else ""), done / total)
@@ -400,10 +364,8 @@ def rigs_done() -> "Iterator[CampaignProgress]":
 
 def _sources(
     folder: Path | None, config: Path | None, generator: str, rigs: int | None, first_seed: int | None
-) -> "list[Source]":
+) -> "list[tools.Source]":
     """Give the rigs of a folder or of a generator, whichever was named."""
-    from heli_identifier.tools import generated_rigs, rigs_below
-
     if (folder is None) == (generator == ""):
         raise ConfigurationError("name either a folder of rigs or a --generator.")
     if folder is not None:
@@ -411,12 +373,12 @@ def _sources(
             raise ConfigurationError(f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         if first_seed is not None:
             raise ConfigurationError(f"--first-seed {first_seed} is for a --generator; the rigs of a folder have none.")
-        return [*rigs_below(folder, shared_configuration(config))]
+        return [*tools.rigs_below(folder, shared_configuration(config))]
     if rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
     sys.path.insert(0, os.getcwd())
-    return [*generated_rigs(generator, rigs, first_seed or 0)]
+    return [*tools.generated_rigs(generator, rigs, first_seed or 0)]
 
 
 # --- to begin with ---------------------------------------------------------------------------------------------------
@@ -438,34 +400,30 @@ def init(
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    from heli_identifier.records import write_template
-
-    path = write_template(file) if file.suffix == ".toml" else _guess_configuration(file, output)
+    path = records.write_template(file) if file.suffix == ".toml" else _guess_configuration(file, output)
     typer.echo(f"written: {path}; commands read it as heli.toml of their folder, or with --config {path}")
 
 
 def _guess_configuration(log: Path, output: Path) -> Path:
     """Guess the configuration that reads a log, write it, and print the guesses."""
-    from heli_identifier.records import guess, read_log, suspicions, write_template
-    from heli_identifier.results import Table
-
     if output.is_file() or output.is_dir():
         raise ConfigurationError(f"{output} exists already; delete it or name another file with --output.")
-    found = guess(log)
-    path = write_template(output, found)
+    found = records.guess(log)
+    path = records.write_template(output, found)
     form, reasons = found.format, found.reasons
     rows = []
     for signal, header in form.columns.items():
         because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
         sign = str(form.sign(signal)) if signal != "time" else ""
         rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
-    print_table(Table(f"Guessed from {log}; confirm each", ("signal", "column", "unit", "sign", "because"), rows))
+    columns = ("signal", "column", "unit", "sign", "because")
+    print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
     for key in ("swap_rotors", "clip", "start", "decimal"):
         if key in reasons:
             note(f"{key}: {reasons[key]}")
     doubts = list(found.doubts)
     try:
-        doubts += suspicions(read_log(log, form))
+        doubts += records.suspicions(hi.read_log(log, form))
     except LogError as error:
         doubts.append(f"with these guesses the log is refused: {error}")
     for text in doubts:
@@ -475,23 +433,19 @@ def _guess_configuration(log: Path, output: Path) -> Path:
 
 def demo(output: Folder = Path("build")) -> None:
     """Build the units, then diagnose two rigs whose logs come with the package."""
-    from fmu_src import UNITS
-    from heli_identifier import RigConfiguration, build, demo_logs, read_data_set
-    from heli_identifier.results import whole_folder
-
     began, rigs = perf_counter(), ("rig-a", "rig-b")
     with progress_bar() as progress:
         progress("building the units", 0.0)
-        with whole_folder(output) as draft:
-            for name in UNITS:
-                build(name, draft)
-    typer.echo(f"{len(UNITS)} units in {output}: {', '.join(UNITS)}")
+        with results.whole_folder(output) as draft:
+            for name in fmu_src.UNITS:
+                hi.build(name, draft)
+    typer.echo(f"{len(fmu_src.UNITS)} units in {output}: {', '.join(fmu_src.UNITS)}")
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
-        with progress_bar() as progress, whole_folder(folder) as draft:
+        with progress_bar() as progress, results.whole_folder(folder) as draft:
             progress(f"diagnosing {rig}", 0.0)
-            diagnosis = diagnosed(*read_data_set(*demo_logs(rig)), RigConfiguration(name=rig), draft)
+            diagnosis = diagnosed(*hi.read_data_set(*hi.demo_logs(rig)), hi.RigConfiguration(name=rig), draft)
         used = [entry.used_for for entry in diagnosis.data]
         typer.echo(f"{rig}: {counted(used.count('training'), 'log')} fitted, {used.count('held out')} held out")
         print_diagnosis(diagnosis)

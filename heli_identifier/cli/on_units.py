@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import fmu_src
+import heli_identifier as hi
+from heli_identifier import records, results, tools
 from heli_identifier.cli.arguments import (
     PLANT_FILE,
     Config,
@@ -36,10 +39,10 @@ from heli_identifier.cli.arguments import (
 )
 from heli_identifier.cli.terminal import note, note_written, print_json, print_table, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, require_range
-from heli_identifier.files import write_atomically
+from heli_identifier.files import draft_folder, write_atomically
+from heli_identifier.provenance import from_command_line
 
 if TYPE_CHECKING:
-    from heli_identifier.records import Log
     from heli_plant.parameters import PlantParameters
 
 PLANT = "HelicopterPlant"
@@ -47,9 +50,7 @@ PLANT = "HelicopterPlant"
 
 def _units() -> list[str]:
     """Names of the units, for completion."""
-    from fmu_src import UNITS
-
-    return list(UNITS)
+    return list(fmu_src.UNITS)
 
 
 def build(
@@ -74,10 +75,7 @@ def build(
 
     With --set the name is that of the unit's parameter: --set effects.dry_friction.pitch=0.02
     """
-    from fmu_src import unit_class
     from fmu_src.native import NATIVE_UNITS
-    from heli_identifier import build as build_unit
-    from heli_identifier.results import whole_folder
 
     for asked, words in ((fmi != 2, f"--fmi {fmi}"), (all_platforms, "--all-platforms")):
         if asked and not native:
@@ -94,12 +92,12 @@ def build(
         kind = next(iter(given))
         raise ConfigurationError(f"{parameters} holds parameters of {kind}, which is not among {', '.join(names)}.")
     for name in names:
-        unit_class(name)
+        fmu_src.unit_class(name)
     own = of_unit(names[0], settings)
-    with whole_folder(output) as draft, progress_bar() as progress:
+    with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            build_unit(
+            hi.build(
                 name, draft, {**given.get(name, {}), **own}, native=native, fmi=fmi, all_platforms=all_platforms,
                 model_exchange=model_exchange,
             )  # fmt: skip
@@ -223,7 +221,7 @@ def simulate(
     _print_outputs(f"{result.time[-1]:g} s in steps of {result.time[1]:g} s", rows, verbose)
 
 
-def _off_the_log(result: Any, log: "Log | None") -> dict[str, float]:
+def _off_the_log(result: Any, log: "hi.Log | None") -> dict[str, float]:
     """Root-mean-square errors [rad] of the plant's angles against a log, whose samples are joined by lines."""
     import numpy as np
 
@@ -236,7 +234,7 @@ def _off_the_log(result: Any, log: "Log | None") -> dict[str, float]:
     return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
 
 
-def _length(log: "Log", step: float) -> float:
+def _length(log: "hi.Log", step: float) -> float:
     """Time [s] from a log's first sample to its last, down to whole steps [s]."""
     length = (log.samples - 1) * log.step
     if not 0.0 < step <= length:
@@ -247,11 +245,9 @@ def _length(log: "Log", step: float) -> float:
 @contextmanager
 def _played(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
-) -> "Iterator[tuple[Log | None, dict[str, Any]]]":
+) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
     """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
-    from fmu_src import scenario as wiring
-
-    units = dict(wiring(scenario).units)
+    units = dict(fmu_src.scenario(scenario).units)
     if "LogPlayer" not in units.values():
         if path is not None:
             raise ConfigurationError(f"scenario {scenario} plays no log; leave --log away or take measured_data.")
@@ -259,16 +255,12 @@ def _played(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    from heli_identifier.files import draft_folder
-    from heli_identifier.records import write_log
-    from heli_identifier.results import START, started
-
     ((log,), _) = logs_of([path], config, start, end)
     with draft_folder() as folder:
-        played: dict[str, Any] = {"player.log.path": str(write_log(log, folder / "log.csv"))}
+        played: dict[str, Any] = {"player.log.path": str(records.write_log(log, folder / "log.csv"))}
         if "plant" in units:
-            state = started(log)._asdict()
-            played |= {f"plant.{START[field]}": value for field, value in state.items() if field in START}
+            state = results.started(log)._asdict()
+            played |= {f"plant.{name}": state[field] for field, name in results.START.items()}
         played |= {f"{unit}.sample.time": log.step for unit in ("identifier", "corrector") if unit in units}
         yield log, played
 
@@ -277,22 +269,17 @@ def _variations(
     scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
 ) -> tuple[list[dict[str, float]], list[str]]:
     """Draw the plants' parameters by their standard errors, but for what was given; name the plants' outputs."""
-    from fmu_src import scenario as wiring
-    from fmu_src import unit_class
-    from heli_identifier import read_parameters
-    from heli_identifier.results import drawn_values
-
     if file is None:
         raise ConfigurationError(
             "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
         )
-    plants = [name for name, unit in wiring(scenario).units if unit == PLANT]
+    plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == PLANT]
     if not plants:
         raise ConfigurationError(f"--runs varies the {PLANT}, which scenario {scenario} does not have.")
-    read = read_parameters(file)
+    read = hi.read_parameters(file)
     drawn = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
-        for draw in drawn_values(read, count, seed)
+        for draw in results.drawn_values(read, count, seed)
     ]
     if not drawn[0]:
         raise ConfigurationError(
@@ -301,16 +288,15 @@ def _variations(
         )
     how = "with their covariance" if read.covariance else "independently by their standard errors"
     note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
-    outputs = [variable.name for variable in unit_class(PLANT).variables if variable.causality == "output"]
+    outputs = [variable.name for variable in fmu_src.unit_class(PLANT).variables if variable.causality == "output"]
     return drawn, [f"{plant}.{name}" for plant in plants for name in outputs]
 
 
-def _draw(result: Any, recorded: "Log | None", plot: Path | None, bands: Any = None) -> None:
+def _draw(result: Any, recorded: "hi.Log | None", plot: Path | None, bands: Any = None) -> None:
     if plot is not None:
-        from heli_identifier.results import run_figure, write_figure
-
         measured = (recorded.time, recorded.angles) if recorded else None
-        write_figure(run_figure(result.names, result.units, result.time, result.values, measured, bands), plot)
+        drawn = results.run_figure(result.names, result.units, result.time, result.values, measured, bands)
+        results.write_figure(drawn, plot)
 
 
 def _print_bands(bands: Any, json: bool, everything: bool) -> None:
@@ -334,15 +320,13 @@ def _outputs(result: Any, figures: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _print_outputs(title: str, outputs: list[dict[str, Any]], everything: bool) -> None:
     """Print figures of every output, of the finer ones if ``everything`` is wanted."""
-    from heli_identifier.results import Table, significant, unit_text
-
     _, _, *figures = outputs[0]
     rows = [
-        (row["name"], *(significant(row[key], 4) for key in figures), unit_text(row["unit"]))
+        (row["name"], *(results.significant(row[key], 4) for key in figures), results.unit_text(row["unit"]))
         for row in outputs
         if everything or row["name"].count(".") == 1
     ]
-    print_table(Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows))
+    print_table(results.Table(title, ("output", *(name.removeprefix("last_") for name in figures), "unit"), rows))
 
 
 # --- the plant -------------------------------------------------------------------------------------------------------
@@ -354,7 +338,6 @@ def effects(
     verbose: Verbose = False,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
-    from heli_identifier.results import Table, law_text, unit_text
     from heli_plant.effects import CATALOGUE
 
     axes = sorted({entry.axis for entry in CATALOGUE})
@@ -362,9 +345,9 @@ def effects(
         raise ConfigurationError(f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     rows, documents = [], []
     for entry in (own for own in CATALOGUE if axis in ("", own.axis)):
-        shapes = ", ".join(f"{shape.name} [{unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
+        shapes = ", ".join(f"{shape.name} [{results.unit_text(shape.unit) or '1'}]" for shape in entry.shapes)
         bounds = f"{entry.lower:g} to {entry.upper:g}"
-        row = (entry.name, entry.axis, law_text(entry.law), unit_text(entry.unit), bounds)
+        row = (entry.name, entry.axis, results.law_text(entry.law), results.unit_text(entry.unit), bounds)
         rows.append((*row, shapes, entry.source) if verbose else row)
         documents.append(
             {
@@ -382,7 +365,7 @@ def effects(
         print_json(documents)
         return
     columns = ("effect", "axis", "law", "unit of c", "range of c", *(("shapes", "source") if verbose else ()))
-    print_table(Table("Effects", columns, rows))
+    print_table(results.Table("Effects", columns, rows))
 
 
 def design(
@@ -409,8 +392,6 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
     the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
     """
-    from heli_identifier.tools import Limits, designs, effects_named, experiment_table, separation_warning
-
     require_range("duration", duration, "s", 20.0, 3600.0)
     if [separate is not None, show is not None, closed_loop].count(True) != 1:
         raise ConfigurationError("give one of --separate A B, --show A, and --closed-loop.")
@@ -422,11 +403,11 @@ def design(
         return
     if controller is not None or settings:
         raise ConfigurationError("--controller and --set are the controller's; give them with --closed-loop.")
-    entries = effects_named(separate if separate is not None else (show or "",))
+    entries = tools.effects_named(separate if separate is not None else (show or "",))
     plant = _plant(parameters)
     with progress_bar() as progress:
-        limits = Limits(voltage_limit, pitch_limit, elevation_limit)
-        ranked = designs(plant, entries, duration, limits, progress=progress)
+        limits = tools.Limits(voltage_limit, pitch_limit, elevation_limit)
+        ranked = tools.designs(plant, entries, duration, limits, progress=progress)
     if not ranked:
         raise ConfigurationError(
             f"no proposal keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad; "
@@ -436,14 +417,14 @@ def design(
     if json:
         print_json([one.document(entries) for one in listed])
     else:
-        print_table(experiment_table(listed, entries))
+        print_table(tools.experiment_table(listed, entries))
         typer.echo(
             "error: standard error of the coefficient that the experiment would leave; the table is sorted by it"
         )
         typer.echo("visibility: share of an effect's signature that no change of the fitted parameters could imitate")
         if len(entries) > 1:
             typer.echo("correlation: of the two signatures; near ±1 the logs cannot tell the effects apart")
-    text = separation_warning(listed, entries)
+    text = tools.separation_warning(listed, entries)
     if text is not None:
         warn(text)
     if output is not None:
@@ -470,14 +451,13 @@ def _design_flight(
     json: bool,
 ) -> None:
     """Propose what to add to a flight under the controller, whose parameters are ``gains``."""
-    from heli_identifier.tools import Limits, controller_settings, flight_outlooks, flight_table
     from heli_plant.control import PidSettings
 
-    Limits(plant.v_max, *limits)  # refuses limits that are none
+    tools.Limits(plant.v_max, *limits)  # refuses limits that are none
     require_range("hover", hover, "rad", -1.5, 1.5)
     with progress_bar() as progress:
-        pid = controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
-        ranked = flight_outlooks(plant, pid, hover, duration, limits, progress)
+        pid = tools.controller_settings(PidSettings(voltage_limit=plant.v_max), gains)
+        ranked = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
     if not ranked:
         raise ConfigurationError(
             f"no flight keeps the pitch within {limits[0]:g} rad and the elevation within {limits[1]:g} rad of the "
@@ -486,7 +466,7 @@ def _design_flight(
     if json:
         print_json([one.document for one in ranked])
         return
-    print_table(flight_table(ranked))
+    print_table(tools.flight_table(ranked))
     if not gains:
         note("no --controller given: the PID of the units flies with its default gains")
 
@@ -502,24 +482,20 @@ def linearise(
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """
-    from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import document_text, whole_folder, write_figure
-    from heli_identifier.tools import design_pid, margin_table, step_figure
-
-    with whole_folder(output) as draft:
+    with results.whole_folder(output) as draft:
         given = read_with_doubts(parameters)
         with progress_bar() as progress:
-            made = design_pid(given, pitch, elevation, progress=progress)
+            made = tools.design_pid(given, pitch, elevation, progress=progress)
         origin = from_command_line()
         document = made.document(origin)
-        write_atomically(draft / "linear_model.json", document_text(document))
+        write_atomically(draft / "linear_model.json", results.document_text(document))
         write_atomically(draft / "linear_model.mat", made.matlab_bytes())
         made.controller_parameters(origin).write(draft / "controller.json")
-        write_figure(step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
+        results.write_figure(tools.step_figure(made.before.steps, made.after.steps), draft / "steps.svg")
     if json:
         print_json(document)
         return
-    print_table(margin_table(made))
+    print_table(tools.margin_table(made))
     for text in made.notes:
         note(text)
     note_written(output, ("linear_model.json", "linear_model.mat", "controller.json", "steps.svg"))
@@ -547,40 +523,35 @@ def design_controller(
     Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
     controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
     """
-    from heli_identifier.provenance import from_command_line
-    from heli_identifier.results import document_text, whole_folder
-    from heli_identifier.tools import controller_html, controller_m, corrected_init, course_values, design_table
-    from heli_identifier.tools import design_controller as design_it
+    from fmu_src.native import controller_sources
     from heli_plant.state_feedback import FeedbackSettings
 
     configuration = found_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with whole_folder(output) as draft:
+    with results.whole_folder(output) as draft:
         given = read_with_doubts(parameters)
         with progress_bar() as progress:
-            made = design_it(given, kind, axis, elevation, pitch, aim, plants, progress)
+            made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         origin = from_command_line()
         document = made.document(origin)
         texts = {
-            "design.json": document_text(document),
-            "design.html": controller_html(made, origin),
-            "controller.m": controller_m(made),
-            "init_heli_corrected.m": corrected_init(
-                given, made.plants.model, course_values(init), configuration.geometry, init.name if init else None
+            "design.json": results.document_text(document),
+            "design.html": tools.controller_html(made, origin),
+            "controller.m": tools.controller_m(made),
+            "init_heli_corrected.m": tools.corrected_init(
+                given, made.plants.model, tools.course_values(init), configuration.geometry, init.name if init else None
             ),
         }
         for name, judged in (("controller.json", made.robust), ("nominal.json", made.nominal)):
-            texts[name] = document_text(judged.parameters(made.plants.model.point, origin).to_dict())
+            texts[name] = results.document_text(judged.parameters(made.plants.model.point, origin).to_dict())
         if isinstance(made.robust.settings, FeedbackSettings):
-            from fmu_src.native import controller_sources
-
             texts |= controller_sources(made.robust.settings)
         for name, text in texts.items():
             write_atomically(draft / name, text)
     if json:
         print_json(document)
         return
-    print_table(design_table(made))
+    print_table(tools.design_table(made))
     for text in made.notes:
         note(text)
     note_written(output, tuple(texts))

@@ -13,17 +13,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
+import heli_identifier as hi
+from heli_identifier import records, results
 from heli_identifier.errors import printable
 from heli_identifier.signals import undone
-
-if TYPE_CHECKING:
-    from heli_identifier.records import Log
-    from heli_identifier.results import Table, Tabular
-    from heli_identifier.tracing import Diagnosis
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done, 0 to 1."""
@@ -100,15 +97,13 @@ def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
     note(f"written{how}: {', '.join(str(folder / name) for name in names)}")
 
 
-def print_notes(logs: "Sequence[Log]") -> None:
+def print_notes(logs: "Sequence[hi.Log]") -> None:
     """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
-    from heli_identifier.records import suspicions
-
     for log in logs:
         if log.notes:
             note(f"{log.path}: {'; '.join(log.notes)}")
     for log in logs:
-        for text in suspicions(log):
+        for text in records.suspicions(log):
             warn(f"{log.path}: {text}")
 
 
@@ -124,7 +119,7 @@ def print_json(document: Mapping[str, Any] | Sequence[Any]) -> None:
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
 
 
-def print_table(table: "Table", intervals: bool = False) -> None:
+def print_table(table: "results.Table", intervals: bool = False) -> None:
     """Print a table; a column of figures stands at the right.
 
     On a terminal too narrow for it, figures stand without their intervals, unless these are asked for.
@@ -154,7 +149,7 @@ def print_table(table: "Table", intervals: bool = False) -> None:
     console.print(shown)
 
 
-def show(found: "Tabular", json: bool = False, intervals: bool = False) -> None:
+def show(found: "results.Tabular", json: bool = False, intervals: bool = False) -> None:
     """Print a result as JSON, or as its table with remarks."""
     if json:
         print_json(found.to_dict())
@@ -182,12 +177,10 @@ def progress_bar() -> Iterator[Progress]:
         yield lambda what, share: bar.update(task, description=what, completed=share)
 
 
-def print_diagnosis(diagnosis: "Diagnosis", reasons: bool = False) -> None:
+def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
-    from heli_identifier.results import diagnosis_tables, verdict_line
-
-    typer.secho(verdict_line(diagnosis), bold=True)
-    for table, remarks in diagnosis_tables(diagnosis, reasons):
+    typer.secho(results.verdict_line(diagnosis), bold=True)
+    for table, remarks in results.diagnosis_tables(diagnosis, reasons):
         print_table(table, reasons)
         for text in remarks:
             typer.echo(text)

@@ -38,9 +38,9 @@ def _plain(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} is no value of a document")
 
 
-def document_text(document: Mapping[str, Any]) -> str:
-    """Give a document as the text of a JSON file."""
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def document_text(document: Any) -> str:
+    """Give a value as the text of a JSON file."""
+    return json.dumps(plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def with_ends(estimate: Estimate) -> dict[str, Any]:
