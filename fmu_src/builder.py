@@ -1,6 +1,6 @@
 """Build a unit into an FMU: ``build("HelicopterPlant", "build")``.
 
-The zip holds the unit's sources under hashed names (:mod:`fmu_src.packaging.sources`), pythonfmu's binaries, the model
+The zip holds the unit's sources under hashed names (:mod:`fmu_src.vendoring`), pythonfmu's binaries, the model
 description with a GUID that depends on the content, the documentation and an icon. Two builds of the same sources and
 parameters are the same bytes.
 """
@@ -8,29 +8,26 @@ parameters are the same bytes.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+import io
+import zipfile
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from importlib import import_module
 from importlib.metadata import distribution
+from importlib.resources import files
 from pathlib import Path
 from uuid import UUID, uuid5
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
+from .description import AUTHOR, LICENSE, VERSION, model_description, xml_text
 from .errors import BuildError, WiringError
-from .packaging import (
-    content_hash,
-    icon,
-    index_html,
-    model_description,
-    needed_sources,
-    renamed,
-    slave_script,
-    xml_text,
-    zip_bytes,
-)
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, problem_with
+from .vendoring import content_hash, needed_sources, renamed, slave_script
 from .wiring import Scenario
 
 UNITS: dict[str, str] = {
@@ -48,6 +45,9 @@ UNITS: dict[str, str] = {
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
 _NO_GUID = "{00000000-0000-0000-0000-000000000000}"
+
+EARLIEST = (1980, 1, 1, 0, 0, 0)
+"""The earliest time of a zip entry."""
 
 
 def unit_class(name: str) -> type[SlaveBase]:
@@ -115,7 +115,7 @@ def build(unit: str, directory: str | Path, parameters: Mapping[str, Value] | No
     entries[f"resources/{script}.py"] = slave_script(kind, tag, start_values).encode()
     entries["resources/slavemodule.txt"] = script.encode()
     entries["documentation/index.html"] = index_html(kind, start_values).encode()
-    entries["model.png"] = icon(unit)
+    entries["model.png"] = icon()
     entries |= _from_pythonfmu(unit)
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _NO_GUID))
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, _guid(entries)))
@@ -173,3 +173,45 @@ def _guid(entries: Mapping[str, bytes]) -> str:
         digest.update(f"{name}\0{len(entries[name])}\0".encode())
         digest.update(entries[name])
     return f"{{{uuid5(_NAMESPACE, digest.hexdigest())}}}"
+
+
+@cache
+def _pages() -> Environment:
+    loader = PackageLoader("fmu_src", "documentation")
+    return Environment(loader=loader, undefined=StrictUndefined, autoescape=True, trim_blocks=True)
+
+
+def index_html(unit: type[SlaveBase], start_values: Mapping[str, Value], host: str = "") -> str:
+    """Return the page of a unit; ``start_values`` override those of its variables, ``host`` the text on the host."""
+    page = _pages().get_template(f"{unit.__name__}.html")
+    rows = _rows(unit, start_values)
+    return page.render(unit=unit, rows=rows, host=host, version=VERSION, author=AUTHOR, license=LICENSE)
+
+
+def _rows(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> Iterator[tuple[str, ...]]:
+    """Give name, causality, unit, start value, range and description of each variable."""
+    for variable in unit.variables:
+        low, high = variable.minimum, variable.maximum
+        span = "" if low is None or high is None else f"{low:g} to {high:g}"
+        kind = variable.causality + (", tunable" if variable.variability == "tunable" else "")
+        start = start_values.get(variable.name, variable.start)
+        shown = "" if start is None else f"{start:.10g}" if isinstance(start, float) else str(start)
+        yield variable.name, kind, variable.unit or variable.type, shown, span, variable.description
+
+
+def icon() -> bytes:
+    """Return the icon of all units, a PNG: stand, arm, counterweight, body and two rotors."""
+    return files(__package__).joinpath("documentation", "icon.png").read_bytes()
+
+
+def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
+    """Return a zip of ``entries`` in sorted order with one fixed time and mode: equal content, equal bytes."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name in sorted(entries):
+            info = zipfile.ZipInfo(name, EARLIEST)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = 0o644 << 16
+            info.create_system = 3  # the same on every system that builds
+            archive.writestr(info, entries[name])  # the highest level takes twice as long for a hundredth less
+    return buffer.getvalue()

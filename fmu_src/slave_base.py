@@ -13,7 +13,8 @@
   integrator would roll back wrong.
 
 A unit class gives its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden`` state.
-Its ``values`` lie in one flat list; a value reference is the position in ``variables`` and in ``values``.
+Its ``values`` lie in one flat list; a value reference is the position in ``variables`` and in ``values``. Inputs are
+read by their places in it, because that is fast, parameters by name, and outputs stand one behind the other.
 
 ``set_real``, ``do_step`` and ``get_real`` are called in every communication step. They have a short way for a unit
 that is stepping and has no refused value (``_steady``); everything else takes the thorough way.
@@ -23,7 +24,8 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partialmethod
 from math import isfinite
 from operator import itemgetter
 from traceback import format_exc
@@ -32,9 +34,12 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 from pythonfmu.fmi2slave import Fmi2Slave
 
+from heli_identifier.errors import IdentifierError
+from heli_plant.errors import PlantError
+
 from .errors import Refusal
 from .state import frozen_state, thawed_state
-from .variables import TYPES, Value, Variable, problem_with
+from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
@@ -67,11 +72,10 @@ class SlaveBase(Fmi2Slave):
     variables: ClassVar[tuple[Variable, ...]] = ()
     start_values: ClassVar[Mapping[str, Value]] = {}
     references: ClassVar[dict[str, int]] = {}
+    _first_output: ClassVar[int] = 0
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.state`)."""
     summary: ClassVar[str] = ""
-    equations: ClassVar[str] = ""
-    source: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
     saves_state: ClassVar[bool] = True
@@ -80,6 +84,8 @@ class SlaveBase(Fmi2Slave):
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
+        causalities = [variable.causality for variable in cls.variables]
+        cls._first_output = causalities.index("output") if "output" in causalities else 0
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -108,6 +114,22 @@ class SlaveBase(Fmi2Slave):
 
     def advance(self, time: float, step: float) -> None:
         """Go from ``time`` to ``time + step`` [s] and set all outputs; raise Refusal and leave all as it was."""
+
+    # What it may use
+
+    def value(self, name: str) -> Any:
+        """Return the value of a variable."""
+        return self.values[self.references[name]]
+
+    def settings(self, defaults: Any, **more: Any) -> Any:
+        """Return the settings ``defaults`` with the parameters that have a field there, and with ``more`` fields."""
+        given = {v.field: value for v, value in zip(self.variables, self.values, strict=True) if v.field}
+        return with_fields(defaults, {**given, **more})
+
+    def show(self, outputs: Iterable[float]) -> None:
+        """Set the outputs, the first ones if there are more of them."""
+        shown = list(outputs)
+        self.values[self._first_output : self._first_output + len(shown)] = shown
 
     # From instantiation to the first step, and the end
 
@@ -250,19 +272,8 @@ class SlaveBase(Fmi2Slave):
 
     # Reading and setting, thoroughly
 
-    def get_integer(self, vrs: list[int]) -> list[int]:
-        """Values of Integer variables by reference."""
-        return self._get("Integer", vrs)
-
-    def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Values of Boolean variables by reference."""
-        return self._get("Boolean", vrs)
-
-    def get_string(self, vrs: list[int]) -> list[str]:
-        """Values of String variables by reference."""
-        return self._get("String", vrs)
-
     def _get(self, kind: str, vrs: list[int]) -> list[Any]:
+        """Values of variables of this type by reference."""
         try:
             if self._outdated:
                 self._prepare()
@@ -284,19 +295,8 @@ class SlaveBase(Fmi2Slave):
         """Whether a variable of this type has this value reference, which the binary hands over as a signed number."""
         return 0 <= reference < len(self.variables) and self.variables[reference].type == kind
 
-    def set_integer(self, vrs: list[int], values: list[int]) -> None:
-        """Set Integer variables; log and ignore values out of range."""
-        self._set("Integer", vrs, values)
-
-    def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Set Boolean variables."""
-        self._set("Boolean", vrs, values)
-
-    def set_string(self, vrs: list[int], values: list[str]) -> None:
-        """Set String variables."""
-        self._set("String", vrs, values)
-
     def _set(self, kind: str, vrs: list[int], values: list[Any]) -> None:
+        """Set variables of this type; log and ignore values out of range."""
         try:
             for reference, value in zip(vrs, values, strict=True):
                 problem = self._problem(kind, reference, value)
@@ -309,6 +309,10 @@ class SlaveBase(Fmi2Slave):
             self._steady = self.phase == STEPPING and not self.refused
         except BaseException as problem:
             self._report(f"set{kind}", problem)
+
+    get_integer, set_integer = partialmethod(_get, "Integer"), partialmethod(_set, "Integer")
+    get_boolean, set_boolean = partialmethod(_get, "Boolean"), partialmethod(_set, "Boolean")
+    get_string, set_string = partialmethod(_get, "String"), partialmethod(_set, "String")
 
     def _problem(self, kind: str, reference: int, value: Value) -> str | None:
         """Return why ``value`` is refused, or None; keep a refusal that a better value can end."""
@@ -382,8 +386,8 @@ class SlaveBase(Fmi2Slave):
     # Messages to the host
 
     def _report(self, call: str, problem: BaseException) -> None:
-        """Log a problem in ``call``: a refusal by its text, any other exception with its traceback."""
-        if isinstance(problem, Refusal):
+        """Log a problem in ``call``: what the project refuses by its text, any other exception with its traceback."""
+        if isinstance(problem, (Refusal, IdentifierError, PlantError)):
             self.log(f"{call}: {problem}", Fmi2Status.discard)
         else:
             self.log(f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error)

@@ -16,10 +16,10 @@ from xml.etree.ElementTree import Element, ParseError, SubElement, register_name
 from heli_identifier.archives import plain_xml
 from heli_identifier.files import draft_folder, regular_bytes, write_atomically
 
-from .builder import build, checked_start_values, scenario_fmus, unit_class
+from .builder import build, checked_start_values, scenario_fmus, unit_class, zip_bytes
+from .description import AUTHOR, DATE, LICENSE, base_exponents, value_text, xml_text
 from .errors import BuildError
 from .native import build_native
-from .packaging import AUTHOR, DATE, LICENSE, base_exponents, value_text, xml_text, zip_bytes
 from .slave_base import SlaveBase
 from .variables import Value
 from .wiring import Scenario, scenario

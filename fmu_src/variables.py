@@ -1,14 +1,17 @@
 """A variable of a unit, with everything that the model description says about it.
 
-A unit lists its variables once, as a tuple of :class:`Variable`; value references are the positions in that tuple.
-The slave base takes ranges and start values from it, the packaging writes the model description from it.
+A unit lists its variables once, as a tuple of :class:`Variable`; value references are the positions in that tuple. The
+slave base takes ranges and start values from it, the builder writes the model description from it, and where a
+parameter sets a field of a settings type, units in Python and in C fill that field from it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from functools import reduce
 from sys import float_info
-from typing import NamedTuple, Union
+from typing import Any, NamedTuple, Union
 
 Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
@@ -24,7 +27,8 @@ class Variable(NamedTuple):
 
     ``causality`` is input, output or parameter; ``type`` is Real, Integer, Boolean or String; ``unit`` a name as
     ``rad/s^2`` (None: no unit); ``start`` is None for outputs, which are calculated; ``initial_dependencies`` names
-    the parameters that an output's value at the start time depends on.
+    the parameters that an output's value at the start time depends on; ``field`` is the path of the field that a
+    parameter sets in the unit's settings, as ``pitch.integral``, or ``gain.x1.pitch`` with the second row of a tuple.
     """
 
     name: str
@@ -38,6 +42,7 @@ class Variable(NamedTuple):
     nominal: float | None = None
     variability: str = "continuous"
     initial_dependencies: tuple[str, ...] = ()
+    field: str = ""
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -52,7 +57,7 @@ def real_input(name, unit, bound, nominal, description, start=0.0) -> Variable:
     return Variable(name, "input", description, "Real", unit, start, -bound, bound, nominal)
 
 
-def real_output(name, unit, nominal, description, depends_on: Sequence[str] = (), variability="continuous") -> Variable:
+def output(name, unit, description, depends_on=(), nominal=None, variability="discrete") -> Variable:
     """Return a Real output; outputs are calculated and have no start value."""
     return Variable(
         name, "output", description, "Real", unit, nominal=nominal, variability=variability,
@@ -60,27 +65,45 @@ def real_output(name, unit, nominal, description, depends_on: Sequence[str] = ()
     )  # fmt: skip
 
 
-def real_parameter(name, unit, start, minimum, maximum, description, tunable=False) -> Variable:
-    """Return a Real parameter: fixed after initialisation, or tunable."""
+def parameter(name, start, description, unit=None, low=None, high=None, tunable=False, field="") -> Variable:
+    """Return a parameter of the type of ``start``: fixed after initialisation, or tunable."""
+    kind = next(kind for kind, python in TYPES.items() if type(start) is python)
     variability = "tunable" if tunable else "fixed"
-    return Variable(name, "parameter", description, "Real", unit, start, minimum, maximum, variability=variability)
+    return Variable(name, "parameter", description, kind, unit, start, low, high, None, variability, (), field)
 
 
-def integer_parameter(name, start, minimum, maximum, description) -> Variable:
-    """Return a fixed Integer parameter."""
-    return Variable(
-        name, "parameter", description, "Integer", None, start, minimum, maximum, variability="fixed"
-    )  # fmt: skip
+def setting(defaults, name, field, description, unit=None, low=None, high=None) -> Variable:
+    """Return a parameter that sets a field of ``defaults`` and starts from its value there."""
+    start = reduce(_part, field.split("."), defaults)
+    return parameter(name, start, description, unit, low, high, field=field)
 
 
-def boolean_parameter(name, start, description) -> Variable:
-    """Return a fixed Boolean parameter."""
-    return Variable(name, "parameter", description, "Boolean", None, start, variability="fixed")
+def _part(whole: Any, name: str) -> Any:
+    """Field of a NamedTuple or dataclass; of a tuple ``x0`` is the first part."""
+    return whole[int(name[1:])] if type(whole) is tuple else getattr(whole, name)
 
 
-def string_parameter(name, start, description) -> Variable:
-    """Return a fixed String parameter."""
-    return Variable(name, "parameter", description, "String", None, start, variability="fixed")
+def for_each(keys: Iterable[str], kind: Callable[..., Variable], *row: Any, **options: Any) -> tuple[Variable, ...]:
+    """Return ``kind(*row, **options)`` once for each key, which stands for ``{}`` in the texts of the row."""
+    return tuple(kind(*(_with_key(part, key) for part in row), **options) for key in keys)
+
+
+def _with_key(part: Any, key: str) -> Any:
+    if isinstance(part, tuple):
+        return tuple(_with_key(one, key) for one in part)
+    return part.format(key) if isinstance(part, str) else part
+
+
+def with_fields(defaults: Any, values: Mapping[str, Any]) -> Any:
+    """Return settings, a NamedTuple or dataclass, with new values of some fields by their paths."""
+    parts: dict[str, dict[str, Any]] = {}
+    for path, value in values.items():
+        name, _, rest = path.partition(".")
+        parts.setdefault(name, {})[rest] = value
+    new = {name: own[""] if "" in own else with_fields(_part(defaults, name), own) for name, own in parts.items()}
+    if type(defaults) is tuple:
+        return tuple(new.get(f"x{k}", part) for k, part in enumerate(defaults))
+    return defaults._replace(**new) if hasattr(defaults, "_fields") else replace(defaults, **new)
 
 
 def problem_with(variable: Variable, value: object) -> str | None:

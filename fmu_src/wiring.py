@@ -19,10 +19,11 @@ t_0 depends on an input.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import inf
 
+from heli_identifier.following import DEFAULT_EFFECTS, HEARD
 from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
@@ -108,7 +109,7 @@ class Scenario:
         return by_unit
 
 
-def _wires(source: str, target: str, names: tuple[str, ...]) -> tuple[Connection, ...]:
+def _wires(source: str, target: str, names: Iterable[str]) -> tuple[Connection, ...]:
     """Variables of the same name in two units."""
     return tuple(Connection(source, name, target, name) for name in names)
 
@@ -165,15 +166,8 @@ PLANT_BESIDE_LOG = Scenario(
     (("player", "LogPlayer"), ("plant", "HelicopterPlant")),
     _wires("player", "plant", VOLTAGES),
 )
-_WATCHED = (
-    ("pitch", ("dry_friction", "constant_torque")),
-    ("elevation", ("dry_friction",)),
-    ("travel", ("dry_friction", "constant_torque", "cable_stiffness")),
-)
+_WATCHED = {axis: [name for name, own in DEFAULT_EFFECTS if own == axis] for axis in AXES}
 """Effects that the following twin may switch on, in the order of the identifier's places."""
-
-_HEARD = ("k_x", "k_z", "k_y", "a_1", "a_wx", "a_wz", "a_wy")
-"""Estimates that the following twin hears from the identifier."""
 
 FOLLOW = Scenario(
     "follow",
@@ -189,24 +183,21 @@ FOLLOW = Scenario(
         *_wires("player", "identifier", (*VOLTAGES, *AXES)),
         *_wires("player", "corrector", (*VOLTAGES, *AXES)),
         *(Connection("player", axis, "plant", f"measured.{axis}") for axis in AXES),
-        *_wires("identifier", "corrector", tuple(f"excitation.{axis}" for axis in AXES)),
+        *_wires("identifier", "corrector", [f"excitation.{axis}" for axis in AXES]),
         *_wires(
             "identifier",
             "corrector",
-            tuple(f"score.{axis}[{slot}]" for axis, names in _WATCHED for slot, _ in enumerate(names, 1)),
+            [f"score.{axis}[{place}]" for axis in AXES for place, _ in enumerate(_WATCHED[axis], 1)],
         ),
-        *(Connection("identifier", field, "corrector", f"estimate.{field}") for field in _HEARD),
-        *(
-            Connection("identifier", f"standard_error.{field}", "corrector", f"estimate_error.{field}")
-            for field in _HEARD
-        ),
+        *(Connection("identifier", name, "corrector", f"estimate.{name}") for name in HEARD),
+        *(Connection("identifier", f"standard_error.{name}", "corrector", f"estimate_error.{name}") for name in HEARD),
         *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     ),
     (
         ("identifier.method", "prediction_error"),
         ("identifier.adaptation.forgetting", 0.02),
         ("identifier.report.interval", 2.0),
-        *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED),
+        *((f"identifier.watch.{axis}", ", ".join(names)) for axis, names in _WATCHED.items()),
     ),
 )
 LIVE = Scenario(

@@ -10,7 +10,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from fmu_src import UNITS, BuildError, build, unit_class
-from fmu_src.packaging import content_hash, needed_sources, renamed
+from fmu_src.vendoring import content_hash, needed_sources, renamed
 
 
 def description(path):

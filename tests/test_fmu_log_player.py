@@ -6,8 +6,7 @@ import re
 import pytest
 
 from fmu_src import Refusal
-from fmu_src.units.log_file import read_recording
-from fmu_src.units.log_player import LogPlayer
+from fmu_src.units.log_player import LogPlayer, read_recording
 
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"
 ROWS = ["4.00,1,2,.1,.2,.3", "4.01,3,4,.4,.5,.6", "4.02,5,-5,.7,.8,.9"]

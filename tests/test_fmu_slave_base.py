@@ -7,14 +7,7 @@ import pytest
 
 from fmu_src import Refusal
 from fmu_src.slave_base import SlaveBase
-from fmu_src.variables import (
-    boolean_parameter,
-    integer_parameter,
-    real_input,
-    real_output,
-    real_parameter,
-    string_parameter,
-)
+from fmu_src.variables import output, parameter, real_input
 
 
 class Integrator(SlaveBase):
@@ -22,12 +15,12 @@ class Integrator(SlaveBase):
 
     variables = (
         real_input("u", "V", 10.0, 1.0, "input"),
-        real_output("x", "V", 1.0, "integral", ("initial.x",)),
-        real_parameter("initial.x", "V", 0.5, -100.0, 100.0, "x at the start"),
-        real_parameter("gain", "1/s", 2.0, 0.0, 5.0, "gain", tunable=True),
-        integer_parameter("order", 1, 1, 4, "an integer"),
-        boolean_parameter("enabled", True, "a boolean"),
-        string_parameter("note", "none", "a text"),
+        output("x", "V", "integral", ("initial.x",)),
+        parameter("initial.x", 0.5, "x at the start", "V", -100.0, 100.0),
+        parameter("gain", 2.0, "gain", "1/s", 0.0, 5.0, tunable=True),
+        parameter("order", 1, "an integer", None, 1, 4),
+        parameter("enabled", True, "a boolean"),
+        parameter("note", "none", "a text"),
     )
     hidden = {"x": float, "seen": float}
 

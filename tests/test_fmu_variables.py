@@ -5,10 +5,10 @@ import math
 import pytest
 
 from fmu_src import UNITS, BuildError, problem_with, unit_class
-from fmu_src.packaging import base_exponents, unit_definitions
-from fmu_src.variables import boolean_parameter, integer_parameter, real_parameter
+from fmu_src.description import base_exponents, unit_definitions
+from fmu_src.variables import parameter
 
-DAMPING = real_parameter("pitch.damping", "1/s", 0.06, -10.0, 10.0, "damping")
+DAMPING = parameter("pitch.damping", 0.06, "damping", "1/s", -10.0, 10.0)
 
 
 def test_a_good_value_has_no_problem():
@@ -22,9 +22,9 @@ def test_a_problem_names_variable_value_bounds_and_unit(bad):
 
 
 def test_whole_numbers_and_truth_values_are_told_from_others():
-    assert problem_with(integer_parameter("n", 1, 0, 9, ""), 2.5) == "n = 2.5 must be a whole number"
-    assert problem_with(boolean_parameter("b", True, ""), 0.5) == "b = 0.5 must be 0 or 1"
-    assert problem_with(boolean_parameter("b", True, ""), 1.0) is None
+    assert problem_with(parameter("n", 1, "", None, 0, 9), 2.5) == "n = 2.5 must be a whole number"
+    assert problem_with(parameter("b", True, ""), 0.5) == "b = 0.5 must be 0 or 1"
+    assert problem_with(parameter("b", True, ""), 1.0) is None
 
 
 @pytest.mark.parametrize(

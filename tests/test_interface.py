@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import heli_identifier as hi
-from fmu_src.packaging.sources import needed_sources
+from fmu_src.vendoring import needed_sources
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_plant.parameters import TABLE_2
 from tests.diagnosis_example import AFTER, adequate, example, made_log

@@ -14,8 +14,8 @@ from uuid import UUID, uuid5
 
 from heli_identifier.files import write_atomically
 
-from ..builder import checked_start_values, unit_class
-from ..packaging import TOOL, icon, index_html, model_description, xml_text, zip_bytes
+from ..builder import checked_start_values, icon, index_html, unit_class, zip_bytes
+from ..description import TOOL, model_description, xml_text
 from ..variables import Value
 from .definitions import DEFINITIONS
 from .sources import build_description, compiled_files, exchange_of, native_sources
@@ -98,7 +98,7 @@ def build_native(
     platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
     said = _HOST.format(platforms=platforms) + (_EXCHANGE if exchange else "")
     entries["documentation/index.html"] = index_html(kind, start_values, said).encode()
-    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon(unit)
+    entries["model.png" if fmi == 2 else "terminalsAndIcons/icon.png"] = icon()
     entries["modelDescription.xml"] = xml_text(model_description(kind, start_values, token, fmi, TOOL, files, extra))
     return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 

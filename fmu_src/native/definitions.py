@@ -11,7 +11,6 @@ from heli_identifier.online import (
     WATCHABLE,
     Candidate,
     IdentifierSettings,
-    ModelParameters,
     Sampled,
     before_samples,
     begin_sampling,
@@ -34,9 +33,13 @@ from heli_identifier.online.excitation import (
     phases,
 )
 from heli_plant import communication, continuous, control, laws, motor, state, state_feedback
-from heli_plant.parameter_table import PARAMETERS
 from heli_plant.parameters import PlantParameters
 
+from ..slave_base import SlaveBase
+from ..units.adaptive_identifier import AdaptiveIdentifier
+from ..units.helicopter_plant import HelicopterPlant
+from ..units.pid_controller import PidController
+from ..units.state_feedback import StateFeedback
 from ..variables import Variable
 from .translator import choose, quoted
 
@@ -122,6 +125,11 @@ def reference(name: str) -> str:
     return "REF_" + re.sub(r"\W+", "_", name).strip("_")
 
 
+def paths(unit: type[SlaveBase]) -> dict[str, str]:
+    """Return the variable that sets each field of a unit's settings."""
+    return {variable.field: variable.name for variable in unit.variables if variable.field}
+
+
 def plant_twin() -> Definition:
     """HelicopterPlant."""
     entries = (
@@ -134,7 +142,7 @@ def plant_twin() -> Definition:
         (laws.input_delay, PlantParameters),
     )
     settings = {
-        PlantParameters: {row.field: row.name for row in PARAMETERS},
+        PlantParameters: paths(HelicopterPlant),
         communication.EncoderCounts: {axis: f"encoder.counts_{axis}" for axis in communication.EncoderCounts._fields},
     }
     return Definition(
@@ -173,20 +181,6 @@ def identifier_twin() -> Definition:
         "typedef struct {\n    const char *name, *axis;\n    int64_t law;\n    bool in_rotors, times_gain;\n"
         f"}} Watchable;\n\nstatic const Watchable CANDIDATES[] = {{\n{rows}\n}};\n"
     )
-    settings = {
-        "sample_time": "sample.time",
-        "filter_frequency": "filter.frequency",
-        "filter_damping": "filter.damping",
-        "initial_gain": "adaptation.initial_gain",
-        "gain_limit": "adaptation.gain_limit",
-        "forgetting": "adaptation.forgetting",
-        "motor_time_constant": "motor.time_constant",
-        "lag_known": "motor.lag_known",
-        "voltage_limit": "motor.voltage_limit",
-        "excitation_window": "excitation.window",
-        "report_interval": "report.interval",
-        **{f"initial.{name}": f"initial.{name}" for name in ModelParameters._fields},
-    }
     entries = (
         is_due,
         take_sample,
@@ -199,43 +193,22 @@ def identifier_twin() -> Definition:
         (IdentifierSettings.__post_init__, IdentifierSettings),
     )
     externals = {candidate: "find_candidate"}
-    return Definition("identifier.c", entries, {IdentifierSettings: settings}, (Sampled,), externals, table)
+    settings: dict[type, dict[str, str]] = {IdentifierSettings: paths(AdaptiveIdentifier)}
+    return Definition("identifier.c", entries, settings, (Sampled,), externals, table)
 
 
 def controller_twin() -> Definition:
     """PidController."""
-    gains = [f"{axis}.{gain}" for axis in ("pitch", "elevation", "travel") for gain in control.AxisGains._fields]
-    settings = {
-        **dict(zip(gains, gains, strict=True)),
-        "travel_enabled": "travel.enabled",
-        "trim": "trim",
-        "pitch_limit": "travel.pitch_limit",
-        "rate_time_constant": "rate.time_constant",
-        "voltage_limit": "voltage_limit",
-    }
     entries = (control.pid_step, control.start_pid, control.risen, motor.saturate)
-    return Definition("pid.c", entries, {control.PidSettings: settings}, (control.PidState,))
+    return Definition("pid.c", entries, {control.PidSettings: paths(PidController)}, (control.PidState,))
 
 
 def state_feedback_twin() -> Definition:
-    """StateFeedback; an entry of a matrix has the name of its path."""
-    default = state_feedback.FeedbackSettings()
-    vectors = [f"{name}.{field}" for name in ("point", "hover") for field in getattr(default, name)._fields]
-    paths = dict(zip(vectors, vectors, strict=True))
-    for matrix in ("transition", "drive", "innovation", "gain", "integral", "reference"):
-        for number, (row, own) in enumerate(state_feedback.rows_of(getattr(default, matrix)).items()):
-            paths |= {f"{matrix}.x{number}.{column}": f"{matrix}.{row}.{column}" for column in own._fields}
-    settings = {
-        **paths,
-        "period": "sample.time",
-        "delay": "sample.delay",
-        "travel_enabled": "travel.enabled",
-        "voltage_limit": "voltage_limit",
-    }
+    """StateFeedback."""
     entries = (state_feedback.hold, state_feedback.start_holding, control.risen, motor.saturate)
     more = f"static const double SAMPLE_EARLY = {state_feedback.EARLY!r};\n"
-    memory = (state_feedback.Held,)
-    return Definition("state_feedback.c", entries, {state_feedback.FeedbackSettings: settings}, memory, more=more)
+    settings: dict[type, dict[str, str]] = {state_feedback.FeedbackSettings: paths(StateFeedback)}
+    return Definition("state_feedback.c", entries, settings, (state_feedback.Held,), more=more)
 
 
 def exciter_twin() -> Definition:

@@ -7,8 +7,8 @@ from functools import cache
 from importlib.resources import files
 from xml.etree.ElementTree import Element, SubElement
 
+from ..description import value_text, xml_text
 from ..errors import BuildError
-from ..packaging import value_text, xml_text
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, MOST_SUBSTEPS, SlaveBase
 from ..variables import LARGEST, Value, Variable
 from .definitions import DEFINITIONS, Definition, Exchange, reference

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from heli_plant.communication import PlantMemory
+from heli_plant.communication import PlantMemory, shown
 from heli_plant.observer import (
     CORRECTED,
     TRAVEL_BANDWIDTH,
@@ -18,7 +18,7 @@ from heli_plant.observer import (
 )
 from heli_plant.parameters import PlantParameters
 
-from ..variables import Variable, real_input
+from ..variables import Variable, for_each, real_input
 from .helicopter_plant import HelicopterPlant
 from .signals import ANGLE_BOUND, AXES
 
@@ -30,11 +30,8 @@ _CORRECTIONS = tuple(
     for name, unit in CORRECTED
 )
 _KEEPING = (
-    *(
-        real_input(
-            f"measured.{axis}", "rad", ANGLE_BOUND, 1.0, f"{axis} of the rig that the observer keeps the plant on"
-        )
-        for axis in AXES
+    *for_each(
+        AXES, real_input, "measured.{}", "rad", ANGLE_BOUND, 1.0, "{} of the rig that the observer keeps the plant on"
     ),
     real_input("measured.fresh", "1", 1.0, 1.0, "1: the measured angles are of this instant, 0: nothing came in", 1.0),
     real_input(
@@ -50,31 +47,24 @@ class FollowingPlant(HelicopterPlant):
     adjusted = slice(HelicopterPlant.adjusted.start, -len(_KEEPING))
     hidden = {"memory": PlantMemory, "torque": Torque}
     summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
-    equations = f"""{HelicopterPlant.equations.rpartition("<p>")[0]}<p>Connect the rig's angles to
-<code>measured.*</code> and set <code>observer.bandwidth</code> (6.6 rad/s): an observer keeps the state on the rig.
-A sample with <code>measured.fresh</code> = 0 is not used. <code>correction.*</code> is added to the parameters of the
-same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor that has lost a fifth of its thrust.</p>"""
 
     def initialise(self, time: float) -> None:
         """Start as the plant, without unmodelled torques."""
         super().initialise(time)
         self.torque = Torque()
 
-    def _take_parameters(self) -> None:
-        super()._take_parameters()
-        correction = Correction(*self.chosen[-len(CORRECTED) :])
-        self.shares = 1.0 + correction.front, 1.0 + correction.rear
-
-    def _corrected(self, parameters: PlantParameters, corrections: list[float]) -> PlantParameters:
-        return with_correction(parameters, Correction(*corrections)) if any(corrections) else parameters
+    def _corrected(self, parameters: PlantParameters) -> PlantParameters:
+        correction = Correction(*self.values[-len(_CORRECTIONS) - len(_KEEPING) : -len(_KEEPING)])
+        return with_correction(parameters, correction) if any(correction) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
         if self.values[self.adjusted] != self.chosen:
             self._take_parameters()
-        pitch, elevation, travel, fresh, bandwidth = self.values[-len(_KEEPING) :]
+        # the last corrections are those of the rotors' shares
+        front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_KEEPING) :]
         memory, torque, limit = self.memory, self.torque, self.parameters.v_max
-        v_front, v_rear = map(with_share, self.values[:2], self.shares, (limit, limit))
+        v_front, v_rear = map(with_share, self.values[:2], (1.0 + front, 1.0 + rear), (limit, limit))
         if bandwidth > 0.0:
             gains = observer_gains(bandwidth, step_size)
             if fresh > 0.5:
@@ -86,4 +76,4 @@ same name; <code>correction.rotor.front</code> = &minus;0.2 is a front rotor tha
             kept = predicted(memory.state, torque, step_size, gains)
             memory, torque = memory._replace(state=kept.state), kept.torque
         self.memory, self.torque = memory, torque
-        self._publish()
+        self.show(shown(memory.state, self.counts))

@@ -1,20 +1,46 @@
-"""LogPlayer: a measured log as a unit; it feeds measured data to the identifier and the plant."""
+"""LogPlayer: a measured log as a unit; it feeds measured data to the identifier and the plant.
+
+The log is read with the standard library alone, because a host may have nothing else. Its grammar is strict and small,
+since the player in C (``native/c/player.c``) has the same one: lines that end in LF or CR LF, cells between commas,
+quotes around a whole cell ("" is a quote in it), decimal numbers with a point. Blank lines and blanks around cells do
+not count.
+"""
 
 from __future__ import annotations
 
+import os
+import re
 from bisect import bisect_right
-from typing import ClassVar
+from math import isfinite, nan, radians
+from stat import S_ISREG
+from typing import ClassVar, NamedTuple
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
-from ..variables import Variable, real_output, real_parameter, string_parameter
-from .log_file import Recording, read_recording
-from .signals import AXES, voltage_outputs
+from ..variables import Variable, parameter
+from .signals import AXES, EARLY, measured_outputs
 
-_EARLY = 1e-9
-"""A row holds from this much before its time [s], because communication points k H have rounding errors."""
+_HEADERS = {
+    "time": {"time [s]": 1.0},
+    "v_front": {"v_front [V]": 1.0},
+    "v_rear": {"v_rear [V]": 1.0},
+    **{axis: {f"{axis} [rad]": 1.0, f"{axis} [deg]": radians(1.0)} for axis in AXES},
+}
+"""Accepted headers of the time and of each signal, in the order of a row, with the factor to SI."""
 
-_DEPENDS = ("log.path", "log.start")
+_BLANKS = " \t\r\v\f"
+_CELL = re.compile(r'[ \t\r\v\f]*(?:"((?:[^"]|"")*)"[ \t\r\v\f]*|([^",]*))(,|\Z)')
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_SHOWN = 300
+"""Characters of a text from the file that a message shows."""
+
+
+class Recording(NamedTuple):
+    """A log in SI units; times [s] count from the first row."""
+
+    path: str
+    times: tuple[float, ...]
+    rows: tuple[tuple[float, ...], ...]
 
 
 class LogPlayer(SlaveBase):
@@ -24,29 +50,18 @@ class LogPlayer(SlaveBase):
     """
 
     variables: ClassVar[tuple[Variable, ...]] = (
-        *(variable._replace(initial_dependencies=_DEPENDS) for variable in voltage_outputs()),
-        *(
-            real_output(axis, "rad", 1.0, f"measured {axis} angle", _DEPENDS, variability="discrete")
-            for axis in AXES
-        ),
-        string_parameter("log.path", "", "CSV file: time [s], v_front [V], v_rear [V], pitch [rad], ..."),
-        real_parameter("log.start", "s", 0.0, 0.0, 1e9, "time in the log, from its first row, at which to start"),
-    )  # fmt: skip
+        *measured_outputs("log.path", "log.start"),
+        parameter("log.path", "", "CSV file: time [s], v_front [V], v_rear [V], pitch [rad], ..."),
+        parameter("log.start", 0.0, "time in the log, from its first row, at which to start", "s", 0.0, 1e9),
+    )
     summary = "Plays the voltages and angles of a measured log"
-    equations = """
-<p>At time t the unit shows row k of the log with the largest time<sub>k</sub> &minus; time<sub>0</sub> &le; t
-&minus; t<sub>start</sub> + log.start; after the last row it holds that row. The file is CSV with the header
-<code>time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]</code>. Columns may be in any order,
-angles may be in <code>[deg]</code>, and further columns are ignored. If the file cannot be played, the reason is logged
-and steps are refused.</p>"""
     has_past = False
-    source = "The log format of this project"
 
     recording: Recording | None = None
 
     def initialise(self, time: float) -> None:
         """Read the log and show its first row."""
-        path = self.values[self.references["log.path"]]
+        path = self.value("log.path")
         if self.recording is None or self.recording.path != path:
             self.recording = read_recording(path)
         self._show(time)
@@ -58,6 +73,88 @@ and steps are refused.</p>"""
     def _show(self, time: float) -> None:
         if self.recording is None:
             raise Refusal("there is no log to play; set log.path before initialisation ends")
-        since_first = time - self.start_time + self.values[self.references["log.start"]]
-        index = bisect_right(self.recording.times, since_first + _EARLY) - 1
-        self.values[:5] = self.recording.rows[max(index, 0)]  # the first five of ``variables``
+        since_first = time - self.start_time + self.value("log.start")
+        index = bisect_right(self.recording.times, since_first + EARLY) - 1
+        self.show(self.recording.rows[max(index, 0)])
+
+
+def read_recording(path: str) -> Recording:
+    """Read a CSV log.
+
+    Raises
+    ------
+    Refusal
+        The log cannot be played: no file, no table, a missing column, an unknown unit, a cell that is no finite
+        number, time that does not increase. The message names file, row and column.
+    """
+    header, *lines = _contents(path).split("\n")
+    columns = _columns(path, header)
+    times: list[float] = []
+    rows: list[tuple[float, ...]] = []
+    for number, line in enumerate(lines, 2):
+        if not line.strip(_BLANKS):
+            continue
+        cells, row = _cells(path, number, line), []
+        for text, index, factor in columns:
+            cell = cells[index] if index < len(cells) else ""
+            value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
+            if not isfinite(value):
+                raise Refusal(f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number")
+            row.append(value)
+        if times and row[0] <= times[-1]:
+            raise Refusal(
+                f"the log {path}, row {number}: time = {row[0]:g} s must be greater than {times[-1]:g} s, "
+                "the time of the row before"
+            )
+        times.append(row[0])
+        rows.append(tuple(row[1:]))
+    if not rows:
+        raise Refusal(f"the log {path} has no rows below its header")
+    return Recording(path, tuple(time - times[0] for time in times), tuple(rows))
+
+
+def _contents(path: str) -> str:
+    """Return the bytes of a file as characters; only ASCII counts."""
+    if not path:
+        raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
+    try:
+        if not S_ISREG(os.stat(path).st_mode):  # a pipe or a device may never end
+            raise Refusal(f"the log {path} is no file")
+        with open(path, "rb") as file:
+            text = file.read().decode("latin-1")
+    except (OSError, ValueError) as problem:
+        raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem
+    if "\0" in text:
+        raise Refusal(f"the log {path} holds a NUL byte: it is no text")
+    return text.removeprefix("\u00ef\u00bb\u00bf")  # the mark of UTF-8
+
+
+def _cells(path: str, number: int, line: str) -> list[str]:
+    """Return the cells of a line without the blanks around them."""
+    cells, at = [], 0
+    while True:
+        found = _CELL.match(line, at)
+        if found is None:
+            raise Refusal(f"the log {path}, row {number}: a quote is not closed, or stands inside of a cell")
+        quoted, plain, end = found.groups()
+        cells.append((plain if quoted is None else quoted.replace('""', '"')).strip(_BLANKS))
+        at = found.end()
+        if not end:
+            return cells
+
+
+def _columns(path: str, line: str) -> list[tuple[str, int, float]]:
+    """Return header text, position and factor to SI of time and each signal."""
+    found, header = [], _cells(path, 1, line)
+    for accepted in _HEADERS.values():
+        places = [index for index, text in enumerate(header) if text in accepted]
+        if len(places) != 1:
+            count = "no column" if not places else f"{len(places)} columns"
+            wanted = " or ".join(map(repr, accepted))
+            raise Refusal(f"the log {path} has {count} {wanted}; its header is: {_ascii(line)}")
+        found.append((header[places[0]], places[0], accepted[header[places[0]]]))
+    return found
+
+
+def _ascii(text: str) -> str:
+    return re.sub(r"[^\x00-\x7f]", "?", text[:_SHOWN])

@@ -2,98 +2,60 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar
 
-from heli_plant.control import PidSettings, PidState, clip, pid_step, risen, start_pid
+from heli_plant.control import PidSettings, PidState, clip, pid_step, start_pid
 
-from ..slave_base import SlaveBase
-from ..variables import Variable, boolean_parameter, real_input, real_parameter
-from .signals import AXES, PAPER, VOLTAGE_BOUND, angle_inputs, voltage_outputs
+from ..variables import Variable, setting
+from .controller import Controller, controller_variables
+from .signals import AXES, VOLTAGE_BOUND
 
 _DEFAULT = PidSettings()
-_GAINS = ("proportional", "integral", "derivative")
-_GAIN_UNITS = {
-    "pitch": ("V/rad", "V/(rad s)", "V s/rad"),
-    "elevation": ("V/rad", "V/(rad s)", "V s/rad"),
-    "travel": ("1", "1/s", "s"),
+_setting = partial(setting, _DEFAULT)
+_ANGLE_UNITS = {"proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad"}
+_GAINS = {
+    "pitch": _ANGLE_UNITS,
+    "elevation": _ANGLE_UNITS,
+    "travel": {"proportional": "1", "integral": "1/s", "derivative": "s"},
 }
-_EARLY = 1e-9
-"""The reference steps this much before its time [s], because communication points k H have rounding errors."""
+"""Unit of each gain."""
 
 
-class PidController(SlaveBase):
+class PidController(Controller):
     """Reads the angles at each communication point and shows the resulting voltages at the next one."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
-        *angle_inputs(),
+        *controller_variables("trim", "voltage_limit"),
         *(
-            real_input(f"excitation_{rotor}", "V", VOLTAGE_BOUND, 1.0, f"added to the {rotor} voltage")
-            for rotor in ("front", "rear")
-        ),
-        *(variable._replace(initial_dependencies=("trim", "voltage_limit")) for variable in voltage_outputs()),
-        *(
-            real_parameter(f"reference.{axis}", "rad", 0.0, -1e4, 1e4, f"reference of the {axis}", tunable=True)
+            _setting(f"{axis}.{gain}", f"{axis}.{gain}", f"{gain} gain, {axis}", unit, -1e4, 1e4)
             for axis in AXES
+            for gain, unit in _GAINS[axis].items()
         ),
-        *(
-            real_parameter(f"reference.step_{axis}", "rad", 0.0, -1e4, 1e4, f"step of the {axis} reference")
-            for axis in AXES
-        ),
-        real_parameter("reference.step_time", "s", 5.0, 0.0, 1e9, "time of the reference step"),
-        *(
-            real_parameter(
-                f"{axis}.{gain}", _GAIN_UNITS[axis][k], getattr(_DEFAULT, axis)[k], -1e4, 1e4, f"{gain} gain, {axis}"
-            )
-            for axis in AXES
-            for k, gain in enumerate(_GAINS)
-        ),
-        boolean_parameter("travel.enabled", _DEFAULT.travel_enabled, "the travel loop sets the pitch reference"),
-        real_parameter("travel.pitch_limit", "rad", _DEFAULT.pitch_limit, 0.0, 1.6, "bound of that pitch reference"),
-        real_parameter("trim", "V", _DEFAULT.trim, -60.0, 60.0, "sum of both voltages at zero error"),
-        real_parameter("rate.time_constant", "s", _DEFAULT.rate_time_constant, 1e-4, 10.0, "lag of the rate's filter"),
-        real_parameter("voltage_limit", "V", _DEFAULT.voltage_limit, 1e-6, VOLTAGE_BOUND, "bound of each voltage"),
-    )  # fmt: skip
+        _setting("travel.enabled", "travel_enabled", "the travel loop sets the pitch reference"),
+        _setting("travel.pitch_limit", "pitch_limit", "bound of that pitch reference", "rad", 0.0, 1.6),
+        _setting("trim", "trim", "sum of both voltages at zero error", "V", -60.0, 60.0),
+        _setting("rate.time_constant", "rate_time_constant", "lag of the rate's filter", "s", 1e-4, 10.0),
+        _setting("voltage_limit", "voltage_limit", "bound of each voltage", "V", 1e-6, VOLTAGE_BOUND),
+    )
     hidden = {"state": PidState}
     summary = "PID control of pitch, elevation and travel through two motor voltages"
-    equations = """
-<pre>
-v_front - v_rear = -(P (pitch - reference) + I integral + D pitch')
-v_front + v_rear = trim - (P (elevation - reference) + I integral + D elevation')
-travel.enabled:   pitch reference = P (travel - reference) + I integral + D travel', within travel.pitch_limit
-</pre>
-<p>Rates are differences of the angles, filtered with rate.time_constant. An integral stops while its output is at the
-limit. The angles of one communication point act on the voltages of the next one, the delay of a sampled controller;
-at the start both voltages are trim/2.</p>"""
-    source = f"{PAPER}, PID law with gains 8.35, 4.25, 8.76 on pitch; its sign is reversed, as printed it is unstable"
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the trim voltages."""
-        at = self.references
-        value = {name: self.values[reference] for name, reference in at.items()}
-        axis_gains = type(_DEFAULT.pitch)
-        self.settings = PidSettings(
-            **{axis: axis_gains(*(value[f"{axis}.{gain}"] for gain in _GAINS)) for axis in AXES},
-            travel_enabled=value["travel.enabled"],
-            trim=value["trim"],
-            pitch_limit=value["travel.pitch_limit"],
-            rate_time_constant=value["rate.time_constant"],
-            voltage_limit=value["voltage_limit"],
-        )
-        to_pitch, to_elevation, to_travel = (value[f"reference.step_{axis}"] for axis in AXES)
-        self.rises = (to_pitch, to_elevation, to_travel)
-        self.step_time = value["reference.step_time"] - _EARLY
+        super().initialise(time)
+        self.pid = self.settings(_DEFAULT)
         self.state: PidState | None = None
-        self._show(0.5 * self.settings.trim, 0.5 * self.settings.trim)
+        self._show(0.5 * self.pid.trim, 0.5 * self.pid.trim)
 
     def advance(self, time: float, step_size: float) -> None:
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
-        # in the order of ``variables``: angles, excitation, the two voltages, references
-        pitch, elevation, travel, more_front, more_rear, _, _, to_pitch, to_elevation, to_travel = self.values[:10]
-        references = risen((to_pitch, to_elevation, to_travel), self.rises, time - self.start_time, self.step_time)
+        pitch, elevation, travel, more_front, more_rear = self.values[:5]
         state = start_pid(pitch, elevation, travel) if self.state is None else self.state
-        self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.settings)
+        references = self.references_at(time)
+        self.state, (front, rear) = pid_step(state, pitch, elevation, travel, references, step_size, self.pid)
         self._show(front + more_front, rear + more_rear)
 
     def _show(self, v_front: float, v_rear: float) -> None:
-        limit = self.settings.voltage_limit
-        self.values[5:7] = clip(v_front, limit), clip(v_rear, limit)
+        limit = self.pid.voltage_limit
+        self.show((clip(v_front, limit), clip(v_rear, limit)))

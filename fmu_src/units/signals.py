@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..variables import Variable, real_input, real_output
+from ..variables import Variable, for_each, output, real_input
 
 VOLTAGE_BOUND = 30.0
 """Bound of a voltage [V], above the output of any rig's amplifier; the motors saturate at ``motor.voltage_limit``."""
@@ -13,35 +13,30 @@ ANGLE_BOUND = 1e4
 RATE_BOUND = 1e3
 """Bound of an angular rate [rad/s]."""
 
-PAPER = "Adaptive Parameter Identification for Simplified 3D-Motion Model of 'LAAS Helicopter Benchmark'"
-
 AXES = ("pitch", "elevation", "travel")
+ROTORS = ("front", "rear")
+
+EARLY = 1e-9
+"""What is due at a time comes this much before it [s], because communication points k H have rounding errors."""
+
+VOLTAGE_INPUTS = for_each(
+    ROTORS, real_input, "v_{}", "V", VOLTAGE_BOUND, 5.0, "voltage of the {} motor, held over the step"
+)
+ANGLE_INPUTS = for_each(AXES, real_input, "{}", "rad", ANGLE_BOUND, 1.0, "measured {} angle")
+REFERENCE_INPUTS = for_each(
+    AXES, real_input, "{}_reference", "rad", ANGLE_BOUND, 1.0, "{} that is asked for; may stay unconnected"
+)
+"""They need not be connected."""
 
 
-def voltage_inputs() -> tuple[Variable, ...]:
-    """Return ``v_front`` and ``v_rear`` as inputs."""
-    return tuple(
-        real_input(f"v_{rotor}", "V", VOLTAGE_BOUND, 5.0, f"voltage of the {rotor} motor, held over the step")
-        for rotor in ("front", "rear")
-    )
+def voltage_outputs(*depends_on: str) -> tuple[Variable, ...]:
+    """Return ``v_front`` and ``v_rear`` as outputs; the parameters on which their values at the start depend."""
+    return for_each(ROTORS, output, "v_{}", "V", "voltage of the {} motor", depends_on, 5.0)
 
 
-def voltage_outputs() -> tuple[Variable, ...]:
-    """Return ``v_front`` and ``v_rear`` as outputs."""
-    return tuple(
-        real_output(f"v_{rotor}", "V", 5.0, f"voltage of the {rotor} motor", variability="discrete")
-        for rotor in ("front", "rear")
-    )
-
-
-def reference_inputs() -> tuple[Variable, ...]:
-    """Return the three references as inputs that need not be connected."""
-    return tuple(
-        real_input(f"{axis}_reference", "rad", ANGLE_BOUND, 1.0, f"{axis} that is asked for; may stay unconnected")
-        for axis in AXES
-    )
-
-
-def angle_inputs() -> tuple[Variable, ...]:
-    """Return the three angles as inputs."""
-    return tuple(real_input(axis, "rad", ANGLE_BOUND, 1.0, f"measured {axis} angle") for axis in AXES)
+def measured_outputs(*depends_on: str) -> tuple[Variable, ...]:
+    """Return the voltages and the angles of a rig as outputs."""
+    return (
+        *voltage_outputs(*depends_on),
+        *for_each(AXES, output, "{}", "rad", "measured {} angle", depends_on, 1.0),
+    )  # fmt: skip

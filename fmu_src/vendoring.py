@@ -16,8 +16,8 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from ..errors import BuildError
-from ..variables import Value
+from .errors import BuildError
+from .variables import Value
 
 VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")
 """Packages that are put into an FMU; everything else that a unit imports must be in the standard library."""

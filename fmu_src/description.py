@@ -15,9 +15,9 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from pythonfmu._version import __version__ as PYTHONFMU
 
-from ..errors import BuildError
-from ..slave_base import SlaveBase
-from ..variables import LARGEST, Value, Variable
+from .errors import BuildError
+from .slave_base import SlaveBase
+from .variables import LARGEST, Value, Variable
 
 AUTHOR = "The heli-twin authors"
 LICENSE = "MIT"
