@@ -8,14 +8,14 @@ import faulthandler
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from math import ceil
 from pathlib import Path
 from platform import node
 from threading import Thread
 from time import process_time, sleep
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 if TYPE_CHECKING:
@@ -39,7 +39,8 @@ NEW_GROUP: dict[str, Any] = (
 NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
 """Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
 
-_OUT_OF_MEMORY, _NO_END = 3, 4  # exit codes of a process that reads
+NO_END = -int(getattr(signal, "SIGXCPU", 0)) or None
+"""Exit code of a process that computed for longer than it may; None where there is no such signal."""
 
 _PR_SET_PDEATHSIG = 1  # of Linux' <sys/prctl.h>
 
@@ -144,88 +145,21 @@ def memory_limits() -> list[tuple[int, str]]:
     return [(limit, name) for limit, name in found if limit != resource.RLIM_INFINITY]
 
 
-def run_bounded(
-    read: Callable[[], object], patience: float, waited: float, memory: int
-) -> Literal["", "crash", "no end", "out of memory"]:
-    """Run a reader in a process of its own, and say how that failed; an exception of the reader is no failure.
+def bound_process(patience: float, memory: int) -> None:
+    """Bound the time that this process may compute from now on [s], and the memory beyond what it has [bytes].
 
-    POSIX: a forked copy of this process under limits of the system. Windows: a new process, to which `read` is pickled;
-    it watches its own time, and its memory is not bounded.
-
-    Parameters
-    ----------
-    read : callable
-        What it gives or raises does not matter.
-    patience, waited : float
-        Longest time it may compute, and that may pass by the clock [s].
-    memory : int
-        What it may take beyond what this process has [bytes].
+    Windows bounds neither. POSIX ends the process with the code :data:`NO_END`, or raises MemoryError.
     """
-    if _IS_POSIX:
-        child = os.fork()
-        if child == 0:
-            _read_and_leave(read, lambda: _limit(patience, waited, memory))
-        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-        no_end = code in (-signal.SIGXCPU, -signal.SIGALRM)
-    else:
-        from multiprocessing import get_context
-
-        process = get_context("spawn").Process(target=_read_in_time, args=(read, patience), daemon=True)
-        process.start()
-        process.join(waited)
-        no_end = process.is_alive()
-        if no_end:
-            process.kill()
-            process.join()
-        code = process.exitcode or 0
-        no_end = no_end or code == _NO_END
-    if no_end:
-        return "no end"
-    return "" if code == 0 else "out of memory" if code == _OUT_OF_MEMORY else "crash"
-
-
-def _read_in_time(read: Callable[[], object], patience: float) -> NoReturn:
-    """Read in a new process."""
-
-    def watch() -> None:
-        bound = process_time() + patience
-        while process_time() < bound:
-            sleep(min(0.1, patience))
-        os._exit(_NO_END)
-
-    _read_and_leave(read, Thread(target=watch, daemon=True).start)
-
-
-def _read_and_leave(read: Callable[[], object], bound: Callable[[], object]) -> NoReturn:
-    """Read in the child, without a word, and end it without any of the parent's cleaning up."""
-    code = 0
-    try:
-        faulthandler.disable()  # a crash of the reader is an answer here, not news
-        nothing = os.open(os.devnull, os.O_RDWR)
-        for descriptor in (0, 1, 2):
-            os.dup2(nothing, descriptor)
-        bound()
-        read()
-    except MemoryError:
-        code = _OUT_OF_MEMORY
-    except BaseException:  # the parent meets it as well, and says it
-        code = 0
-    finally:
-        os._exit(code)
-
-
-def _limit(patience: float, waited: float, memory: int) -> None:
-    """Bound a forked process."""
-    for number in (*ENDING, signal.SIGXCPU, signal.SIGALRM):
-        signal.signal(number, signal.SIG_DFL)
+    faulthandler.disable()  # a crash is an answer here, not news
+    if not _IS_POSIX:
+        return
     held = 0  # where there is no /proc, as on macOS, it is little beside the bound
     with suppress(OSError):
         held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    _lower(resource.RLIMIT_CORE, 0)  # no image of a crashed reader is left behind
-    _lower(resource.RLIMIT_CPU, ceil(patience))
+    _lower(resource.RLIMIT_CORE, 0)  # no image of a process that crashed is left behind
+    _lower(resource.RLIMIT_CPU, ceil(patience + process_time()))
     with suppress(ValueError, OSError):  # macOS may refuse to bound the memory
         _lower(resource.RLIMIT_AS, held + memory)
-    signal.setitimer(signal.ITIMER_REAL, waited)
 
 
 def _lower(limit: int, bound: int) -> None:

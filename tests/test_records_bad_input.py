@@ -5,11 +5,10 @@ What a laboratory meets most stands in tests/faults/logs.py, through the command
 
 import numpy as np
 import pytest
-import scipy.io
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogFormat, demo_logs, read_log
+from heli_identifier.records import LogFormat, demo_logs, opening, read_log
 from heli_identifier.records.units import CONTRACT_HEADERS
 
 LINES = demo_logs("rig-c")[1][0].read_text().splitlines()
@@ -164,12 +163,6 @@ def test_a_matlab_vector_of_another_length_is_left_out_unless_it_is_a_signal(tmp
 def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "log.mat"
     savemat(path, matlab())
-    read = scipy.io.loadmat
-
-    def growing(*arguments, **options):
-        path.touch()
-        return read(*arguments, **options)
-
-    monkeypatch.setattr(scipy.io, "loadmat", growing)
+    monkeypatch.setattr(opening, "apart", lambda *_: path.touch())
     with pytest.raises(LogError, match="changed while it was read"):
         read_log(path)

@@ -305,9 +305,9 @@ def test_a_reference_is_found_by_name_or_configuration_in_radians_and_is_cut_wit
 @pytest.mark.parametrize(
     ("format", "header", "values", "message"),
     [
-        ({"references": {"pitch": "stick"}}, "other", ASKED, "0 columns are called 'stick'"),
-        ({"references": {"pitch": "stick"}}, "stick", ASKED, "unit of 'stick' is missing"),
-        ({}, "pitch_reference [rad]", np.where(np.arange(1001) == 7, np.nan, 0.1), "not finite at sample 7"),
+        ({"references": {"pitch": "stick"}}, "other", ASKED, "column 'stick' missing, found"),
+        ({"references": {"pitch": "stick"}}, "stick", ASKED, "column 'stick': the unit is missing.*set pitch under"),
+        ({}, "pitch_reference [rad]", np.where(np.arange(1001) == 7, np.nan, 0.1), "row 9, column .*the cell holds .nan"),
     ],
 )
 def test_bad_references_are_refused_with_the_column(tmp_path, format, header, values, message):

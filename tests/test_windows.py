@@ -11,30 +11,24 @@ HERE = Path(__file__).parent
 
 SCRIPT = """
 import os, sys, time
-from functools import partial
 from pathlib import Path
 
+from heli_identifier.errors import LogError
 from heli_identifier.files import draft_file, draft_folder, sweep, write_atomically
-from heli_identifier.platform import machine, run_bounded
-
-def hang():
-    while True:
-        pass
-
-def no_memory():
-    raise MemoryError
+from heli_identifier.platform import machine
+from heli_identifier.records import opening
 
 if __name__ == "__main__":
     assert "fcntl" in sys.modules and sys.modules["fcntl"] is None and not hasattr(os, "fork")
     folder = Path(sys.argv[1])
-    for read, patience, answer in (
-        (os.abort, 60.0, "crash"),
-        (hang, 0.1, "no end"),
-        (partial(int, "no number"), 60.0, ""),
-        (no_memory, 60.0, "out of memory"),
-    ):
-        assert run_bounded(read, patience, 120.0, 10**9) == answer, read
-    assert run_bounded(partial(time.sleep, 1000.0), 60.0, 0.5, 10**9) == "no end"
+    for read, argument in ((os.abort, ()), (time.sleep, (1000.0,))):
+        opening.PATIENCE, opening.BUSY = 0.5, 1.0
+        try:
+            opening.apart(read, argument, 1, "log.mat")
+        except LogError as error:
+            assert ("crashes" if read is os.abort else "no end") in str(error)
+    opening.PATIENCE = 60.0
+    assert opening.apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
 
     write_atomically(folder / "a.txt", "old")
     write_atomically(folder / "a.txt", "θ")

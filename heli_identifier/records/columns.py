@@ -16,6 +16,7 @@ from heli_identifier.records.units import (
     ANGLES,
     COMBINED,
     NAMED,
+    REFERENCES,
     SIGNALS,
     VOLTAGES,
     factor_to_si,
@@ -41,30 +42,38 @@ class Column:
     factor: float
 
 
-def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[Column, ...]:
-    """Find the six signals among the headers of a file.
+def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> list[Column]:
+    """Find the six signals and the references among the headers of a file.
 
     Returns
     -------
-    tuple[Column, ...]
-        One per signal, in the contract's order, or with sum and difference in place of the two voltages.
+    list[Column]
+        One per signal, in the contract's order, or with sum and difference in place of the two voltages; then one for
+        each axis that has a reference, whose unit is the axis's where its header states none.
 
     Raises
     ------
     LogError
         If a signal has no column or several, two signals have the same one, or a unit is missing or unknown.
     """
-    places = {signal: _places(signal, headers, format) for signal in NAMED}
-    summed = any(signal in format.columns for signal in COMBINED) or (
+    named = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
+    places = {
+        signal: _called(named[signal].strip(), headers) if signal in named else _alike(signal, headers)
+        for signal in (*NAMED, *REFERENCES)
+    }
+    summed = any(signal in named for signal in COMBINED) or (
         all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
     )
-    wanted = ("time", *(COMBINED if summed else VOLTAGES), *ANGLES)
-    missing = [format.columns.get(signal, header(signal)) for signal in wanted if not places[signal]]
+    signals = ("time", *(COMBINED if summed else VOLTAGES), *ANGLES)
+    wanted = (*signals, *(signal for signal in REFERENCES if signal in named))
+    missing = [named.get(signal, header(signal)) for signal in wanted if not places[signal]]
     if missing:
         taken = {index for signal in wanted for index in places[signal]}
-        raise LogError(_missing(file, missing, headers, [h for i, h in enumerate(headers) if i not in taken]))
-    owner: dict[int, str] = {}
-    for signal in wanted:
+        unused = [text for index, text in enumerate(headers) if index not in taken]
+        section = "[log.columns]" if not all(places[signal] for signal in signals) else "[log.references]"
+        raise LogError(_missing(file, missing, headers, unused, section))
+    columns, unknown = list[Column](), dict[str, str]()
+    for signal in (*wanted, *(signal for signal in REFERENCES if signal not in named and len(places[signal]) == 1)):
         index, *others = places[signal]
         if others:
             both = ", ".join(repr(headers[place]) for place in places[signal])
@@ -72,63 +81,27 @@ def find_columns(headers: Sequence[str], format: LogFormat, file: str) -> tuple[
                 f"{file}: {signal} stands in {len(others) + 1} columns ({both}); keep one, or name it under "
                 f"[log.columns] of {HELI_TOML}."
             )
-        if index in owner:
+        if owner := next((column.signal for column in columns if column.index == index), None):
             raise LogError(
-                f"{file}: column {headers[index]!r} is taken for {owner[index]} and for {signal}; name the "
+                f"{file}: column {headers[index]!r} is taken for {owner} and for {signal}; name the "
                 f"column of each under [log.columns] of {HELI_TOML}."
             )
-        owner[index] = signal
-    columns, unknown = [], {}
-    for index, signal in owner.items():
         stated = format.units.get(signal) or name_and_unit(headers[index])[1]
+        axis = signal.removesuffix("_reference")
+        if stated is None and axis != signal:
+            stated = format.units.get(axis)
         unit = understood(signal, stated) if stated is not None else None
-        if unit is None:
+        if unit is not None:
+            columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
+        elif signal in wanted:
             said = f"unit {stated!r} is unknown" if stated else "the unit is missing"
-            unknown[signal] = f"column {headers[index]!r}: {said}, {probably(signal, stated or '')}"
-        else:
-            columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(signal))))
+            unknown[axis] = f"column {headers[index]!r}: {said}, {probably(signal, stated or '')}"
     if unknown:
         raise LogError(
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
             f"unit in which the file holds {'it' if len(unknown) == 1 else 'them'}."
         )
-    return tuple(columns)
-
-
-def find_references(headers: Sequence[str], format: LogFormat, file: str) -> tuple[Column, ...]:
-    """Find the columns of what the pilot asked of an axis.
-
-    Returns
-    -------
-    tuple[Column, ...]
-        One for each axis that has a reference; unit and factor are the axis's where the header states no unit, and the
-        factor has the axis's sign.
-
-    Raises
-    ------
-    LogError
-        If a column that the configuration names is missing, or its unit is missing or unknown.
-    """
-    found = []
-    for axis in ANGLES:
-        named = format.references.get(axis, f"{axis}_reference")
-        places = _called(named, headers)
-        stated = name_and_unit(headers[places[0]])[1] if places else None
-        unit = understood(axis, stated or format.units.get(axis, "")) if places else None
-        if axis in format.references and len(places) != 1:
-            raise LogError(
-                f"{file}: {len(places)} columns are called {named!r}, which [log.references] of {HELI_TOML} names for "
-                f"the {axis}; the file has {', '.join(map(repr, headers))}."
-            )
-        if axis in format.references and unit is None:
-            raise LogError(
-                f"{file}: the unit of {headers[places[0]]!r} is missing or unknown; state the unit of the {axis} under "
-                f"[log.units] of {HELI_TOML}."
-            )
-        if unit is not None and len(places) == 1:
-            factor = factor_to_si(axis, unit, format.counts_per_turn(axis))
-            found.append(Column(axis, places[0], unit, factor * format.sign(axis)))
-    return tuple(found)
+    return columns
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:
@@ -145,11 +118,13 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
     return last, None
 
 
-def _places(signal: str, headers: Sequence[str], format: LogFormat) -> list[int]:
-    """Columns of a signal: those of the name that the configuration states, else those that are called like it."""
-    if signal not in format.columns:
-        return [i for i, text in enumerate(headers) if _plain(name_and_unit(text)[0]) == signal]
-    return _called(format.columns[signal].strip(), headers)
+def plain(name: str) -> str:
+    """Give a name without the path of a struct, in small letters, with underscores for blanks and hyphens."""
+    return re.sub(r"[\s-]+", "_", name.strip().rpartition(".")[2].lower())
+
+
+def _alike(signal: str, headers: Sequence[str]) -> list[int]:
+    return [index for index, text in enumerate(headers) if plain(name_and_unit(text)[0]) == signal]
 
 
 def _called(name: str, headers: Sequence[str]) -> list[int]:
@@ -157,19 +132,17 @@ def _called(name: str, headers: Sequence[str]) -> list[int]:
     for alike in (
         lambda text: text == name,
         lambda text: name_and_unit(text)[0] == name,
-        lambda text: _plain(text) == _plain(name),
-        lambda text: _plain(name_and_unit(text)[0]) == _plain(name),
+        lambda text: plain(text) == plain(name),
+        lambda text: plain(name_and_unit(text)[0]) == plain(name),
     ):
         if found := [index for index, text in enumerate(headers) if alike(text)]:
             return found
     return []
 
 
-def _plain(name: str) -> str:
-    return re.sub(r"[\s-]+", "_", name.strip().rpartition(".")[2].lower())
-
-
-def _missing(file: str, missing: Sequence[str], headers: Sequence[str], unused: Sequence[str]) -> str:
+def _missing(
+    file: str, missing: Sequence[str], headers: Sequence[str], unused: Sequence[str], section: str
+) -> str:
     columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
     proposal = (did_you_mean(missing[0], unused) if len(missing) == 1 else "") or "."
     if len(missing) == len(SIGNALS):
@@ -178,5 +151,5 @@ def _missing(file: str, missing: Sequence[str], headers: Sequence[str], unused: 
     more = f" and {len(headers) - _LISTED} more" if len(headers) > _LISTED else ""
     return (
         f"{file}: {columns} {', '.join(map(repr, missing))} missing, found {shown}{more}; rename the {columns} or map "
-        f"{them} under [log.columns] of {HELI_TOML}{proposal}"
+        f"{them} under {section} of {HELI_TOML}{proposal}"
     )

@@ -1,29 +1,31 @@
 """From a log's file to a table: who reads it, by the ending of its name, and what is looked at before.
 
-The libraries that read MATLAB, HDF5, TDMS or MDF files are written for honest ones. A damaged or hostile file makes
-some of them crash the process (scipy's reader of MATLAB files, for one), run without end, or ask for all memory. So a
-process of its own reads the file first. If it comes through, or ends with an exception, this process may do
-the same.
+The libraries that read MATLAB, TDMS or MDF files are written for honest ones. A damaged or hostile file makes some of
+them crash the process (scipy's reader of MATLAB files, for one), run without end, or ask for all memory. So a process
+of its own reads such a file and hands over what it found.
 """
 
 import errno
 import gzip
 import hashlib
 import io
+import os
+import pickle
+import subprocess
+import sys
 import zlib
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
+from threading import Timer
 from typing import Any, NamedTuple
 
 from heli_identifier.archives import ArchiveError, check_size
 from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import draft_folder, regular_bytes, regular_size
-from heli_identifier.platform import run_bounded
-from heli_identifier.records.columnar import read_mdf, read_parquet, read_tdms, read_workbook
+from heli_identifier.platform import NO_END, bound_process, end_with_parent
+from heli_identifier.records.binary import need, read_matlab, read_mdf, read_parquet, read_tdms, read_workbook
 from heli_identifier.records.configuration import LogFormat
-from heli_identifier.records.matlab import read_matlab
-from heli_identifier.records.table import Table, need
+from heli_identifier.records.table import Table
 from heli_identifier.records.text import read_text
 
 PATIENCE, PATIENCE_PER_MB = 10.0, 0.1
@@ -33,7 +35,7 @@ BUSY = 30.0
 """How many times as long it may take by the clock: a machine that does other things, or a slow disk, is no defect."""
 
 MEMORY = 8_000_000_000
-"""Memory that a parser may take beyond what this process has [bytes]."""
+"""Memory that a parser may take beyond what a process has [bytes]."""
 
 
 class _Reader(NamedTuple):
@@ -42,8 +44,8 @@ class _Reader(NamedTuple):
     what: str
     module: str
     package: str
-    read: Callable[[Any, Path, str, frozenset[str]], Table]
-    is_hardened: bool = False  # Arrow's is fuzzed all the time, and its threads survive no fork; a zip is looked at
+    read: Callable[[Any, Path, str, LogFormat], Table]
+    is_hardened: bool = False  # Arrow's is fuzzed all the time; a zip is looked at
 
 
 _READERS = {
@@ -68,14 +70,13 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
         raise LogError(f"{path} is a folder; name the log files in it.")
     packed = path.suffix.lower() == ".gz"
     reader = _READERS.get(Path(path.stem if packed else path.name).suffix.lower())
-    mapped = frozenset(format.columns.values())
     try:
         if reader and not packed:
             before = path.stat()
             regular_size(path, format.largest_file)
             with open(path, "rb") as file:
                 digest = hashlib.file_digest(file, "sha256").hexdigest()
-            table = _read_binary(reader, path, str(path), mapped)
+            table = _read_binary(reader, path, str(path), format)
             after = path.stat()
             if (before.st_size, before.st_mtime_ns, before.st_ino) != (after.st_size, after.st_mtime_ns, after.st_ino):
                 raise LogError(f"{path} changed while it was read; wait until it is complete, or copy it.")
@@ -93,28 +94,10 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     if packed:
         data = b"".join(_unpacked(data, path, format.largest_file))
     if reader is None:
-        return read_text(data, str(path), format.decimal, mapped), digest
+        return read_text(data, str(path), format), digest
     with draft_folder() as folder:
         (folder / "log").write_bytes(data)
-        return _read_binary(reader, folder / "log", str(path), mapped), digest
-
-
-def _read_binary(reader: _Reader, path: Path, file: str, mapped: frozenset[str]) -> Table:
-    read = partial(_read_by, reader, path, file, mapped)
-    need(reader.module, reader.package, file, reader.what)
-    if not reader.is_hardened:
-        check_survives(read, path.stat().st_size, file)
-    try:
-        return read()
-    except LogError:
-        raise
-    except Exception as error:  # each library raises what its parser does on a damaged file
-        said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
-        raise LogError(f"{file} is not readable as {reader.what} ({said[0][:200]}); save it again.") from error
-
-
-def _read_by(reader: _Reader, path: Path, file: str, mapped: frozenset[str]) -> Table:
-    return reader.read(need(reader.module, reader.package, file, reader.what), path, file, mapped)
+        return _read_binary(reader, folder / "log", str(path), format), digest
 
 
 def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
@@ -134,28 +117,77 @@ def _unpacked(data: bytes, path: Path, largest: float) -> Iterator[bytes]:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
 
 
-def check_survives(read: Callable[[], object], size: int, file: str) -> None:
-    """Refuse a file that ends the process that reads it, or does not let it end.
+def _read_binary(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
+    if reader.is_hardened:
+        return _read(reader, path, file, format)
+    table: Table = apart(_read, (reader, path, file, format), path.stat().st_size, file)
+    return table
+
+
+def _read(reader: _Reader, path: Path, file: str, format: LogFormat) -> Table:
+    library = need(reader.module, reader.package, file, reader.what)
+    try:
+        return reader.read(library, path, file, format)
+    except LogError:
+        raise
+    except Exception as error:  # each library raises what its parser does on a damaged file
+        said = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
+        raise LogError(f"{file} is not readable as {reader.what} ({said[0][:200]}); save it again.") from error
+
+
+def apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
+    """Call ``read`` in a process of its own; all that passes to it and back can be pickled.
 
     Parameters
     ----------
-    read : callable
-        Reads the file; what it gives or raises does not matter here. It can be pickled, on Windows.
+    read, arguments : callable, tuple
+        What is called with what; the error that it raises is raised here.
     size : int
-        Size of the file [bytes].
+        Size of the file that it reads [bytes].
     file : str
         Name of the file for messages.
 
     Raises
     ------
     LogError
-        The reader crashed, took longer than `PATIENCE` or more than `MEMORY`.
+        It crashed or took longer than `PATIENCE`.
     """
     patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
-    problem = {
-        "no end": f"its reader came to no end within {patience:.3g} s",
-        "crash": "it is damaged so that its reader crashes",
-        "out of memory": f"it asks for more than {MEMORY / 1e9:g} GB of memory",
-    }.get(run_bounded(read, patience, BUSY * patience, MEMORY))
-    if problem is not None:
-        raise LogError(f"{file} is not readable: {problem}; save it again.")
+    task = pickle.dumps((read, arguments, patience, MEMORY, os.getpid()))
+    code = f"import sys; sys.path[:] = {sys.path!r}; from {__name__} import _answer; _answer()"
+    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe, stderr=nothing) as process:
+        timer = Timer(BUSY * patience, process.kill)
+        timer.start()
+        try:
+            assert process.stdin is not None and process.stdout is not None
+            with process.stdin as stdin:
+                stdin.write(task)
+            answer, error = pickle.load(process.stdout)
+        except (OSError, EOFError, pickle.UnpicklingError):
+            answer, error = None, LogError("")
+        in_time = timer.is_alive()
+        timer.cancel()
+    if process.returncode == 0:
+        if error is not None:
+            raise error
+        return answer
+    problem = "it is damaged so that its reader crashes"
+    if not in_time or process.returncode == NO_END:
+        problem = f"its reader came to no end within {patience:.3g} s"
+    raise LogError(f"{file} is not readable: {problem}; save it again.")
+
+
+def _answer() -> None:
+    """Read in the process apart; what libraries print goes nowhere."""
+    read, arguments, patience, memory, parent = pickle.load(sys.stdin.buffer)
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)
+        end_with_parent(parent)
+        bound_process(patience, memory)
+        answer: tuple[Any, Exception | None]
+        try:
+            answer = read(*arguments), None
+        except Exception as error:
+            answer = None, error
+        pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)

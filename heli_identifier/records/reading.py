@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError, printable
-from heli_identifier.records.columns import Column, find_columns, find_references, name_and_unit
+from heli_identifier.records.columns import Column, find_columns, name_and_unit
 from heli_identifier.records.configuration import CONTRACT, LogFormat, RigConfiguration
 from heli_identifier.records.log import Log
 from heli_identifier.records.opening import open_table
 from heli_identifier.records.plausibility import check_plausible, describe_values, unwrap_angle
 from heli_identifier.records.table import Table, read_stamps
-from heli_identifier.records.timing import Sampling, check_extent, check_forward, find_sampling, mean_of_held
-from heli_identifier.records.units import ANGLES, COMBINED, SI_UNIT, STAMP, VOLTAGES
+from heli_identifier.records.timing import find_sampling
+from heli_identifier.records.units import ANGLES, COMBINED, REFERENCES, SI_UNIT, STAMP, VOLTAGES
 
 _Signals = dict[str, NDArray[np.float64]]
 
@@ -60,28 +60,23 @@ def read_log(
     kept, notes = _cut(table, columns[0], start, end)
     values = {column.signal: table.numbers(column, kept) for column in columns}
     time = values.pop("time")
-    asked = find_references(table.headers, format, table.file)
-    references = {column.signal: _reference(table, column, kept) for column in asked}
-    extra, left_out = _further_columns(table, (*columns, *asked), kept)
+    extra, left_out = _further_columns(table, columns, kept)
     notes = [*table.notes, *notes]
     name, place = table.file, table.places(kept.start)
-    del table  # each of its columns is let go of when it has been taken over
+    del table  # a large one is let go of when its columns have been taken over
 
-    if len(time) < 2:
-        raise LogError(f"{name}: {len(time)} sample is not a log; log at least 5 s.")
-    check_forward(time, place)
-    sampling = find_sampling(time, place)
-    check_extent(sampling.rate_hz, sampling.samples, name)
+    sampling = find_sampling(time, place, name)
     turns = []
     for signal in ANGLES:
         values[signal], note = unwrap_angle(values[signal], signal, place)
         turns += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
-    notes += [*_with_signs(values, columns, format), *_clip(values, format), *left_out, *turns, *sampling.notes]
-    check_plausible(columns[1:], values, sampling.rate_hz, name)
-    voltages = _together(time, [values.pop(signal) for signal in VOLTAGES], sampling, held=True)
-    angles = _together(time, [values.pop(signal) for signal in ANGLES], sampling)
+    values, converted = _with_signs(values, columns, format)
+    notes += [*converted, *left_out, *turns, *sampling.notes]
+    check_plausible(columns[1:6], values, sampling.rate_hz, name)
+    uniform = {signal: sampling.resampled(time, own, signal not in ANGLES) for signal, own in values.items()}
+    voltages, angles = (np.stack([uniform[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
     return Log(
         name=printable(os.fsencode(file.stem).decode("utf-8", "replace")),  # one that is no UTF-8 cannot be drawn
         path=str(path),
@@ -89,8 +84,8 @@ def read_log(
         rate_hz=sampling.rate_hz,
         voltages=voltages,
         angles=angles,
-        extra={header: _together(time, [column], sampling)[:, 0] for header, column in extra.items()},
-        references={axis: _together(time, [column], sampling, held=True)[:, 0] for axis, column in references.items()},
+        extra={header: sampling.resampled(time, column) for header, column in extra.items()},
+        references={axis: uniform[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in uniform},
         notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
         configuration=configuration,
@@ -148,18 +143,6 @@ def _cut(table: Table, column: Column, start: float | None, end: float | None) -
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 
 
-def _reference(table: Table, column: Column, kept: slice) -> NDArray[np.float64]:
-    """Give a reference [rad], which has to be a finite number in every sample that is kept."""
-    values, header = table.columns[column.index], table.headers[column.index]
-    if values.dtype.kind not in "fiu" or len(values) < kept.stop:
-        raise LogError(f"{table.file}: the reference {header!r} is not one number per sample; leave the column out.")
-    found = column.factor * values[kept].astype(float)
-    if not np.isfinite(found).all():
-        row = int(np.argmin(np.isfinite(found)))
-        raise LogError(f"{table.file}: the reference {header!r} is not finite at sample {row}; fill or leave it out.")
-    return found
-
-
 def _further_columns(table: Table, columns: Sequence[Column], kept: slice) -> tuple[_Signals, list[str]]:
     """Keep further numeric columns, and name those that could not be kept."""
     taken = {column.index for column in columns}
@@ -170,49 +153,30 @@ def _further_columns(table: Table, columns: Sequence[Column], kept: slice) -> tu
     return extra, [f"left out {dropped}: not one number per sample"] if dropped else []
 
 
-def _with_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> list[str]:
-    """Give the signals the project's signs, and front and rear voltage for sum and difference; say all conversions."""
+def _with_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> tuple[_Signals, list[str]]:
+    """Give the signals the project's signs, front and rear voltage for sum and difference, within the limit if asked.
+
+    The list says all conversions.
+    """
     notes = [
         f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}"
         for column in columns
         if column.unit != SI_UNIT[column.signal]
     ]
-    for signal in values:
-        if format.sign(signal) < 0:
-            values[signal] = -values[signal]
+    found = {signal: format.sign(signal.removesuffix("_reference")) * own for signal, own in values.items()}
     flipped = ", ".join(signal for signal, sign in format.signs.items() if sign < 0)
     notes += [f"sign of {flipped} flipped"] if flipped else []
     notes += ["front and rear voltage swapped"] if format.swap_rotors else []
-    if COMBINED[0] in values:
-        total, difference = (values.pop(signal) for signal in COMBINED)
-        values["v_front"], values["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
+    if COMBINED[0] in found:
+        total, difference = (found.pop(signal) for signal in COMBINED)
+        found["v_front"], found["v_rear"] = 0.5 * (total + difference), 0.5 * (total - difference)
         notes.append("front and rear voltage taken from their sum and difference")
     if format.swap_rotors:
-        values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
-    return notes
-
-
-def _clip(values: _Signals, format: LogFormat) -> list[str]:
-    """Limit the voltages as the amplifiers do, if the file holds them before that."""
-    notes, limit = [], format.voltage_limit
+        found["v_front"], found["v_rear"] = found["v_rear"], found["v_front"]
+    limit = format.voltage_limit
     for signal in VOLTAGES if format.clip else ():
-        beyond = np.abs(values[signal]) > limit
+        beyond = np.abs(found[signal]) > limit
         if beyond.any():
             notes.append(f"{signal} clipped to +-{limit:g} V in {beyond.sum()} samples")
-            values[signal] = np.clip(values[signal], -limit, limit)
-    return notes
-
-
-def _together(
-    time: NDArray[np.float64], columns: list[NDArray[np.float64]], sampling: Sampling, held: bool = False
-) -> NDArray[np.float64]:
-    """Put signals side by side, shape (N, k), resampled to the uniform grid; ``columns`` is empty afterwards."""
-    out = np.empty((sampling.samples, len(columns)))
-    grid = time[0] + np.arange(sampling.samples) / sampling.rate_hz if sampling.resample else None
-    for index in range(len(columns)):
-        column = columns.pop(0)
-        if grid is not None:
-            column = mean_of_held(time, column, grid) if held else np.interp(grid, time, column)
-        out[:, index] = column
-    out.flags.writeable = False
-    return out
+            found[signal] = np.clip(found[signal], -limit, limit)
+    return found, notes

@@ -15,19 +15,18 @@ kept and a note says so.
 """
 
 import codecs
-import csv
 import io
 import re
 import warnings
 from collections import Counter
-from collections.abc import Iterator
 from itertools import islice
 from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.records.table import Table, as_numbers
+from heli_identifier.records.configuration import LogFormat
+from heli_identifier.records.table import Table, as_numbers, cells_of
 from heli_identifier.records.units import CONTRACT_HEADERS, SIGNALS, understood
 
 NUMBERED = "column {}"
@@ -36,26 +35,21 @@ NUMBERED = "column {}"
 _SEPARATORS = (",", ";", "\t")
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 _DECLARED = re.compile(r"^\s*\"?sep=(.)\"?\s*$", re.IGNORECASE)
-_BLANKS = re.compile(r"\s+(?![\[(])")  # a unit in brackets belongs to the name before it
-_LINE_END = re.compile("\r\n|\n|\r")
-_FILLED = re.compile(rb"[^\s\xef\xbb\xbf]")  # anything but blanks and marks of UTF-8
-_ONE_BREAK = re.compile(rb"\S\r?\n\Z")
 _LABVIEW_UNITS = "Y_Unit_Label"
-_HEAD = 200_000  # bytes from the beginning among which the table has to begin
-_LOOKED_AT = 400  # lines from the beginning among which it has to begin
+_LOOKED_AT = 400  # lines from the beginning among which the table has to begin
 _COMPARED = 100  # lines before the last whose last cells are compared with it
 
 
 class _Layout(NamedTuple):
-    """How a text is laid out; a blank as the separator stands for any number of blanks."""
+    """How a text is laid out."""
 
     separator: str
     headers: tuple[str, ...]
     above: int  # lines above the first sample
-    notes: tuple[str, ...]  # what was left out
+    left_out: int  # lines above the header
 
 
-def read_text(data: bytes, file: str, decimal: str, mapped: frozenset[str] = frozenset()) -> Table:
+def read_text(data: bytes, file: str, format: LogFormat) -> Table:
     """Read a text file.
 
     Parameters
@@ -64,10 +58,8 @@ def read_text(data: bytes, file: str, decimal: str, mapped: frozenset[str] = fro
         Content of the file, in UTF-8, UTF-16 with its mark, or the encoding of western Windows.
     file : str
         Name of the file for messages.
-    decimal : str
-        Decimal mark.
-    mapped : frozenset of str
-        Columns that the configuration names; a file without headers is read if they are called ``column 1``, ...
+    format : LogFormat
+        Decimal mark and columns; a file without headers is read if it names columns ``column 1``, ...
 
     Returns
     -------
@@ -79,70 +71,57 @@ def read_text(data: bytes, file: str, decimal: str, mapped: frozenset[str] = fro
     LogError
         If the bytes are not a table: binary, empty, one column, no rows, or a row longer than the header.
     """
-    text = _as_utf8(data, file)
-    ended = text[-1:] in (b"\n", b"\r")
-    # Blank lines at the end are not rows; blank lines elsewhere are rows with empty cells. A file that ends with one
-    # line break, as nearly all do, is not copied.
-    if not _ONE_BREAK.search(text[-3:]):
-        text = text.rstrip()
-    layout = _find_layout(text, file, decimal, mapped)
-    text, notes = (text, ()) if ended else _whole_lines(text, layout.separator, decimal)
-    columns = _parse(text, layout, file, decimal)
-
-    def cell(sample: int, column: int) -> str:
-        cells = cells_of(next(islice(_lines(text), sample + layout.above, None), ""), layout.separator)
-        return cells[column].strip() if column < len(cells) else ""
-
-    return Table(file, layout.headers, columns, layout.above + 1, cell, (*layout.notes, *notes))
+    text = _decoded(data, file)
+    ended, text = text.endswith("\n"), text.rstrip()  # blank lines at the end are not rows, elsewhere they are
+    layout = _find_layout(text, file, format)
+    notes = []
+    if layout.left_out:
+        lines = f"the first {layout.left_out} lines are" if layout.left_out > 1 else "line 1 is"
+        notes.append(f"{lines} no part of the table")
+    if not ended:
+        text, note = _whole_lines(text, layout.separator, format.decimal)
+        notes += note
+    columns = _parse(text, layout, file, format.decimal)
+    return Table(file, layout.headers, columns, layout.above + 1, tuple(notes), text, layout.separator)
 
 
-def cells_of(line: str, separator: str) -> list[str]:
-    """Split a line into its cells."""
-    if separator == " ":
-        return _BLANKS.split(line.strip()) if line.strip() else []
+def _decoded(data: bytes, file: str) -> str:
+    """Give the text, with one kind of line ends."""
+    encoding = "utf-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig"
     try:
-        return next(csv.reader([line.replace("\r", " ")], delimiter=separator), [])
-    except csv.Error:  # a cell of more than 131072 characters
-        return line.split(separator)
-
-
-def _as_utf8(data: bytes, file: str) -> bytes:
-    if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-        try:
-            data = data.decode("utf-16").encode()
-        except UnicodeError as error:
+        text = io.TextIOWrapper(io.BytesIO(data), encoding).read()
+    except UnicodeError as error:
+        if encoding == "utf-16":
             raise LogError(f"{file} begins like UTF-16 text but is none; save it as UTF-8.") from error
-    if b"\0" in data:
+        text = io.TextIOWrapper(io.BytesIO(data), "cp1252", "replace").read()
+    if "\0" in text:
         raise LogError(
             f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, "
             "or one of the formats that are known by their ending (.mat, .xlsx, .parquet, .tdms, .mf4)."
         )
-    data = data.removeprefix(codecs.BOM_UTF8)
-    if not _FILLED.search(data):
+    if not text.replace("\ufeff", "").strip():
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
-    try:
-        return data if data.isascii() or data.decode() else data
-    except UnicodeDecodeError:
-        return data.decode("cp1252", "replace").encode()
+    return text
 
 
-def _parse(text: bytes, layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
+def _parse(text: str, layout: _Layout, file: str, decimal: str) -> tuple[NDArray[Any], ...]:
     import pandas
 
-    count, above = len(layout.headers), layout.above
-    mark = _line_break(text)
-    rows = text.count(mark) + (not text.endswith(mark)) - above
+    separator, count, above = layout.separator, len(layout.headers), layout.above
+    rows = text.count("\n") + 1 - above
+    no_rows = LogError(f"{file} holds a header but no rows; log at least 5 s.")
+    if rows <= 0:
+        raise no_rows
     if rows * count > len(text):
         raise LogError(f"{file}: its {rows} rows have fewer cells than its {count} headers; save it again.")
-    no_rows = LogError(f"{file} holds a header but no rows; log at least 5 s.")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", pandas.errors.ParserWarning)
             warnings.simplefilter("ignore", pandas.errors.DtypeWarning)
             # One column more than there are headers catches rows that are too long.
             frame = pandas.read_csv(
-                io.BytesIO(text),
-                sep=layout.separator if layout.separator != " " else r"\s+",
+                io.StringIO(text),
+                sep=separator if separator != " " else r"\s+",
                 decimal=decimal,
                 header=None,
                 skiprows=above,
@@ -151,55 +130,37 @@ def _parse(text: bytes, layout: _Layout, file: str, decimal: str) -> tuple[NDArr
                 skip_blank_lines=False,
                 skipinitialspace=True,
                 float_precision="round_trip",  # the nearest number, as Python reads it
-                encoding_errors="replace",
             )
-    except pandas.errors.EmptyDataError as error:
-        raise no_rows from error
+        if not len(frame):
+            raise no_rows
+        too_long = bool(frame.pop(str(count)).notna().to_numpy().any())
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
         if quoted := re.search(r"EOF inside string starting at row (\d+)", str(error)):
             row = int(quoted[1]) + 1
             raise LogError(f"{file}, row {row}: a quotation mark is opened and never closed; correct it.") from error
-        if found := re.search(r"line (\d+), saw (\d+)", str(error)):
-            raise _overfull(file, int(found[1]), int(found[2]), count) from error
-        lengths = (len(cells_of(line, layout.separator)) for line in islice(_lines(text), above, None))
-        cells, row = max((length, -index) for index, length in enumerate(lengths))
-        raise _overfull(file, above + 1 - row, cells, count) from error
-    if not len(frame):
-        raise no_rows
-    overflow = frame.pop(str(count)).notna().to_numpy()
-    if overflow.any():
-        raise _overfull(file, int(overflow.argmax()) + above + 1, count + 1, count)
+        too_long = True
+    if too_long:
+        lengths = ((row, len(cells_of(line, separator))) for row, line in enumerate(io.StringIO(text), 1))
+        row, cells = next((one for one in lengths if one[0] > above and one[1] > count), (above + 1, count + 1))
+        raise LogError(
+            f"{file}, row {row}: {cells} cells stand under {count} headers; look for a decimal comma or a separator "
+            "too many."
+        )
     return tuple(as_numbers(frame[name].to_numpy()) for name in frame)
 
 
-def _overfull(file: str, row: int, cells: int, headers: int) -> LogError:
-    return LogError(
-        f"{file}, row {row}: {cells} cells stand under {headers} headers; "
-        "look for a decimal comma or a separator too many."
-    )
-
-
-def _lines(text: bytes) -> Iterator[str]:
-    return (line.rstrip("\n") for line in io.TextIOWrapper(io.BytesIO(text), "utf-8", "replace"))
-
-
-def _line_break(text: bytes) -> bytes:
-    return b"\n" if b"\n" in text else b"\r"
-
-
-def _whole_lines(text: bytes, separator: str, decimal: str) -> tuple[bytes, tuple[str, ...]]:
+def _whole_lines(text: str, separator: str, decimal: str) -> tuple[str, list[str]]:
     """Leave out a last line that was cut; give the rest, and a note if there is one."""
-    mark = _line_break(text)
-    lines = [line.decode("utf-8", "replace") for line in text[-(1 << 20) :].rsplit(mark, _COMPARED + 1)]
+    lines = text.rsplit("\n", _COMPARED + 1)
     others, last = [cells_of(line, separator) for line in lines[1:-1]], cells_of(lines[-1], separator)
     whole = not others or _is_whole(last, others, decimal)
     if whole:
-        return text, ()
+        return text, []
     if whole is None:
         note = f"the file ends without a line break: whether its last cell, {last[-1]!r}, is whole cannot be known"
-        return text, (note,)
-    note = f"row {text.count(mark) + 1} is left out: the file ends within it, after {lines[-1][-40:]!r}"
-    return text[: text.rindex(mark)].rstrip(), (note,)
+        return text, [note]
+    note = f"row {text.count(chr(10)) + 1} is left out: the file ends within it, after {lines[-1][-40:]!r}"
+    return text[: text.rindex("\n")].rstrip(), [note]
 
 
 def _is_whole(last: list[str], others: list[list[str]], decimal: str) -> bool | None:
@@ -216,17 +177,17 @@ def _is_whole(last: list[str], others: list[list[str]], decimal: str) -> bool | 
     return len(last[-1].strip().partition(decimal)[2]) >= decimals.pop()
 
 
-def _find_layout(text: bytes, file: str, decimal: str, mapped: frozenset[str]) -> _Layout:
-    # Only these end a line where the table is read: not form feeds and the other marks of str.splitlines.
-    lines = _LINE_END.split(text[:_HEAD].decode("utf-8", errors="replace"))
-    if len(text) > _HEAD and len(lines) > 1:
-        lines.pop()  # it may be cut
-    lines = lines[:_LOOKED_AT]
+def _find_layout(text: str, file: str, format: LogFormat) -> _Layout:
+    decimal = format.decimal
+    lines = [line.rstrip("\n") for line in islice(io.StringIO(text), _LOOKED_AT)]
     declared = _DECLARED.match(lines[0])
     first = 1 if declared and len(lines) > 1 else 0
     separator = declared[1] if declared else _separator(lines, decimal)
-    rows = [cells_of(line, separator) for line in lines]
-    numeric = [len(row) > 1 and _is_data(row, decimal) for row in rows]
+    rows = [cells_of(_COMMENT.sub("", line), separator) for line in lines]
+    is_comment = [bool(_COMMENT.match(line)) for line in lines]
+    numeric = [
+        len(row) > 1 and not comment and _is_data(row, decimal) for row, comment in zip(rows, is_comment, strict=True)
+    ]
     contract = ",".join(CONTRACT_HEADERS)
     no_table = LogError(
         f"{file} is not a table: its first line is {lines[first][:60]!r}, a header of six columns is needed: "
@@ -234,31 +195,24 @@ def _find_layout(text: bytes, file: str, decimal: str, mapped: frozenset[str]) -
     )
     if len(rows[first]) < 2 and not any(numeric):
         raise no_table
-    # A file that begins with its header, as nearly all do, needs no guess. Otherwise the data tell where it is.
-    at = _header_above(lines, rows, numeric, separator) if _has_preamble(lines, rows, numeric, first) else first
+    at = _find_header(rows, numeric, is_comment, first)
     if at is None or numeric[at]:
         begins = numeric.index(True)
         names = tuple(NUMBERED.format(index + 1) for index in range(len(rows[begins])))
-        if not mapped & set(names):
+        if not {*names} & {*format.columns.values()}:
             raise LogError(
                 f"{file} has no header: its first line holds numbers; write {contract} above it, or name the columns "
                 f"as {names[0]!r} to {names[-1]!r}, as `heli init {file}` does."
             )
-        return _Layout(separator, names, begins, _left_out(begins - first))
-    headers = _labelled([cell.strip() for cell in cells_of(_COMMENT.sub("", lines[at]), separator)], rows[:at])
+        return _Layout(separator, names, begins, begins - first)
+    headers = _labelled([cell.strip() for cell in rows[at]], rows[:at])
     units = _with_units(rows[at + 1], headers) if at + 1 < len(rows) else None
     headers = units or headers
     while headers and not headers[-1]:  # a separator at the end of each line
         headers.pop()
     if len(headers) < 2:
         raise no_table
-    return _Layout(separator, tuple(headers), at + (2 if units else 1), _left_out(at - first))
-
-
-def _left_out(count: int) -> tuple[str, ...]:
-    if count <= 0:
-        return ()
-    return (f"the first {count} lines are no part of the table" if count > 1 else "line 1 is no part of the table",)
+    return _Layout(separator, tuple(headers), at + (2 if units else 1), at - first)
 
 
 def _separator(lines: list[str], decimal: str) -> str:
@@ -296,31 +250,27 @@ def _is_data(row: list[str], decimal: str) -> bool:
     return bool(filled) and 2 * sum(_is_number(cell, decimal) or _is_number(cell, ",") for cell in filled) > len(filled)
 
 
-def _has_preamble(lines: list[str], rows: list[list[str]], numeric: list[bool], first: int) -> bool:
-    """Whether the first line is not the header."""
-    if not lines[first].strip() or _COMMENT.match(lines[first]) or numeric[first]:
-        return True
-    begins = next((i for i in range(first, len(rows)) if numeric[i]), None)
-    return begins is not None and begins > first + 1 and not _as_wide(rows[first], rows[begins])
-
-
 def _as_wide(row: list[str], data: list[str]) -> bool:
     """Whether a row may be the header of a row of data: as many cells, but for one, and most of them filled."""
     return abs(len(row) - len(data)) <= 1 and 2 * sum(bool(cell.strip()) for cell in row) > len(data)
 
 
-def _header_above(lines: list[str], rows: list[list[str]], numeric: list[bool], separator: str) -> int | None:
-    """Line of the header: the closest above the data that has as many cells, but for a row of units below it."""
-    begins = next((i for i, data in enumerate(numeric) if data and all(numeric[i : i + 3])), None)
+def _find_header(rows: list[list[str]], numeric: list[bool], is_comment: list[bool], first: int) -> int | None:
+    """Line of the header: the first, or the closest above the data that has as many cells; None where there is none.
+
+    A row of units may stand between it and the data.
+    """
+    begins = next((i for i in range(len(rows)) if all(numeric[i : i + 3]) and numeric[i]), None)
+    if any(rows[first]) and not is_comment[first] and not numeric[first]:
+        if begins is None or begins <= first + 1 or _as_wide(rows[first], rows[begins]):
+            return first
     if begins is None:
         return 0
     for at in range(begins - 1, -1, -1):
-        cells = cells_of(_COMMENT.sub("", lines[at]), separator)
-        if not _as_wide(cells, rows[begins]) or numeric[at]:
+        if not _as_wide(rows[at], rows[begins]) or numeric[at]:
             continue
-        above = rows[at - 1] if at > 0 else []
-        is_units = len(above) == len(rows[at]) and _with_units(cells, [cell.strip() for cell in above])
-        return at - 1 if is_units else at
+        above = [cell.strip() for cell in rows[at - 1]] if at > 0 else []
+        return at - 1 if len(above) == len(rows[at]) and _with_units(rows[at], above) else at
     return None
 
 

@@ -27,8 +27,6 @@ GAP_STEPS = 5
 """Longest gap that is bridged, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
 _RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz logger
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
-_BLOCK = 100_000
-"""Samples that are looked at together, where a large log would need several copies of its time."""
 _OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
 
 
@@ -40,29 +38,35 @@ class Sampling(NamedTuple):
     resample: bool = False
     notes: tuple[str, ...] = ()
 
-
-def check_forward(time: NDArray[np.float64], place: Callable[[int], str]) -> None:
-    """Refuse, with the row that ``place`` names, a time [s] that does not increase."""
-    wrong = np.diff(time) <= 0.0
-    if wrong.any():
-        at = int(wrong.argmax()) + 1
-        instant, before = time[at], time[at - 1]
-        what = f"runs back from {before:g} s to" if instant < before else "stands still at"
-        raise LogError(
-            f"{place(at)}: time {what} {instant:g} s; it must increase from row to row, cut the log or correct its "
-            "clock."
-        )
+    def resampled(
+        self, time: NDArray[np.float64], values: NDArray[np.float64], held: bool = False
+    ) -> NDArray[np.float64]:
+        """Give values, shape (N,), of a log's instants [s] at the uniform ones: interpolated, or means of held ones."""
+        if not self.resample:
+            return values
+        grid = time[0] + np.arange(self.samples) / self.rate_hz
+        return mean_of_held(time, values, grid) if held else np.interp(grid, time, values)
 
 
-def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sampling:
-    """Find the uniform rate behind increasing instants [s], shape (N,), N >= 2.
+def find_sampling(time: NDArray[np.float64], place: Callable[[int], str], file: str) -> Sampling:
+    """Find the uniform rate behind the instants [s] of a log, shape (N,).
 
     Raises
     ------
     LogError
-        If a stretch longer than `GAP_STEPS` median steps holds no sample; ``place`` names its row.
+        If time does not increase, or a stretch longer than `GAP_STEPS` median steps holds no sample, at the row that
+        ``place`` names; or if rate or length lie outside of the bounds.
     """
+    if len(time) < 2:
+        raise LogError(f"{file}: {len(time)} sample is not a log; log at least 5 s.")
     intervals = np.diff(time)
+    if (intervals <= 0.0).any():
+        at = int((intervals <= 0.0).argmax()) + 1
+        what = f"runs back from {time[at - 1]:g} s to" if time[at] < time[at - 1] else "stands still at"
+        raise LogError(
+            f"{place(at)}: time {what} {time[at]:g} s; it must increase from row to row, cut the log or correct its "
+            "clock."
+        )
     median = float(np.median(intervals))
     # Half a step of tolerance, as the instants on both sides jitter too.
     gaps = intervals > (GAP_STEPS + 0.5) * median
@@ -72,15 +76,20 @@ def find_sampling(time: NDArray[np.float64], place: Callable[[int], str]) -> Sam
             f"{place(at)}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
+    found = _sampling(time, intervals, median)
+    check_extent(found.rate_hz, found.samples, file)
+    return found
+
+
+def _sampling(time: NDArray[np.float64], intervals: NDArray[np.float64], median: float) -> Sampling:
     duration = float(time[-1] - time[0])
-    mean = duration / (len(time) - 1)
-    off_grid = max(
-        float(np.abs(time[k : k + _BLOCK] - time[0] - mean * np.arange(k, min(k + _BLOCK, len(time)))).max())
-        for k in range(0, len(time), _BLOCK)
-    )
+    mean = duration / len(intervals)
+    off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
     if off_grid <= _UNIFORM_STEPS * mean:
         return Sampling(_rounded_rate(1.0 / mean, off_grid / duration), len(time))
-    digit = _last_digit(time)
+    # The coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if none is.
+    multiples = (10.0**-k for k in range(7) if np.abs(time * 10.0**k - np.round(time * 10.0**k)).max() < 1e-3)
+    digit = next(multiples, 0.0)
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
     if off_grid <= digit and not _samples_lost(intervals, median, digit):
         rate = _rounded_rate(1.0 / mean, digit / duration)
@@ -116,15 +125,6 @@ def _rounded_rate(rate: float, uncertainty: float) -> float:
     """Give the whole number of hertz within the relative uncertainty of a rate, else the rate."""
     whole = round(rate)
     return float(whole) if abs(rate - whole) <= (uncertainty + 1e-9) * rate else rate
-
-
-def _last_digit(time: NDArray[np.float64]) -> float:
-    """Give the coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if none is."""
-    for digits in range(7):
-        scaled = (time[k : k + _BLOCK] * 10.0**digits for k in range(0, len(time), _BLOCK))
-        if all(np.abs(part - np.round(part)).max() < 1e-3 for part in scaled):
-            return 10.0**-digits
-    return 0.0
 
 
 def check_extent(rate_hz: float, samples: int, file: str) -> None:

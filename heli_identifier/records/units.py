@@ -22,7 +22,12 @@ COMBINED = ("v_sum", "v_difference")
 NAMED = (*SIGNALS, *COMBINED)
 """All that a configuration may name a column of."""
 
-SI_UNIT = {"time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys(ANGLES, "rad")}
+REFERENCES = tuple(f"{angle}_reference" for angle in ANGLES)
+"""What a pilot or a plan asked of an angle, which a log may hold as well."""
+
+SI_UNIT = {
+    "time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys((*ANGLES, *REFERENCES), "rad"),
+}  # fmt: skip
 
 STAMP = "ISO 8601"
 """Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""

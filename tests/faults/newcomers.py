@@ -75,7 +75,7 @@ TEXTS = (
     Fault("commas of another script", rewritten(lambda text: text.replace(",", "\uff0c")), IDENTIFY, "log.csv is not a table"),
     Fault("digits of another script", rewritten(lambda text: text.translate({48 + k: 0x660 + k for k in range(10)})), f"{IDENTIFY} >/dev/null; echo exit $?", "exit 0", 0, ("out",), True),
     Fault("a quotation mark that is never closed", rewritten(lambda text: '"' + text), IDENTIFY, "log.csv is not a table"),
-    Fault("a last line of 10 MB", rewritten(lambda text: text + "1" * 10_000_000), IDENTIFY, "log.csv, row 2002, column 'time [s]': the cell holds '111"),
+    Fault("a last line of 10 MB", rewritten(lambda text: text + "1" * 10_000_000), IDENTIFY, "row 2002 is left out: the file ends within it", 0, ("out",)),
     Fault("100 kB of zeros", lambda f: (f / "log.csv").write_bytes(bytes(100_000)), IDENTIFY, "log.csv is not a table: it holds binary data"),
     Fault("2000 columns of zeros", lambda f: (f / "log.csv").write_text(",".join(f"c{k}" for k in range(2000)) + ("\n" + ",".join(["0"] * 2000)) * 50), "heli init log.csv", "no column increases from row to row"),
 )  # fmt: skip

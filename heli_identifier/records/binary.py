@@ -1,0 +1,225 @@
+"""Binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems, and Excel.
+
+Units that such a file states beside a name are written behind it in brackets, as in a header. Of a workbook the first
+sheet that holds a table is read; its rows are laid out like the lines of a text file, so they are read as such.
+
+| in a MATLAB file | column |
+|---|---|
+| vector ``pitch_rad``, column or row | ``pitch_rad`` |
+| the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
+| matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
+| matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
+| Simulink's structure with time: ``time``, ``signals(i)`` with ``label`` | ``simout.time``, ``simout.<label>`` |
+| dSPACE's structure, ``X.Data`` and ``Y(i)`` with ``Name`` and ``Data`` | ``run.X``, ``run.<Name>`` |
+| table or timetable | ``run.<variable>`` |
+
+A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the contract's
+headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
+"""
+
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heli_identifier.archives import check_size, check_zip
+from heli_identifier.errors import LogError
+from heli_identifier.records.configuration import LogFormat
+from heli_identifier.records.table import Table, as_numbers
+from heli_identifier.records.text import read_text
+
+_HDF5 = b"\x89HDF"
+_MOST_ROWS = 200  # signals in a matrix; a matrix with more rows and columns is no log
+_FEWEST_SAMPLES = 100  # in a matrix; one that has fewer rows and columns holds gains or the like
+_DEPTH = 6  # structs within structs that are looked into
+
+_Columns = dict[str, NDArray[Any]]
+
+
+def need(module: str, package: str, file: str, what: str) -> Any:
+    """Import a package that reads a format; a LogError says how to get it if it is not installed."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise LogError(
+            f"{file} is {what}, for which the package {package} is needed: `pip install 'heli-twin[formats]'`."
+        ) from error
+
+
+def read_parquet(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+    """Read a Parquet file; columns that hold no numbers are objects."""
+    with library.ParquetFile(path) as source:
+        schema, rows = source.schema_arrow, source.metadata.num_rows
+        check_size(8 * rows * len(schema.names), path.stat().st_size)  # runs of equal values take no room in the file
+        if len({*schema.names}) < len(schema.names):
+            raise ValueError("two of its columns have the same name")
+        table = source.read(use_threads=False)
+    decimals = {field.name: "float64" for field in schema if str(field.type).startswith("decimal")}
+    found = {name: table[name].cast(decimals.get(name, table[name].type)).to_pandas() for name in schema.names}
+    return _table(file, {name: as_numbers(values.to_numpy()) for name, values in found.items()})
+
+
+def read_tdms(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+    """Read the channels of all groups; a time from the waveform's increment where no channel is one."""
+    found: _Columns = {}
+    with library.TdmsFile.open(path) as source:
+        groups = [group for group in source.groups() if group.channels()]
+        for group in groups:
+            prefix = "" if len(groups) == 1 else f"{group.name}."
+            for channel in group.channels():
+                unit = str(channel.properties.get("unit_string", "")).strip()
+                found[_named(prefix + channel.name, unit)] = as_numbers(channel[:])
+            first = group.channels()[0]
+            is_timed = any("time" in channel.name.lower() for channel in group.channels())
+            if not is_timed and "wf_increment" in first.properties:
+                found[f"{prefix}time [s]"] = np.asarray(first.time_track(), dtype=float)
+    return _table(file, found)
+
+
+def read_mdf(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+    """Read the group with the most channels, its master as the time; an invalid sample is not a number."""
+    with library.MDF(path) as source:
+        groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
+        members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
+        found: _Columns = {}
+        for index in members:
+            for number, channel in enumerate(source.groups[index].channels):
+                if number == source.masters_db.get(index):
+                    continue
+                found.setdefault("time [s]", np.array(source.get_master(index), dtype=float))
+                unit = source.get(group=index, index=number, record_offset=0, record_count=1).unit
+                samples, invalid = source.get(group=index, index=number, samples_only=True)
+                values = as_numbers(samples)
+                if invalid is not None:
+                    values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+                found[_named(channel.name, unit.strip())] = values
+    return _table(file, found)
+
+
+def read_workbook(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+    """Read the first sheet of an Excel workbook that holds a table."""
+    check_zip(path)
+    with path.open("rb") as stream:
+        sheets = need("pandas", "pandas", file, "an Excel workbook").read_excel(
+            stream, sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
+        )
+    for title, frame in sheets.items():
+        text = frame.to_csv(sep="\t", header=False, index=False)
+        if text.count("\n") > 2:
+            named = file if len(sheets) == 1 else f"{file}, sheet {title!r}"
+            return read_text(text.encode(), named, LogFormat(columns=format.columns))
+    raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
+
+
+def _table(file: str, columns: _Columns) -> Table:
+    if len(columns) < 2:
+        raise LogError(f"{file} holds {len(columns)} columns, a log has six.")
+    return Table(file, tuple(columns), tuple(columns.values()))
+
+
+def _named(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and "[" not in name else name
+
+
+def read_matlab(library: Any, path: Path, file: str, format: LogFormat) -> Table:
+    """Read a MATLAB file by scipy.io, or by mat-io where it has to be; its vectors may differ in length.
+
+    Raises
+    ------
+    LogError
+        If the file holds no vector, or needs a package that is not installed.
+    """
+    with open(path, "rb") as stream:
+        head = stream.read(516)
+    hdf5 = _HDF5 in (head[:4], head[512:])  # MATLAB puts a header of its own before it
+    variables = {} if hdf5 else library.loadmat(path, squeeze_me=True, appendmat=False)
+    if hdf5 or "__function_workspace__" in variables:
+        what = "a MATLAB 7.3 file" if hdf5 else "a MATLAB file with objects"
+        variables = need("matio", "mat-io", file, what).load_from_mat(str(path))
+    found = {str(name): value for name, value in variables.items() if not str(name).startswith("__")}
+    vectors: _Columns = {}
+    objects: list[str] = []
+    for name, value in found.items():
+        _collect(name, value, vectors, objects)
+    if not vectors:
+        those = f"the MATLAB object{'s' if len(objects) > 1 else ''} {', '.join(objects)}" if objects else None
+        raise LogError(
+            f"{file} holds no vector of numbers, found {those or ', '.join(found) or 'nothing'}; save "
+            "time_s, v_front_V, v_rear_V, pitch_rad, elevation_rad and travel_rad as vectors or as fields of a struct "
+            "(table2struct with ToScalar makes one of a table, struct(ts) one of a timeseries)."
+        )
+    return Table(file, tuple(vectors), tuple(vectors.values()))
+
+
+def _collect(name: str, value: Any, vectors: _Columns, objects: list[str], depth: int = 0) -> None:
+    """Add the columns of a variable under its name."""
+    if depth > _DEPTH:
+        return
+    if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io gives as a data frame
+        _collect_table(name, value, vectors)
+        return
+    properties = getattr(value, "properties", None)
+    if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
+        objects.append(name)
+        value = properties
+    if isinstance(value, dict):
+        value = np.array(tuple(value.values()), dtype=[(str(key), object) for key in value]) if value else None
+    array = np.squeeze(np.asarray(value))
+    kind, fields = array.dtype.kind, array.dtype.names
+    if array.ndim == 0 and array.dtype == object and isinstance(array.item(), np.ndarray | dict):
+        _collect(name, array.item(), vectors, objects, depth + 1)
+    elif fields and array.ndim == 0:
+        inner = {field: _field(array, field) for field in fields}
+        for field, content in (_labelled(inner) or inner).items():
+            _collect(f"{name}.{field}", content, vectors, objects, depth + 1)
+    elif fields and array.ndim == 1 and len(array) <= _MOST_ROWS:
+        for index, element in enumerate(array, start=1):
+            _collect(f"{name}({index})", element, vectors, objects, depth + 1)
+    elif type(value).__name__ in ("MatlabOpaque", "MatlabObject", "MatlabFunction"):
+        objects.append(name)
+    elif kind in "iufcb" and array.ndim == 1 and array.size > 1:
+        vectors[name] = as_numbers(array)
+    elif kind in "iuf" and array.ndim == 2 and min(array.shape) <= _MOST_ROWS and max(array.shape) >= _FEWEST_SAMPLES:
+        rows = array.shape[0] < array.shape[1]
+        for index, row in enumerate(array if rows else array.T, start=1):
+            vectors[f"{name}({index},:)" if rows else f"{name}(:,{index})"] = as_numbers(row)
+
+
+def _labelled(fields: dict[str, Any]) -> dict[str, Any] | None:
+    """Fields of a structure with time, or of dSPACE's structure, by the labels of their signals; None of any other."""
+    if {"time", "signals"} <= fields.keys():
+        time, signals, label, content = ("time", fields["time"]), fields["signals"], "label", "values"
+    elif {"X", "Y"} <= fields.keys():
+        time, signals, label, content = ("X", _field(fields["X"], "Data")), fields["Y"], "Name", "Data"
+    else:
+        return None
+    elements = np.atleast_1d(np.squeeze(np.asarray(signals)))
+    if elements.dtype.names is None or content not in elements.dtype.names:
+        return None
+    out = {time[0]: time[1]}
+    for index, element in enumerate(elements, start=1):
+        text = str(np.squeeze(_field(element, label))) if label in elements.dtype.names else ""
+        name = text.strip("[]'\" ") or f"signals({index})"
+        out[name if name not in out else f"{name}({index})"] = _field(element, content)
+    return out
+
+
+def _field(value: Any, name: str) -> Any:
+    """Content of a struct's field; what is no struct is given back."""
+    array = np.squeeze(np.asarray(value))
+    if array.dtype.names is None or name not in array.dtype.names:
+        return value
+    content = array[name]
+    return content.item() if content.dtype == object and content.ndim == 0 else content
+
+
+def _collect_table(name: str, frame: Any, vectors: _Columns) -> None:
+    """Columns of a table, and the row times of a timetable [s]."""
+    columns = {"time": frame.index.to_series()} if frame.index.dtype.kind == "m" else {}
+    for column, series in (columns | dict(frame.items())).items():
+        if series.dtype.kind == "m":
+            vectors[f"{name}.{column}_s"] = series.dt.total_seconds().to_numpy()
+        elif series.dtype.kind in "iufb":
+            vectors[f"{name}.{column}"] = as_numbers(series.to_numpy())
