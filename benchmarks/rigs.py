@@ -17,21 +17,9 @@ from heli_identifier.tracing.select import with_shapes
 from heli_plant.effects import effect
 from tests.blind.battery import BATTERY, Case
 from tests.blind.field.battery import FIELD_BATTERY, FieldCase
-from tests.blind.rigs import Effect
 from tests.blind.windy import WindyLog
 
 GROUPS, FIELD_GROUPS = (tuple(dict.fromkeys(case.group for case in own)) for own in (BATTERY, FIELD_BATTERY))
-
-SHAPE_NAMES = {
-    "w_s": "stribeck_rate",
-    "t_1": "step_time",
-    "w_b": "frequency",
-    "zeta": "damping",
-    "eps_ground": "ground_elevation",
-    "eps_g": "ground_height",
-    "eps_0": "horizontal_offset",
-}
-"""The catalogue's names for the shape parameters of the generators' laws."""
 
 STATED_ELSEWHERE = {"ground_effect"}
 """Effects whose coefficient the tracer states at another point of the law than the generators do."""
@@ -108,15 +96,11 @@ def field_half(group: str, kind: str, count: int, scale: float, touched: bool, i
 def true_structure(kind: str, rig: Any, unknown: TrueUnknown | None = None) -> Truth:
     """Translate the truth of a generator's rig into the names of the catalogue."""
     parameters = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
-    return Truth(kind, parameters, tuple(map(_true_effect, rig.effects)), unknown)
-
-
-def _true_effect(held: Effect) -> TrueEffect:
-    fields = {shape.name: shape.field for shape in effect(held.name, held.axis).shapes}
-    coefficient = None if held.name in STATED_ELSEWHERE else held.coefficient
-    return TrueEffect(
-        held.name, held.axis, coefficient, {fields[SHAPE_NAMES[name]]: value for name, value in held.shape.items()}
+    effects = (
+        TrueEffect(own.name, own.axis, None if own.name in STATED_ELSEWHERE else own.coefficient)
+        for own in rig.effects
     )
+    return Truth(kind, parameters, tuple(effects), unknown)
 
 
 def likelihood_of(logs: Sequence[Log]) -> Likelihood:

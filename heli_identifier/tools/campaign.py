@@ -14,8 +14,9 @@ import json
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
+from functools import partial
 from itertools import islice
 from logging import CRITICAL
 from pathlib import Path
@@ -66,7 +67,9 @@ machine, where a start takes seconds, it may find it between two deaths; without
 Should there be none for a long time all the same, the rigs that wait for one fail, with a row that says so.
 """
 
-Work = Callable[[Source, DiagnosisSettings, str | None], Row]
+Work = Callable[..., Row]
+"""Called with a source, and by name with ``settings`` and ``measure``."""
+
 Progress = Callable[[int, int, Row | None], None]
 """Called with the number of rigs done, the number in all, and the row that has just arrived, if any."""
 
@@ -99,8 +102,8 @@ def run_campaign(
         Number of processes to start; one per core if not given.
     progress : callable, optional
         Called after every result.
-    work : callable
-        What a worker does with a source, the settings and ``measure``.
+    work : callable, optional
+        What a worker does in place of :func:`diagnosed`.
 
     Returns
     -------
@@ -118,31 +121,29 @@ def run_campaign(
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise ConfigurationError(f"workers = {workers} must lie in [1, {MOST_WORKERS}].")
     settings, folder = settings or DiagnosisSettings(), Path(folder)
-    by_key, rows, present = _keyed(sources, settings, measure), folder / "rows", folder.exists()
+    by_key, rows = _keyed(sources, settings, measure), folder / "rows"
+    known = {key: row for key in by_key if (row := read_row(rows, key)) and row["error"] is None}
+    progress(len(known), len(by_key), None)
+    if waiting := {key: source for key, source in by_key.items() if key not in known}:
+        with connected(scheduler, workers) as client:
+            _make(rows)
+            for row in _arriving(client, waiting, partial(work or diagnosed, settings=settings, measure=measure)):
+                write_rows([row], rows / f"{row['key']}.parquet")
+                known[row["key"]] = complete(row)
+                progress(len(known), len(by_key), row)
+    _make(rows)
+    found = [known[key] for key in by_key]
+    write_rows(found, folder / CONSOLIDATED)
+    return found
+
+
+def _make(folder: Path) -> None:
     try:
-        rows.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ConfigurationError(
-            f"{folder} cannot hold results: {error.strerror}; name another output folder."
+            f"{folder.parent} cannot hold results: {error.strerror}; name another output folder."
         ) from error
-    try:
-        known = {key: row for key in by_key if (row := read_row(rows, key)) and row["error"] is None}
-        progress(len(known), len(by_key), None)
-        waiting = {key: source for key, source in by_key.items() if key not in known}
-        if waiting:
-            with connected(scheduler, workers) as client:
-                for row in _arriving(client, waiting, work or diagnosed, settings, measure):
-                    write_rows([row], rows / f"{row['key']}.parquet")
-                    known[row["key"]] = complete(row)
-                    progress(len(known), len(by_key), row)
-        found = [known[key] for key in by_key]
-        write_rows(found, folder / CONSOLIDATED)
-        return found
-    finally:
-        with suppress(OSError):  # folders that hold results stay
-            rows.rmdir()
-            if not present:
-                folder.rmdir()
 
 
 def read_row(folder: Path, key: str) -> Row | None:
@@ -190,9 +191,9 @@ def result_key(rig: str, content: str, settings: DiagnosisSettings, code: str) -
 
 def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str | None) -> dict[str, Source]:
     """Return the sources by the keys of their results."""
-    twice = [name for name, count in Counter(source.rig for source in sources).items() if count > 1]
-    if twice:
-        raise ConfigurationError(f"two rigs are called {twice[0]!r}; every rig needs its own name.")
+    ((most, count),) = Counter(source.rig for source in sources).most_common(1) or [("", 0)]
+    if count > 1:
+        raise ConfigurationError(f"two rigs are called {most!r}; every rig needs its own name.")
     code = code_digest()
     if measure:
         named_function(measure)
@@ -203,34 +204,27 @@ def _keyed(sources: Sequence[Source], settings: DiagnosisSettings, measure: str 
 @contextmanager
 def connected(scheduler: str | None = None, workers: int | None = None) -> Iterator[Client]:
     """Yield a Dask client of a scheduler, or of processes on this machine that are closed at the end."""
-    if scheduler is None:
-        with (
-            draft_folder() as scratch,
+    with ExitStack() as stack:
+        if scheduler is None:
+            scratch = str(stack.enter_context(draft_folder()))
             # The scheduler makes its folder, too; that of the workers is named below.
-            dask.config.set(
-                {"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": str(scratch), **PATIENCE}
-            ),
+            local = {"distributed.nanny.pre-spawn-environ": ONE_THREAD, "temporary-directory": scratch, **PATIENCE}
+            stack.enter_context(dask.config.set(local))
             # No memory limit: pausing a diagnosis would not reduce the memory that it needs.
             # Any free port for Dask's own pages: two campaigns may run at once.
-            LocalCluster(
-                n_workers=workers or os.cpu_count() or 1,
-                threads_per_worker=1,
-                memory_limit=0,
-                dashboard_address=":0",
-                silence_logs=CRITICAL,
-                local_directory=str(scratch),
-            ) as cluster,
-            Client(cluster) as client,
-        ):
-            yield client
-        return
-    try:
-        client = Client(scheduler, timeout=CONNECTING)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(
-            f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// address."
-        ) from error
-    with client:
+            cluster = LocalCluster(
+                n_workers=workers or os.cpu_count() or 1, threads_per_worker=1, memory_limit=0, dashboard_address=":0",
+                silence_logs=CRITICAL, local_directory=scratch,
+            )  # fmt: skip
+            yield stack.enter_context(Client(stack.enter_context(cluster)))
+            return
+        try:
+            client = stack.enter_context(Client(scheduler, timeout=CONNECTING))
+        except (OSError, ValueError) as error:
+            raise ConfigurationError(
+                f"no Dask scheduler answers at {scheduler}; start one with `dask scheduler` and give its tcp:// "
+                "address."
+            ) from error
         try:
             client.wait_for_workers(1, timeout=CONNECTING)
         except TimeoutError:
@@ -258,27 +252,21 @@ def _check_versions(client: Client) -> None:
         )
 
 
-def _arriving(
-    client: Client, waiting: Mapping[str, Source], work: Work, settings: DiagnosisSettings, measure: str | None
-) -> Iterator[Row]:
+def _arriving(client: Client, waiting: Mapping[str, Source], work: Callable[[Source], Row]) -> Iterator[Row]:
     """Yield each row as it arrives.
 
     A worker gets one rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig that
     it has suspected four times.
     """
     left, at_work = iter(waiting.items()), as_completed()
-    keys = {}
 
     def supply() -> None:
         free = max(1, len(client.nthreads())) - at_work.count()
         for key, source in islice(left, max(0, free)):
-            future = client.submit(work, source, settings, measure, key=f"diagnose-{key}", pure=False)
-            keys[future.key] = key
-            at_work.add(future)
+            at_work.add(client.submit(work, source, key=key, pure=False))
 
     supply()
     for future in at_work:
-        key = keys[future.key]
         if future.cancelled():
             raise ConfigurationError(
                 "the scheduler went away; the results so far are kept, and the same command continues from there."
@@ -286,8 +274,8 @@ def _arriving(
         try:
             row = future.result()
         except Exception as error:
-            row = {"rig": waiting[key].rig, "error": f"{type(error).__name__}: {error}"}
+            row = {"rig": waiting[future.key].rig, "error": f"{type(error).__name__}: {error}"}
         # While this process holds a future, Dask would compute its result again after the death of a worker.
         future.release()
         supply()
-        yield row | {"key": key}
+        yield row | {"key": future.key}

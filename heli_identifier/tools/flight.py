@@ -1,16 +1,16 @@
 """What to add to a flight under the controller, so that voltages and angles determine the parameters.
 
 Each addition is flown in simulation: the plant under the PID, encoders, a random torque on every axis, one period of
-delay, with steps added to the references of pitch and elevation, or multisines to the voltages, or nothing. The on-line
-identifier listens with prediction errors, and its own standard errors judge the addition. One whose angles depart from
-the references by more than the limits is left out.
+delay beside the input delay, with steps added to the references of pitch and elevation, or multisines to the voltages,
+or nothing. The on-line identifier listens with prediction errors, and its own standard errors judge the addition. One
+whose angles depart from the references by more than the limits is left out.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings, determined
@@ -19,10 +19,11 @@ from heli_identifier.records import Log
 from heli_identifier.results import Table
 from heli_identifier.tools.experiment import STEP, air_torque, on_encoders
 from heli_identifier.tools.identification import identify_log
-from heli_plant.control import PidSettings, pid_step, start_pid
+from heli_identifier.tools.loop import fly
+from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import measured_angles, step
-from heli_plant.state import rest_state
+from heli_plant.plant import measured_angles
+from heli_plant.state import PlantState, rest_state
 
 JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")
 """Stiffnesses and gains: what a loop hides."""
@@ -40,8 +41,7 @@ BAND = (0.1, 1.2)
 """Of the multisines [Hz]: around the crossover of the loops."""
 
 
-@dataclass(frozen=True)
-class Addition:
+class Addition(NamedTuple):
     """What is added: a ``name``, steps of the references [rad], multisines on the voltages."""
 
     name: str
@@ -50,8 +50,7 @@ class Addition:
     excitation: Excitation | None = None
 
 
-@dataclass(frozen=True)
-class FlightOutlook:
+class FlightOutlook(NamedTuple):
     """The expected result: the ``addition``, ``estimates`` of one flight, and the largest departures [rad]."""
 
     addition: Addition
@@ -62,10 +61,8 @@ class FlightOutlook:
     @property
     def relative_errors(self) -> dict[str, float]:
         """Standard error over value of what a loop hides [1]."""
-        return {
-            name: (self.estimates[name].standard_error or 0.0) / max(abs(self.estimates[name].value), 1e-9)
-            for name in JUDGED
-        }
+        own = {name: self.estimates[name] for name in JUDGED}
+        return {name: (one.standard_error or 0.0) / max(abs(one.value), 1e-9) for name, one in own.items()}
 
     @property
     def document(self) -> dict[str, Any]:
@@ -93,32 +90,35 @@ def additions() -> Iterator[Addition]:
 
 
 def flown(addition: Addition, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
-    """Return the log of one flight at the elevation ``hover`` [rad]."""
+    """Return the log of one flight at the elevation ``hover`` [rad].
+
+    Raises
+    ------
+    ConfigurationError
+        The loop is unstable.
+    """
     count = round(duration / STEP)
-    torque, phase = air_torque(count), np.arange(count) * STEP / PERIOD
+    phase = np.arange(count) * STEP / PERIOD
     up_and_down = (-1.0) ** np.floor(np.column_stack([phase, phase + 0.5]))
-    references = up_and_down * (addition.pitch_step, addition.elevation_step) + (0.0, hover)
+    references = np.zeros((count, 3))
+    references[:, :2] = up_and_down * (addition.pitch_step, addition.elevation_step) + (0.0, hover)
     # The thrust that holds the elevation: k_z mu_s = a_e hover + a_1.
     trim = (plant.a_e * hover + plant.a_1) / plant.k_z
     pid = pid._replace(trim=trim, travel_enabled=False)  # the references are those of pitch and elevation
-    state, controller, held = rest_state(plant, trim), None, (0.5 * trim, 0.5 * trim)
-    angles, used = np.empty((count, 3)), np.empty((count, 2))
-    for k in range(count):
-        angles[k] = on_encoders(measured_angles(state))
-        pitch, elevation, travel = angles[k].tolist()
-        controller = controller or start_pid(pitch, elevation, travel)
-        added = voltages(k * STEP, addition.excitation) if addition.excitation is not None else (0.0, 0.0)
-        used[k] = np.clip([held[0] + added[0], held[1] + added[1]], -pid.voltage_limit, pid.voltage_limit)
-        wanted = float(references[k, 0]), float(references[k, 1]), 0.0
-        controller, held = pid_step(controller, pitch, elevation, travel, wanted, STEP, pid)
-        pushed = step(state, float(used[k, 0]), float(used[k, 1]), 0.0, k * STEP, STEP, plant)
-        state = pushed._replace(
-            pitch_rate=pushed.pitch_rate + STEP * torque[k, 0],
-            elevation_rate=pushed.elevation_rate + STEP * torque[k, 1],
-            travel_rate=pushed.travel_rate + STEP * torque[k, 2],
+    state, added = rest_state(plant, trim), None
+    if addition.excitation is not None:
+        added = np.array([voltages(k * STEP, addition.excitation) for k in range(count)])
+
+    def measure(state: PlantState) -> NDArray[np.float64]:
+        return on_encoders(measured_angles(state))
+
+    memory = start_pid(*measure(state).tolist())
+    with np.errstate(over="ignore", invalid="ignore"):
+        angles, used = fly(
+            plant, pid, references, state, (0.5 * trim, 0.5 * trim), STEP, memory, added, air_torque(count), measure
         )
-        if not np.isfinite(angles[k]).all():
-            raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
+    if not np.isfinite(angles).all():
+        raise ConfigurationError("the loop is unstable with these parameters; give the rig's own controller")
     return Log("rehearsal", 1.0 / STEP, used, angles)
 
 
@@ -154,16 +154,12 @@ def flight_outlooks(
 
 def flight_table(outlooks: list[FlightOutlook]) -> Table:
     """Give relative errors and departures."""
-    columns = ["added to the flight", *JUDGED, "pitch to", "elevation by"]
-    rows = [
-        [
-            one.addition.name,
-            *(_percent(error) for error in one.relative_errors.values()),
-            f"{one.pitch_departure:.2f} rad",
-            f"{one.elevation_departure:.2f} rad",
-        ]
-        for one in outlooks
-    ]
+    rows = []
+    for one in outlooks:
+        errors = (_percent(error) for error in one.relative_errors.values())
+        angles = (f"{angle:.2f} rad" for angle in (one.pitch_departure, one.elevation_departure))
+        rows.append((one.addition.name, *errors, *angles))
+    columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)
 
 

@@ -23,13 +23,13 @@ Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (d
 have one size.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from control import StateSpace, append, ss
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from heli_identifier.online import Estimate
 from heli_identifier.results import ParameterSet
@@ -399,18 +399,27 @@ def fly(
     held: tuple[float, float],
     period: float,
     memory: Memory,
+    added: NDArray[np.float64] | None = None,
+    air: NDArray[np.float64] | None = None,
+    measure: Callable[[PlantState], ArrayLike] = measured_angles,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
 
-    ``state``, the voltages ``held`` [V] and the controller's state ``memory`` begin.
+    ``state``, the voltages ``held`` [V] and the controller's state ``memory`` begin. Voltages ``added`` (N, 2) [V] come
+    on top within the controller's limit; ``air`` (N, 3) [rad/s^2] acts on the axes; ``measure`` gives the angles that
+    are read.
     """
-    count = len(references)
+    count, limit = len(references), settings.voltage_limit
     time = np.arange(count, dtype=np.float64) * period
     angles, voltages = np.empty((count, 3)), np.empty((count, 2))
     rows: Sequence[list[float]] = references.tolist()
     for k in range(count):
-        measured = measured_angles(state)
-        angles[k], voltages[k] = measured, held
-        memory, held = answered(settings, memory, measured, rows[k], period)
+        angles[k], voltages[k] = measure(state), held
+        if added is not None:
+            voltages[k] = np.clip(voltages[k] + added[k], -limit, limit)
+        memory, held = answered(settings, memory, angles[k].tolist(), rows[k], period)
         state = advance(state, time, voltages, k, 0.0, period, parameters)
+        if air is not None:
+            w1, w2, w3 = (np.array(state[3:6]) + period * air[k]).tolist()
+            state = state._replace(pitch_rate=w1, elevation_rate=w2, travel_rate=w3)
     return angles, voltages

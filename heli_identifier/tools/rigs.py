@@ -6,9 +6,7 @@ itself. A worker on another machine must see the folder under the same path, or 
 
 import hashlib
 import os
-import sys
 import traceback
-from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -16,6 +14,7 @@ from importlib import import_module
 from importlib.util import find_spec
 from os import PathLike
 from pathlib import Path
+from typing import NamedTuple
 
 from heli_identifier.errors import ConfigurationError, IdentifierError, LogError
 from heli_identifier.records import (
@@ -46,14 +45,12 @@ SHORTEST_TO_SPLIT = 15.0
 class TrueEffect:
     """An effect of the catalogue that a rig really has; ConfigurationError if the catalogue has no such entry.
 
-    ``coefficient`` is in the catalogue's unit, None where it cannot be compared with an estimate; ``shape`` has the
-    law's shape parameters by their fields in :class:`heli_plant.parameters.PlantParameters`, as far as they are known.
+    ``coefficient`` is in the catalogue's unit, None where it cannot be compared with an estimate.
     """
 
     name: str
     axis: str
     coefficient: float | None
-    shape: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if (self.name, self.axis) not in {(entry.name, entry.axis) for entry in CATALOGUE}:
@@ -63,8 +60,7 @@ class TrueEffect:
             )
 
 
-@dataclass(frozen=True)
-class TrueUnknown:
+class TrueUnknown(NamedTuple):
     """A torque that is not in the catalogue: the axis it acts on and the variable it depends on."""
 
     axis: str
@@ -137,8 +133,8 @@ class RigFolder:
 
     def content(self) -> str:
         """Return the digest of names and bytes of its files."""
-        configuration = [self.configuration] if self.configuration else []
-        return _digest((path.name, path) for path in (*self.training, *self.held_out, *configuration))
+        files = (*self.training, *self.held_out, *([self.configuration] if self.configuration else ()))
+        return _digest((path.name, path) for path in files)
 
     def load(self, start: float | None = None, end: float | None = None) -> Rig:
         """Read its logs, from ``start`` to ``end`` [s] in their own time; errors as their readers and `read_split`."""
@@ -194,11 +190,7 @@ def rig_folders(
 ) -> list[RigFolder]:
     """Find the logs of the rigs of a fleet, a folder for each.
 
-    Parameters
-    ----------
-    folders : sequence of path
-    configuration : path, optional
-        heli.toml of the rigs that have none beside their logs.
+    ``configuration`` is the heli.toml of the rigs that have none beside their logs.
 
     Raises
     ------
@@ -215,10 +207,10 @@ def rig_folders(
         raise ConfigurationError(
             f"a fleet needs two rigs or more, {len(paths)} given; `heli diagnose` is for the logs of one rig."
         )
-    names = Counter(path.name for path in paths)
+    names = [path.name for path in paths]
     return [
-        rig_folder(Path(folder), path.name if names[path.name] == 1 else str(folder), configuration)
-        for folder, path in zip(folders, paths, strict=True)
+        rig_folder(Path(folder), name if names.count(name) == 1 else str(folder), configuration)
+        for folder, name in zip(folders, names, strict=True)
     ]
 
 
@@ -244,7 +236,7 @@ def rigs_below(folder: str | PathLike[str], configuration: str | PathLike[str] |
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> RigFolder:
     """Find the logs of one rig; ConfigurationError if there is none to fit to."""
-    logs = _logs(folder)
+    logs, own = _logs(folder), folder / CONFIGURATION_NAME
     held_out = tuple(path for path in logs if path.name.startswith(HELD_OUT))
     training = tuple(path for path in logs if path not in held_out)
     if not training:
@@ -252,7 +244,6 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
         raise ConfigurationError(
             f"{folder} holds {found}; put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
         )
-    own = folder / CONFIGURATION_NAME
     return RigFolder(name, training, held_out, own if os.path.lexists(own) else Path(shared) if shared else None)
 
 
@@ -304,16 +295,13 @@ def generated_rigs(generator: str, count: int, first_seed: int = 0) -> list[Gene
 
 def named_function(name: str) -> Callable:
     """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
-    module, separator, function = name.partition(":")
-    if not (module and separator and function):
+    module, _, function = name.partition(":")
+    if not (module and function):
         raise ConfigurationError(f"{name!r} must read module:function, for instance my_rigs:make.")
     try:
         found = getattr(import_module(module), function, None)
     except ModuleNotFoundError as error:
-        raise ConfigurationError(
-            f"{name}: module {error.name} cannot be found; run from the folder that holds it, or put that folder on "
-            "PYTHONPATH."
-        ) from error
+        raise ConfigurationError(_NOT_FOUND.format(f"{name}: module {error.name}")) from error
     except (Exception, SystemExit) as error:  # whatever the user's own file does
         raise ConfigurationError(
             f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it."
@@ -321,6 +309,9 @@ def named_function(name: str) -> Callable:
     if not callable(found):
         raise ConfigurationError(f"{name}: module {module} has no function {function}.")
     return found
+
+
+_NOT_FOUND = "{} cannot be found; run from the folder that holds it, or put that folder on PYTHONPATH."
 
 
 @cache
@@ -333,11 +324,9 @@ def source_digest(modules: tuple[str, ...]) -> str:
         except ModuleNotFoundError:
             spec = None
         if spec is None:
-            raise ConfigurationError(
-                f"module {module} cannot be found; run from the folder that holds it, or put that folder on PYTHONPATH."
-            )
-        folders = [Path(folder) for folder in spec.submodule_search_locations or ()]
-        files = [path for folder in folders for path in sorted(folder.rglob("*.py"))]
+            raise ConfigurationError(_NOT_FOUND.format(f"module {module}"))
+        folders = spec.submodule_search_locations or ()
+        files = [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
         if not folders and spec.origin and spec.origin.endswith(".py"):
             files = [Path(spec.origin)]
         found += [(f"{module} {path.name}", path) for path in files]
@@ -355,5 +344,5 @@ def error_text(error: Exception) -> str:
     """Return an error's text, with its place in the code if this software did not raise it on purpose."""
     if isinstance(error, IdentifierError):
         return str(error)
-    place = traceback.extract_tb(sys.exc_info()[2])[-1]
+    place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{type(error).__name__}: {error} (in {place.name}, {os.path.basename(place.filename)} line {place.lineno})"
